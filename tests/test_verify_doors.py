@@ -9,7 +9,6 @@ from equations import decay
 
 from workbench.claims.claim_margins import SignalsOf, watching
 from workbench.claims.counterexample import CounterExample
-from workbench.claims.evolution import Judged, evolve
 from workbench.claims.falsify import Budget, Hunt
 from workbench.claims.search_box import Box, slope_of
 from workbench.claims.verdicts import Finding, Ledger
@@ -20,6 +19,7 @@ from workbench.handover import FORMS
 from workbench.printed.arm_letters import narrowed
 from workbench.printed.printed_equations import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
+from workbench.proofs.evolution import Judged, evolve
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
 from workbench.proofs.identity import judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric

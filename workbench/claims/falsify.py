@@ -11,12 +11,12 @@ import numpy as np
 
 from workbench.claims.claim_margins import UNDEFINED, Largest, violation, watching
 from workbench.claims.counterexample import CounterExample, Pair, Replay, run
-from workbench.claims.evolution import Judged, evolve
 from workbench.claims.search_box import Box, slope_of
 from workbench.core import Ode, Step
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values
+from workbench.proofs.evolution import Judged, evolve
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, known, multiple, seconds, whole
 from workbench.validation.refusals import seed as key

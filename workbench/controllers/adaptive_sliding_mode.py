@@ -64,12 +64,12 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self.surface(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
+        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self._switching(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation."""
-        s = self.surface(est, ref).s
+        s = self._sliding(est, ref).s
         return {"K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"])}
 
     def without(self) -> Mapping[str, AbstractArmController]:

@@ -168,7 +168,7 @@ class AosmcRgs(AbstractSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque, equations (27) to (29)."""
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self.surface(est, ref)
+        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         if self.velocity == "printed":
             qd_r, qdd_r = ref.qd, ref.qdd
         tau_eq = M @ qdd_r + C @ qd_r + G + est.d if self.feedforward == "model" else est.d
@@ -177,7 +177,7 @@ class AosmcRgs(AbstractSlidingMode):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The rates of K and P, equations (33) and (34)."""
-        s = self.surface(est, ref).s
+        s = self._sliding(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
         K_rate = {"raised": growth, "zero": ca.SX.zeros(growth.shape), "printed": -growth}[self.gain_sign]
@@ -198,7 +198,7 @@ class AosmcRgs(AbstractSlidingMode):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and P with its residual where it is solved for."""
-        s = {"s": self.surface(est, ref).s}
+        s = {"s": self._sliding(est, ref).s}
         if self.riccati != "algebraic":
             return s
         P, left = self._algebraic(z, est)

@@ -131,19 +131,19 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self.surface(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self.switched(z["K"], s, M)
+        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self._switching(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the rules and the chosen form of adaptation; z' = v."""
-        s = self.surface(est, ref).s
+        s = self._sliding(est, ref).s
         v = self._trend(z, s)
         r = self.rules.strength(ca.fabs(s), v)
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and the output r of the rules."""
-        s = self.surface(est, ref).s
+        s = self._sliding(est, ref).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
     def without(self) -> Mapping[str, AbstractArmController]:

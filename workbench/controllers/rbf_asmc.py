@@ -94,13 +94,13 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
-        e, ed, s, qd_r, qdd_r = self.surface(est, ref)
+        e, ed, s, qd_r, qdd_r = self._sliding(est, ref)
         learned = z["W"].T @ self._h(e, ed)
-        return M @ qdd_r + C @ qd_r + G + learned - self.switched(z["K"], s, M)
+        return M @ qdd_r + C @ qd_r + G + learned - self._switching(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """K' by the chosen form of adaptation; W' with its leak."""
-        e, ed, s, _, _ = self.surface(est, ref)
+        e, ed, s, _, _ = self._sliding(est, ref)
         return {
             "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
             "W": -self.Gamma * self._h(e, ed) @ s.T - self.sigma * z["W"],
@@ -124,7 +124,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s, and the torque W^T h(x) of the network."""
-        e, ed, s, _, _ = self.surface(est, ref)
+        e, ed, s, _, _ = self._sliding(est, ref)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
     def without(self) -> Mapping[str, AbstractArmController]:

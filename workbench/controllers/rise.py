@@ -77,12 +77,12 @@ class Rise(AbstractSlidingMode):
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The feedback and the integral, and the feedforward torque of the reference if there is a model."""
-        tau: ca.SX = -(self.ks + 1) * self.surface(est, ref).s - z["w"]
+        tau: ca.SX = -(self.ks + 1) * self._sliding(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The rate of w."""
-        s = self.surface(est, ref).s
+        s = self._sliding(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
     def without(self) -> Mapping[str, AbstractArmController]:

@@ -63,8 +63,8 @@ class SlidingMode(AbstractSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self.surface(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self.switched(self.K, s, M)
+        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
+        return M @ qdd_r + C @ qd_r + G - self._switching(self.K, s, M)
 
     def without(self) -> Mapping[str, AbstractArmController]:
         """The ablations: no switching torque, and no boundary layer."""

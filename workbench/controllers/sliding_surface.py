@@ -72,13 +72,13 @@ class AbstractSlidingMode(AbstractArmController):
     @door
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The sliding variable s."""
-        return {"s": self.surface(est, ref).s}
+        return {"s": self._sliding(est, ref).s}
 
-    def surface(self, est: Reads, ref: Follows) -> Surface:
+    def _sliding(self, est: Reads, ref: Follows) -> Surface:
         """The sliding variable of the error between estimate and reference."""
         return sliding(est, ref, self.Lambda)
 
-    def switched(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
+    def _switching(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
         """K o sat(s / phi), (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s)."""
         if self.saturation == "implicit":
             return relay(s, M, K, self.sampling_period())
@@ -90,7 +90,7 @@ class AbstractSlidingMode(AbstractArmController):
         if self.period is None:
             raise ValueError(
                 f"`{type(self).__name__}(saturation='implicit')` solves its relay over a sampling period, which "
-                "continuous time has none of: take `ClosedLoop.sampled(period)`, or another saturation."
+                "continuous time has none of: take `ClosedLoop.digital(period)`, or another saturation."
             )
         return self.period
 

@@ -84,7 +84,7 @@ class SuperTwisting(AbstractSlidingMode):
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
-        _, _, s, _, qdd_r = self.surface(est, ref)
+        _, _, s, _, qdd_r = self._sliding(est, ref)
         root, sigma, w = self._switched(s, z["w"])
         u = -self.k1 * root * sigma + w
         tau: ca.SX = M @ (qdd_r + u) + C @ est.qd + G
@@ -92,7 +92,7 @@ class SuperTwisting(AbstractSlidingMode):
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The integral part by -k2 sat(s / phi)."""
-        _, sigma, _ = self._switched(self.surface(est, ref).s, z["w"])
+        _, sigma, _ = self._switched(self._sliding(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
 
     @property

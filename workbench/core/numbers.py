@@ -53,6 +53,7 @@ class Bounds:
         inside = strict if self.strict else (value >= self.low) & (value <= self.high)
         return np.asarray(np.isfinite(value) & inside)
 
+    @door
     def refuse_unsymmetric(self, name: str, matrices: Array) -> None:
         """Refuse a matrix of (B, n, n) that is not symmetric, or not as definite as it must be."""
         size = np.abs(matrices)

@@ -190,6 +190,7 @@ class AbstractSignalMetric(AbstractMetric):
         seen = watched(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 
+    @door
     def measured_in(self, unit: str) -> str:
         """The unit of the metric of a signal in a unit."""
         return unit

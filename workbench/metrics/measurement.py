@@ -32,6 +32,13 @@ class Score:
     value: Array
     error: Array
 
+    def __post_init__(self) -> None:
+        if self.value.ndim != 2 or self.value.shape != self.error.shape:
+            raise ValueError(
+                "`Score(value=..., error=...)` must be two arrays of one shape (B, k); got shapes "
+                f"{self.value.shape} and {self.error.shape}."
+            )
+
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """A row for each number: metric, label, unit, the least, mean and largest value of all runs, and the error."""

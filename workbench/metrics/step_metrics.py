@@ -86,6 +86,7 @@ class TotalVariation(AbstractSignalMetric):
     def __post_init__(self) -> None:
         seconds("TotalVariation(sample=...)", self.sample)
 
+    @door
     def measured_in(self, unit: str) -> str:
         """The unit of the signal, per second."""
         return product((unit, 1), ("s", -1))

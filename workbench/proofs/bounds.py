@@ -153,6 +153,8 @@ def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extre
         If D may jump, and so has no slope, or has a pole.
     """
     until = seconds("disturbance_bounds(until=...)", until)
+    if not (t.is_scalar() and t.is_symbolic()):
+        raise refusal("disturbance_bounds(t=...)", "the symbol of time in D", t)
     if broken := jumps(walk(D), [t.name()]):
         raise NoBound(f"A disturbance that holds {broken[0]} may jump, and its slope then says nothing.")
     return largest_norm(D, t, 0.0, until), largest_norm(ca.jacobian(D, t), t, 0.0, until)

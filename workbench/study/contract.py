@@ -33,6 +33,8 @@ def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
     if isinstance(loop, Ode | Sampled):
         return loop
     call = f"{type(loop).__name__}.ode({name!r})"
+    if not callable(getattr(loop, "ode", None)):
+        raise refusal("loop", "a loop with an `ode`, an `Ode` or a `Sampled`", loop)
     equations = answer(call, loop.ode, name)
     if not isinstance(equations, Ode | Sampled):
         must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import claim_margins, counterexample, evolution, falsify, search_box
+from workbench.claims import claim_margins, counterexample, falsify, search_box
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
@@ -22,7 +22,7 @@ from workbench.printed import (
     printed_equations,
 )
 from workbench.printed import entry_comparison as printed  # fmt: skip
-from workbench.proofs import bounds, exact_arithmetic, identity, interval, properties, rest_points, witness
+from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points, witness
 from workbench.robots import named
 
 from ..parts import ODE

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.claims.evolution import Flags, Judged, evolve
+from workbench.proofs.evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import answer
 from workbench.study.ledger.chunk import Chunk

@@ -36,6 +36,7 @@ class Judged:
                 f"{self.value.shape} and {self.excess.shape}."
             )
 
+    @door
     def beats(self, other: Judged) -> Flags:
         """True where each trial is no worse than another: admissible first, then by value, among others by excess."""
         mine, theirs = self.excess <= 0, other.excess <= 0
@@ -46,10 +47,6 @@ class Judged:
     def best(self) -> int:
         """The place of the best trial."""
         return int(np.lexsort((self.value, -np.maximum(self.excess, 0)))[-1])
-
-    def where(self, better: Flags, other: Judged) -> Judged:
-        """The worth of these trials where `better`, and of the other ones elsewhere."""
-        return Judged(np.where(better, self.value, other.value), np.where(better, self.excess, other.excess))
 
 
 @door
@@ -85,7 +82,7 @@ def evolve(
         trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
-        u, worth = np.where(better[:, None], trial, u), found.where(better, worth)
+        u, worth = np.where(better[:, None], trial, u), _chosen(better, found, worth)
     return u, worth
 
 
@@ -120,3 +117,8 @@ def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
     if len(worth.value) != len(trials):
         raise ValueError(f"`evolve(judge=...)` must judge all of {len(trials)} trials; it judged {len(worth.value)}.")
     return worth
+
+
+def _chosen(better: Flags, trials: Judged, others: Judged) -> Judged:
+    """The worth of the trials where they are `better`, and of the others elsewhere."""
+    return Judged(np.where(better, trials.value, others.value), np.where(better, trials.excess, others.excess))
