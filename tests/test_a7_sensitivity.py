@@ -10,10 +10,9 @@ from studies.a7_sensitivity import factors as sensitivity_factors
 from studies.a7_sensitivity import findings
 from studies.a7_sensitivity.derivatives import Derivatives, foretold, numbers_of
 from studies.a7_sensitivity.factors import SPAN, TOLERANCE, factors, group_of
-from studies.a7_sensitivity.pages import acting_pairs, course
-from studies.a7_sensitivity.results import LawResults, leaders, middles
+from studies.a7_sensitivity.pages import acting_pairs, left_table
+from studies.a7_sensitivity.results import LawResults, leaders
 from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
-from studies.a7_sensitivity.trust import left_table
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.factors import Space
@@ -47,7 +46,7 @@ def made(weights, joint_weights=None):
 
 @cache
 def usual():
-    return made({"RMSE": {"Q": 5.0, "m1": 3.0}, "ISE": {"Q": 9.0}})
+    return made({"RMSE": {"Q": 5.0, "m1": 3.0}})
 
 
 def with_values(one, kind, change):
@@ -205,18 +204,6 @@ def test_factors_left_at_their_values_are_held_against_the_rule():
 
 def test_factors_of_a_sum_act_in_no_pair():
     assert acting_pairs(usual().shares).endswith("is told for none.")
-
-
-def test_the_course_over_time_is_told_in_numbers_and_windows_as_open_where_it_is_uncertain():
-    indices, t = usual().shares_over_time(0), middles(usual().indices)
-    said = course(indices, t)
-    # all weight on one gain beside eight factors of the arm and the model a ninetieth as strong
-    assert "sum to 1.00 \N{PLUS-MINUS SIGN} 0.01 in the first window" in said
-    assert said.count("around none s") == 2
-    half = indices.ST.half.copy()
-    half[1, 3] = 0.051
-    said = course(replace(indices, ST=Estimate(indices.ST.value, half)), t)
-    assert "together around none s, of single factors around 0.375 s" in said
 
 
 def test_leaders_are_all_that_the_intervals_do_not_tell_apart():

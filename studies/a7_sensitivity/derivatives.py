@@ -5,9 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from studies.a7_sensitivity.factors import written
 from studies.a7_sensitivity.results import LawResults, interval, named, narrow
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, STEPS, UNTIL, free, loop
+from studies.a7_sensitivity.sweeps import METRICS, STEPS, UNTIL, free, loop
 from workbench.core import Ode
 from workbench.study.document.document import Column, Paragraph, Section, Table, Verdict
 from workbench.study.uncertainty import Estimate
@@ -34,12 +33,6 @@ class Derivatives:
     sensitivities: LocalSensitivities
     moves: Array
     deviations: Array
-
-    def elasticities(self, metric: str, joint: int) -> tuple[Array, ...]:
-        """Percents of a metric by percent of each factor, (d,): of the gradient, and of runs over 0.01 % and 1 %."""
-        one = self.sensitivities
-        kinds = (one.gradient, one.slope, one.wide_slope)
-        return tuple(self.moves @ kind[metric][joint] / one.value[metric][joint] for kind in kinds)
 
     def shares(self, metric: str, joint: int) -> Array:
         """The parts of the variance (d,) if the metric were linear."""
@@ -113,21 +106,7 @@ def derivatives_section(laws: Mapping[str, LawResults], near: Mapping[str, Deriv
         "saturates or switches, the gradient sees the pieces and not the instants between them, and may be no slope "
         "at all."
     )
-    tables = elasticities_table(near[PROPOSED]), slopes_table(laws, near)
-    return Section("Exact derivatives at the numbers of the card", (Paragraph(text), *tables))
-
-
-def elasticities_table(near: Derivatives) -> Table:
-    """Percent of the RMSE by percent of each factor, by three roads."""
-    parts = [part for joint in (0, 1) for part in near.elasticities("RMSE", joint)]
-    kinds = ("gradient", "over 0.01 %", "over 1 %")
-    return Table(
-        "elasticities",
-        f"By how many percent the RMSE of {PROPOSED} changes for each percent of a factor: by the gradient, and by "
-        "runs beside this one.",
-        (Column("factor"), *(Column(f"q{joint}, {kind}", "%/%", "right") for joint in (1, 2) for kind in kinds)),
-        tuple((written(name), *(f"{part[i]:.4f}" for part in parts)) for i, name in enumerate(near.factors)),
-    )
+    return Section("Exact derivatives at the numbers of the card", (Paragraph(text), slopes_table(laws, near)))
 
 
 def slopes_table(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives]) -> Table:

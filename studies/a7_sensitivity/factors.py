@@ -30,7 +30,7 @@ OF_MODEL = ("controller.model",)
 OF_BOTH_MODELS = ("controller.model", "observer.state.model")
 
 GROUPS = ("gains", "arm", "model")
-WORDS = ("lag", "width of |s|", "width of the trend", "centres", "widths")  # names that are no letters
+WORDS = ("Kp", "Ki", "Kd", "lag", "width of |s|", "width of the trend", "centres", "widths")  # no symbols
 SURFACE = (("Lambda", "Lambda", ("controller.Lambda",)), ("phi", "phi", ("controller.phi",)))
 LEARNING = (("K(0)", "ASMC: K(0)", ("controller.K",)), ("gamma", "ASMC: gamma", ("controller.gamma",)))
 # Of each law: what it is called here, its name on the card, and what it moves.
