@@ -1,4 +1,4 @@
-"""The gains that a4 compares, the region in which it asks for them, and what is found of each, once."""
+"""The gains that a4 compares, the region in which it asks for them, and the audit of each, once."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -36,7 +36,9 @@ REGION = Region(np.array([5.0, 5.0]), np.array([30.0, 30.0]))  # rad/s, N m, at 
 INNER = 0.8  # of the speeds are the arm's own, the rest is room for the error of its estimate
 SURFACE = float(min(CARD["Lambda"]))  # 1/s, as fast as which the estimate should at least be
 MODEST = 0.1  # 1/s, the rate that is asked of the paper's gains, as they keep no more
-SHARES = (0.1, 0.5, 1.0)
+SHARES = (0.1, 1.0)  # of the region
+BOX = f"|qd_i| ≤ {REGION.speed[0]:g} rad/s, |tau_i| ≤ {REGION.torque[0]:g} N m, any position"
+SCENARIOS = ("first scenario", "first scenario, from y(0)", "second scenario")
 PAPER, DOUBLE, LMI = "paper", "double pole", "LMI"
 CHOSEN = DOUBLE  # of those with a proof in the whole region, the one whose tracking is told
 
@@ -48,6 +50,7 @@ HOW = {
     "Kalman": raised("beside the hanging arm; noise of 1e-4 rad^2 s, unknown accelerations of 1000 rad^2/s^3"),
     LMI: f"the least bound of noise with {SURFACE:g} 1/s in the whole region, all by one LMI",
 }
+STYLES = {name: i for i, name in enumerate(HOW)}
 
 
 @cache
@@ -62,19 +65,19 @@ def proved() -> Mapping[str, RateCertificate]:
 @cache
 def gains() -> Mapping[str, Gains]:
     """The gains by name, in the order of HOW."""
-    found = (
+    values = (
         Gains(CARD["L1"], CARD["L2"]),
         proved()[DOUBLE].gains,
         high_gain(2, 3.0, 2.0, 0.025),
         kalman(DYNAMICS, REST, REST, REST, 1e3 * I, 1e-4 * I),
         proved()[LMI].gains,
     )
-    return dict(zip(HOW, found, strict=True))
+    return dict(zip(HOW, values, strict=True))
 
 
 @cache
 def audits() -> Mapping[str, Audit]:
-    """What is seen and proved of each: the paper's gains are asked for a modest rate, the others for the surface's."""
+    """The audit of each: the paper's gains are asked for a modest rate, the others for the surface's."""
     asked = {name: MODEST if name == PAPER else SURFACE for name in HOW}
     return {
         name: audit(DYNAMICS, mine, REGION, INNER, asked[name], proved().get(name)) for name, mine in gains().items()

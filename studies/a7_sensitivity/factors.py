@@ -10,6 +10,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.paper.card import CARD
+from workbench.notation.formula import symbol
+from workbench.study.document.phrases import Phrase
 from workbench.study.provenance import Given
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -27,7 +29,8 @@ MODEL = "model "  # before the name of a part of the arm: as the law believes it
 OF_MODEL = ("controller.model",)
 OF_BOTH_MODELS = ("controller.model", "observer.state.model")
 
-BOTH = ("controller.K[0,0]", "controller.K[1,1]")
+GROUPS = ("gains", "arm", "model")
+WORDS = ("Kp", "Ki", "Kd", "lag", "width of |s|", "width of the trend", "centres", "widths")  # no symbols
 SURFACE = (("Lambda", "Lambda", ("controller.Lambda",)), ("phi", "phi", ("controller.phi",)))
 LEARNING = (("K(0)", "ASMC: K(0)", ("controller.K",)), ("gamma", "ASMC: gamma", ("controller.gamma",)))
 # Of each law: what it is called here, its name on the card, and what it moves.
@@ -101,3 +104,23 @@ def spread(given: Given) -> AbstractDistribution:
     low = max(1 / SPAN, (given.low or 0.0) / largest) if (given.low or 0.0) > 0 else 1 / SPAN
     high = SPAN if given.high is None else min(SPAN, given.high / largest)
     return LogUniform(low, high)
+
+
+def written(factor: str) -> Phrase:
+    """A factor as a page prints it."""
+    name = factor.removeprefix(MODEL)
+    start = name.removesuffix("(0)")
+    letter = start if start in WORDS else symbol(start)
+    return ("model " if name != factor else "", letter, name.removeprefix(start))
+
+
+def labels(names: Sequence[str]) -> dict[str, Phrase]:
+    """The labels of factors in pictures."""
+    return {name: written(name) for name in names}
+
+
+def group_of(factor: str) -> str:
+    """The group of a factor: gains, the arm with its disturbance, or the model."""
+    if factor.startswith(MODEL):
+        return "model"
+    return "arm" if factor in (*PARTS, "g", "D") else "gains"

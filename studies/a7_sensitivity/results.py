@@ -1,4 +1,4 @@
-"""What the runs of a law say: effects, indices, swings, bands over time; or why they do not."""
+"""The samples of a law, with the effects, indices and quantiles of its outputs."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from studies.a7_sensitivity.sweeps import EVERY, called, kinds, metrics
-from studies.a7_sensitivity.words import GROUPS, group_of, percent
+from studies.a7_sensitivity.factors import GROUPS, group_of
+from studies.a7_sensitivity.sweeps import EVERY, NARROW, PROPOSED, called, metrics
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import (
+    Estimate,
     MorrisEffects,
     Quantiles,
     SobolIndices,
@@ -25,11 +26,12 @@ from workbench.validation.refusals import Array
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
+Output = tuple[str, int]  # a metric and a joint
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
-    """The samples of a law, and what they say of outputs such as ('RMSE', 0): a metric and a joint."""
+class LawResults:
+    """The samples of a law, and their analysis by outputs such as ('RMSE', 0)."""
 
     law: str
     screening: Sample
@@ -38,28 +40,32 @@ class Found:
     swings: Sample | None = None
 
     @property
-    def outputs(self) -> tuple[tuple[str, int], ...]:
+    def outputs(self) -> tuple[Output, ...]:
         """The metrics at the horizon, joint by joint."""
         return tuple((metric.name, joint) for metric in metrics(self.law) for joint in (0, 1))
 
     @property
     def samples(self) -> tuple[Sample, ...]:
-        """All that there are."""
+        """All samples of the law."""
         return self.screening, self.indices, self.random, *(() if self.swings is None else (self.swings,))
 
     @cached_property
     def effects(self) -> MorrisEffects:
-        """Of every factor on every output."""
-        return self._judged(morris, self.screening, self.outputs)
+        """The effects of every factor on every output."""
+        return self.effects_on(self.outputs)
+
+    def effects_on(self, outputs: Sequence[Output]) -> MorrisEffects:
+        """The effects of every factor on some outputs."""
+        return _judged(morris, self.screening, outputs)
 
     @cached_property
     def shares(self) -> SobolIndices:
-        """Of the free factors in the variance of every output."""
+        """The indices of the free factors in the variance of every output."""
         return self.shares_of(self.outputs)
 
-    def shares_of(self, outputs: Sequence[tuple[str, int]]) -> SobolIndices:
-        """The same of some outputs."""
-        return self._judged(partial(sobol, groups=self.groups, control=True), self.indices, outputs)
+    def shares_of(self, outputs: Sequence[Output]) -> SobolIndices:
+        """The indices of the free factors in the variance of some outputs."""
+        return _judged(partial(sobol, groups=self.groups, control=True), self.indices, outputs)
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -67,17 +73,13 @@ class Found:
         free = self.indices.factors
         return {**{group: tuple(f for f in free if group_of(f) == group) for group in GROUPS}, "all": free}
 
-    def effects_on(self, metric: str) -> MorrisEffects:
-        """Of every factor on both joints of one metric."""
-        return self._judged(morris, self.screening, ((metric, 0), (metric, 1)))
-
     def tornado_of(self, metric: str, joint: int) -> Tornado:
-        """What each factor does by itself."""
+        """The swing of an output with each factor by itself."""
         sample = self.swings
         return tornado(sample.design, sample.outputs(metric, joint), [named(metric, joint)], factors=sample.factors)
 
     def shares_over_time(self, joint: int) -> SobolIndices:
-        """Of the free factors in the variance of the error of each window of time."""
+        """The indices of the free factors in the variance of the error of each window of time."""
         names = [f"{t:g} s" for t in middles(self.indices)]
         design, factors = self.indices.design, self.indices.factors
         return sobol(design, windows(self.indices, joint), names, factors=factors, groups=self.groups, control=True)
@@ -91,17 +93,18 @@ class Found:
         """Quantiles of an output over random runs."""
         return quantiles(self.random.design, self.random.outputs(metric, joint), levels=LEVELS)
 
-    @staticmethod
-    def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[tuple[str, int]]) -> Any:
-        values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
-        errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
-        names = [named(*output) for output in outputs]
-        return call(sample.design, values, names, factors=sample.factors, errors=errors)
+
+def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output]) -> Any:
+    values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
+    errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+    names = [named(*output) for output in outputs]
+    return call(sample.design, values, names, factors=sample.factors, errors=errors)
 
 
-def found(results: Results, law: str) -> Found:
-    """What a study found of a law."""
-    return Found(law, *(results.sample(called(law, kind)) for kind in kinds(law)))
+def results_of(results: Results, law: str) -> LawResults:
+    """The results of a study for a law."""
+    kinds = ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
+    return LawResults(law, *(results.sample(called(law, kind)) for kind in kinds))
 
 
 def named(metric: str, joint: int) -> str:
@@ -121,19 +124,24 @@ def middles(sample: Sample) -> Array:
     return np.asarray(sample.t - EVERY / 2)
 
 
-def unit_of(metric: str) -> str:
-    """The unit of a metric, as axes print it."""
-    return {"TV": "N m/s", "effort": "N m"}.get(metric, "rad")
+def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:
+    """The factors whose total index the runs do not tell from the largest, that one first."""
+    order = np.argsort(-total.value, kind="stable")
+    least = total.low[order[0]]
+    return tuple(factors[i] for i in order if total.high[i] >= least or i == order[0])
 
 
-def heaviest(sample: Sample, metric: str = "late error") -> str:
-    """How much of the variance of a metric a single run has, at the joint where it has most."""
-    values = np.stack([sample.outputs(metric, joint) for joint in (0, 1)])
-    squares = (values - values.mean(axis=1, keepdims=True)) ** 2
-    part = squares.max(axis=1) / squares.sum(axis=1)
-    joint = int(part.argmax())
-    second, first = np.sort(values[joint])[-2:]
-    return (
-        f"One of {len(sample):,} runs has {percent(part[joint])} of the variance at joint {joint + 1} "
-        f"({first:.2f} rad; the next is {second:.2f})."
-    )
+def narrow(*estimates: Estimate) -> bool:
+    """True if every interval is narrow enough for a sentence to rest on it."""
+    return all(bool((2 * one.half < NARROW).all()) for one in estimates)
+
+
+def interval(one: Estimate, digits: int = 2) -> str:
+    """A number with its interval, rounded up."""
+    half = np.ceil(10**digits * float(one.half)) / 10**digits
+    return f"{float(one.value):.{digits}f} \N{PLUS-MINUS SIGN} {half:.{digits}f}"
+
+
+def percent(share: float) -> str:
+    """A share in whole percents."""
+    return f"{100 * share:.0f} %"

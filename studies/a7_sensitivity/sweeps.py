@@ -7,6 +7,7 @@ from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_
 from workbench.study.contract import Run
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
 
 PROPOSED = "AOSMC-RGS"
@@ -53,7 +54,7 @@ def loop(law: str) -> ClosedLoop:
 
 
 def metrics(law: str) -> tuple[AbstractMetric, ...]:
-    """What is measured of a law: where it has an observer, that one's error too."""
+    """The metrics of a law, with the error of its observer where it has one."""
     return (*METRICS, OBSERVER) if law == PROPOSED else METRICS
 
 
@@ -63,44 +64,26 @@ def free(law: str) -> tuple[Factor, ...]:
 
 
 def called(law: str, kind: str) -> str:
-    """The name of a sweep of a law: kind is screening, indices, tornado or bands."""
+    """The name of a sweep of a law."""
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
-def kinds(law: str) -> tuple[str, ...]:
-    """Of which kinds the sweeps of a law are."""
-    return ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
-
-
-def looks(law: str, kind: str) -> bool:
-    """Whether a sweep is looked at over time."""
-    return kind == "bands" or (kind == "indices" and law == PROPOSED)
-
-
-def sweeps(law: str) -> tuple[Sweep, ...]:
-    """The sweeps of a law; only the proposed one has a tornado."""
-    every, some = factors(law), free(law)
-    designs = {
+def sweeps(law: str) -> dict[str, Sweep]:
+    """The sweeps of a law by their kind; only the proposed one has a tornado."""
+    every, some, ours = factors(law), free(law), law == PROPOSED
+    of = {
         "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
-        "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), law == PROPOSED, seed=SEED)),
-        "tornado": (every, OneAtATime(len(every), levels=(0.0, 1.0))),
+        "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
         "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
     }
-    return tuple(
-        Sweep(
-            called(law, kind),
-            Run(
-                loop(law),
-                (*metrics(law), ise()) if looks(law, kind) else metrics(law),
-                UNTIL,
-                EVERY if looks(law, kind) else None,
-                STEPS[law],
-                seed=SEED,
-            ),
-            moved,
-            design,
-            halved=HALVED,
-        )
-        for kind, (moved, design) in designs.items()
-        if kind in kinds(law)
-    )
+    if ours:
+        of["tornado"] = (every, OneAtATime(len(every), levels=(0.0, 1.0)))
+    return {kind: sweep(law, kind, *designed) for kind, designed in of.items()}
+
+
+def sweep(law: str, kind: str, moved: tuple[Factor, ...], design: AbstractDesign) -> Sweep:
+    """One sweep of a law, kept over time where a picture shows its course."""
+    timed = kind == "bands" or (kind == "indices" and law == PROPOSED)
+    measured = (*metrics(law), ise()) if timed else metrics(law)
+    run = Run(loop(law), measured, UNTIL, EVERY if timed else None, STEPS[law], seed=SEED)
+    return Sweep(called(law, kind), run, moved, design, halved=HALVED)

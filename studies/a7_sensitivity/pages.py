@@ -1,0 +1,262 @@
+"""The pictures of a7, and the tables that its numbers rest on: groups, ranges, the screening's rule, steps."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from studies.a7_sensitivity.factors import GROUPS, SPAN, TOLERANCE, factors, group_of, labels
+from studies.a7_sensitivity.results import FLOOR, LawResults, interval, middles, named, percent
+from studies.a7_sensitivity.sweeps import (
+    CLEARED,
+    EVERY,
+    HALVED,
+    HELD,
+    METRICS,
+    NARROW,
+    PROPOSED,
+    SEED,
+    STEPS,
+    UNTIL,
+    loop,
+    metrics,
+)
+from workbench.metrics import measure
+from workbench.study.document.document import Cell, Column, Figure, Paragraph, Section, Table
+from workbench.study.pictures import indices_over_time, morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.study.uncertainty import Estimate, SobolIndices
+from workbench.study.uncertainty.factors import Space
+
+WORST = 3  # runs a joint with the largest TV, which are run again
+KEPT = 0.01  # s between the states at which the limit of stability is looked for
+FELT = 0.02  # of the variance, below which a pair is not worth a word
+SHOWN = ("RMSE", "late error", "TV")
+
+
+def indices_figure(one: LawResults, joint: int) -> Figure:
+    """The indices of the metrics of one joint."""
+    return sobol_bars(
+        f"aosmc_rgs_sobol_q{joint + 1}",
+        f"Indices of {one.law}, joint {joint + 1}.",
+        one.shares_of([(metric, joint) for metric in SHOWN]),
+        one.indices.note_of("RMSE", joint),
+        labels=labels(one.indices.factors),
+    )
+
+
+def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
+    """The error of every law over time."""
+    first = laws[PROPOSED].random
+    lost = ", ".join(f"{law} {one.random.failed}" for law, one in laws.items())
+    return quantile_bands(
+        "bands",
+        f"The error of joint 1 in each window of {EVERY:g} s, over random draws of all factors; errors below "
+        f"{1e3 * FLOOR:g} mrad are drawn there, as the integrals behind them round.",
+        middles(first),
+        {law: one.bands(0) for law, one in laws.items()},
+        f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED}). Failed runs: {lost}",
+        "log10 of the error [rad]",
+    )
+
+
+def proposed_section(one: LawResults) -> Section:
+    """The proposed law in full."""
+    effects, over_time = one.effects_on([("RMSE", 0), ("RMSE", 1)]), one.shares_over_time(0)
+    gains = over_time.of_group("gains", total=True)
+    tornadoes = (
+        tornado_figure(
+            name,
+            f"The {metric} of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
+            one.tornado_of(metric, 0),
+            one.swings.note_of(metric, 0),
+            "rad",
+            labels=labels(one.swings.factors),
+        )
+        for name, metric in (("aosmc_rgs_tornado", "RMSE"), ("aosmc_rgs_tornado_late", "late error"))
+    )
+    return Section(
+        f"{PROPOSED} in full",
+        (
+            indices_figure(one, 1),
+            *tornadoes,
+            morris_plane(
+                "aosmc_rgs_morris",
+                f"Elementary effects on the RMSE of {PROPOSED}.",
+                effects,
+                one.screening.note_of("RMSE", 0),
+                "rad",
+                labels=labels(effects.factors),
+            ),
+            indices_over_time(
+                "aosmc_rgs_over_time",
+                f"Indices of the error of joint 1 of {PROPOSED}, its root mean square in each window of {EVERY:g} s.",
+                middles(one.indices),
+                over_time,
+                one.indices.note_of("ISE", 0),
+                labels=labels(one.indices.factors),
+            ),
+            Paragraph(
+                f"The total indices of all gains sum to {interval(gains[0])} in the first window, and to "
+                f"{interval(gains[-1])} in the last; what is left is the arm and its model. {acting_pairs(one.shares)}"
+            ),
+        ),
+    )
+
+
+def acting_pairs(indices: SobolIndices) -> str:
+    """The pairs of factors that act together, as far as the runs can tell."""
+    names = [f"{indices.factors[i]} and {indices.factors[j]}" for i, j in indices.pairs]
+    told = [
+        f"{names[place]} ({output})"
+        for output in indices.names
+        for place in np.flatnonzero(indices[output].S2.low > FELT)
+    ]
+    return (
+        f"Of {len(names)} pairs of factors, whose intervals hold together, an S2 above {FELT:g} is told for "
+        f"{', '.join(told) or 'none'}."
+    )
+
+
+def groups_table(laws: Mapping[str, LawResults]) -> Table:
+    """First-order parts of gains, arm and model, and what is left for factors that act together."""
+    rows: list[tuple[Cell, ...]] = []
+    for law, one in laws.items():
+        has = {group_of(factor) for factor in one.shares.factors}
+        for metric, joint in ((metric.name, joint) for metric in METRICS for joint in (0, 1)):
+            shares = one.shares[named(metric, joint)]
+            whole = shares.of_group("all")
+            cells = (interval(shares.of_group(group)) if group in has else None for group in GROUPS)
+            rest = interval(Estimate(1 - whole.value, whole.half))
+            rows.append((law, metric, joint + 1, f"{float(shares.deviation):.2g}", *cells, rest))
+    return Table(
+        "groups",
+        "The parts of the variance of each metric that gains, arm and model have by themselves (sums of S1, intervals "
+        "of 95 %), and what is left, which is due to factors that act together. Deviations are in rad, of the TV in "
+        f"N m/s, of the effort in N m; an interval wider than {NARROW:g} decides nothing here.",
+        (
+            *map(Column, ("law", "metric", "joint")),
+            *(Column(head, align="right") for head in ("standard deviation", *GROUPS, "together")),
+        ),
+        tuple(rows),
+    )
+
+
+def varied_section(laws: Mapping[str, LawResults]) -> Section:
+    """The factors, their ranges, and those that the screening left at their values."""
+    text = (
+        "All factors are shares of the numbers on the card (a1), independent of one another. What the paper states is "
+        f"off by up to {percent(TOLERANCE)} either way. What is assumed lies within a factor of {SPAN:g}, evenly on a "
+        "logarithmic scale, and within the range on the card where that is narrower. The ranges of the card are "
+        "mostly wider, up to a factor of 20. Over those the adaptive laws grow gains of several hundred N m, and "
+        "behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps below 0.02 ms only: beyond them a run "
+        "chatters by the step alone. So the indices hold for these ranges, and say nothing of wider ones. The arm and "
+        "the model of it are factors of their own: where one moves and the other does not, the law, and the observer "
+        "of AOSMC-RGS, believe in a wrong arm. Gravity is the exception, which all know. PID has no model; its gains "
+        "follow from an assumed pole, and are as uncertain as that."
+    )
+    return Section("What is varied", (Paragraph(text), ranges_table(), left_table(laws)))
+
+
+def ranges_table() -> Table:
+    """The ranges of all factors, those that laws share first."""
+    shared = [factor for factor in factors(PROPOSED) if factor.name in {one.name for one in factors("SMC")}]
+    names = {factor.name for factor in shared}
+    of = {"all, as far as a law has them": shared}
+    of |= {law: [factor for factor in factors(law) if factor.name not in names] for law in STEPS}
+    rows: dict[tuple[str, str, str], list[str]] = {}
+    for law, some in of.items():
+        for factor in some:
+            rows.setdefault((law, factor.distribution.words(), factor.origin), []).append(factor.name)
+    return Table(
+        "ranges",
+        "What is varied. Lambda and phi are of the surface, K(0) and P(0) first values of what the law adapts, m1 to "
+        "l2 masses and lengths of the arm and of its model, D the amplitude of the disturbance.",
+        tuple(map(Column, ("law", "factors", "share of its own value", "origin"))),
+        tuple((law, ", ".join(some), words, origin) for (law, words, origin), some in rows.items()),
+    )
+
+
+def left_table(laws: Mapping[str, LawResults]) -> Table:
+    """The factors that the screening left at their values, held against its rule."""
+    rows: list[tuple[Cell, ...]] = []
+    for law, one in laws.items():
+        if not HELD[law]:
+            continue
+        size, places = one.effects.mu_star, [one.effects.factors.index(name) for name in HELD[law]]
+        most = size.value.max(axis=1, keepdims=True)
+        share, high = (float((part / most)[:, places].max()) for part in (size.value, size.high))
+        kept = "yes" if high < CLEARED else "no" if share >= CLEARED else "open"
+        rows.append((law, ", ".join(HELD[law]), percent(share), percent(high), kept))
+    return Table(
+        "left",
+        "What the Sobol indices leave at its value, and the largest mu* among it, relative to the largest of the same "
+        f"output, with the upper end of its interval. The rule asks for less than {percent(CLEARED)}.",
+        tuple(map(Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
+        tuple(rows),
+    )
+
+
+def trust_section(laws: Mapping[str, LawResults]) -> Section:
+    """Runs, failures, errors of the step."""
+    runs = sum(len(sample) for one in laws.values() for sample in one.samples)
+    text = (
+        f"{runs:,} runs of {UNTIL:g} s, seed {SEED}. A sample with a failed run has no indices. One run in {HALVED} is "
+        "run again at half of the step. The step errs most in runs whose gains grow largest, and these chatter most: "
+        f"so the {WORST} runs of each joint with the largest TV are run again too. A step beyond the limit of "
+        "stability would make a TV that is partly its own."
+    )
+    return Section("Can the numbers be trusted?", (Paragraph(text), steps_table(laws)))
+
+
+def steps_table(laws: Mapping[str, LawResults]) -> Table:
+    """Runs, failures, step, its limit, and the worst error of each metric, law by law."""
+    rows = []
+    for law, one in laws.items():
+        runs = " + ".join(str(len(sample)) for sample in one.samples)
+        lost = sum(sample.failed for sample in one.samples)
+        limit, worst = stress(one)
+        within = f"{1e3 * limit:.3g}{'' if STEPS[law] <= limit else ', passed'}"
+        errors = (f"{error:.1g}" for error in (*(largest_error(one, m.name) for m in METRICS), worst))
+        rows.append((law, runs, lost, f"{1e3 * STEPS[law]:.4g}", within, *errors))
+    columns = (
+        Column("law"),
+        Column("runs"),
+        Column("failed", align="right"),
+        Column("step", "ms", "right"),
+        Column("limit", "ms", "right"),
+        *(Column(f"error of {metric.name}", align="right") for metric in METRICS),
+        Column("of the largest TV", align="right"),
+    )
+    return Table(
+        "steps",
+        "Runs of screening, indices, random draws and tornado; the step, and the longest stable one along the runs "
+        "with the largest TV; the largest change of each metric at half of the step, relative to its standard "
+        "deviation over the runs, and that of the TV of those runs.",
+        columns,
+        tuple(rows),
+    )
+
+
+def largest_error(one: LawResults, metric: str) -> float:
+    """The largest error of a metric, relative to its standard deviation over the runs of the indices."""
+    return max(
+        float(np.nanmax(sample.errors_of(metric, joint))) / float(one.indices.outputs(metric, joint).std())
+        for joint in (0, 1)
+        for sample in one.samples
+    )
+
+
+def stress(one: LawResults) -> tuple[float, float]:
+    """The longest stable step along the runs with the largest TV, in s, and the relative error of that TV.
+
+    There gains have grown most, chattering is worst and the limit of stability nearest.
+    """
+    sample = one.indices
+    values = np.stack([sample.outputs("TV", joint) for joint in (0, 1)], axis=1)
+    worst = np.unique(np.argsort(-values, axis=0)[:WORST])
+    ode = loop(one.law).ode()
+    moved = tuple(factor for factor in factors(one.law) if factor.name in sample.factors)
+    points = np.concatenate([sample.design.points(run, run + 1) for run in worst.tolist()])
+    p, x0 = Space(moved, ode.parameters, ode.states).rows(points)
+    again = measure(ode, metrics(one.law), p, x0, until=UNTIL, h=STEPS[one.law], every=KEPT)
+    error = float((again.scores["TV"].error / values.std(axis=0)).max())
+    return min(limit.limit for limit in again.limits), error
