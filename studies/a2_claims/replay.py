@@ -1,4 +1,4 @@
-"""What the witnesses of a2 need: after `from studies.a2_claims.replay import *` each of their lines runs."""
+"""The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,22 +8,16 @@ import casadi as ca
 import numpy as np
 
 from studies.a1_paper_tables.study import comparison
-from studies.a2_claims.identities import at, both
-from studies.a2_claims.loops import (
-    CONSTANT_D,
-    I,
-    beside_rest,
-    free_arm,
-    observer_rate,
-    on_path,
-    printed_but_for_c,
-    regulation,
-    weighted,
-)
-from studies.a2_claims.lyapunov import V2
-from studies.a2_claims.searches import hunt, rerun
-from studies.a2_claims.statements import ASSUMPTION_4, gain_left
-from studies.paper.card import CARD, LAWS
+from studies.a2_claims import loops
+from studies.a2_claims.identities import at
+from studies.a2_claims.identities import both as both
+from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, weighted
+from studies.a2_claims.loops import beside_rest as beside_rest
+from studies.a2_claims.margins import V2, WITHIN_4, gain_left
+from studies.a2_claims.searches import hunt
+from studies.a2_claims.searches import rerun as rerun
+from studies.paper.card import CARD
+from studies.paper.card import LAWS as LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
@@ -34,41 +28,13 @@ from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
 from workbench.metrics.step_metrics import Peak
-from workbench.proofs.rest_points import RestPoint, growing_modes, rest_point
+from workbench.proofs.rest_points import RestPoint, rest_point
+from workbench.proofs.rest_points import growing_modes as growing_modes
 from workbench.reference import reference
 from workbench.simulate import simulate
 from workbench.study.contract import equations_of
 from workbench.study.runner import measurement
 from workbench.validation.refusals import Array
-
-__all__ = [
-    "I",
-    "LAWS",
-    "along_35",
-    "astray",
-    "beside",
-    "beside_rest",
-    "both",
-    "cost",
-    "cost_of_loop",
-    "derived",
-    "drift",
-    "false_rest",
-    "gain_lost",
-    "growing_modes",
-    "mismatch",
-    "np",
-    "observed",
-    "offset",
-    "printed",
-    "pushed",
-    "rerun",
-    "rest_point",
-    "skewness",
-    "speed_ratio",
-    "v1_rate",
-    "v2_rate",
-]
 
 STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
 HELD = {
@@ -119,7 +85,7 @@ def false_rest(times: float = 1) -> RestPoint:
 def kept_by_drift() -> tuple[str, ...]:
     """Assumption 4, if the run of `drift` keeps it."""
     ode = hunt("printed_filter").ode
-    return hypotheses_kept(ode, [Declared(ASSUMPTION_4)], 10.0, 1e-2, ode.parameters.pack(HELD))
+    return hypotheses_kept(ode, [WITHIN_4], 10.0, 1e-2, ode.parameters.pack(HELD))
 
 
 def drift(until: float = 10.0) -> tuple[Array, Array]:
@@ -178,7 +144,8 @@ def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple
     ode = loop.ode()
     y = SignalsOf(ode)
     rate = Q * ca.sumsqr(y["s"]) + R * ca.sumsqr(y["observer.state.qd_hat"] - y["qd_ref"])
-    watched = _with_output(ode, "cost", rate)
+    outputs = ode.outputs + Layout((Entry("cost", np.zeros(1)),))
+    watched = replace(ode, outputs=outputs, output=ca.vertcat(ode.output, rate))
     J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
     score = measure(watched, (J,), until=until, h=FINE).scores["J"]
     return float(score.value[0, 0]), float(score.error[0, 0])
@@ -189,14 +156,11 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 
     The arm and its estimate start on the desired path; the weights are Q I and R I.
     """
-    ode = weighted(printed_but_for_c(), Q, R).ode()
+    ode = weighted(loops.printed_but_for_c(), Q, R).ode()
     y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
-    rate, size, left = (
-        float(v) for v in ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)
-    )
-    return rate, size, left
+    return tuple(map(float, ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)))
 
 
 @cache
@@ -237,21 +201,15 @@ def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
     """|q - q_hat| in rad at `until` for the arm without torque from (q, qd)(0), by variable steps; its error."""
-    ode = _freely()
+    ode = free_arm()
     x0 = ode.states.pack({"plant.q": q, "plant.qd": qd})[0]
     y, error = in_reference_mode(ode, "q_error", ode.parameters.default, x0, [until])
     return float(np.linalg.norm(y[0])), float(np.linalg.norm(error))
 
 
-@cache
-def _freely() -> Ode:
-    """The arm without torque, watched by (10)."""
-    return free_arm()
-
-
 def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float:
     """The share of starts (q, qd)(0), rows (B, 4), with |q - q_hat| > bound [rad] at `until`."""
-    ode = _freely()
+    ode = free_arm()
     x0 = ode.states.pack({"plant.q": starts[:, :2], "plant.qd": starts[:, 2:]})
     p = np.tile(ode.parameters.default, (len(x0), 1))
     runs = simulate(rk4(ode, 1e-3), p, x0, until=until, every=until)
@@ -260,7 +218,7 @@ def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float
 
 def offset(until: float = 20.0) -> tuple[Array, Array]:
     """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
-    runs = [measure(regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
+    runs = [measure(loops.regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
     coarse, fine = (run["e"][0, -1] for run in runs)
     return fine, np.abs(fine - coarse)
 
@@ -268,9 +226,5 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
-    scores = measure(on_path().ode(), late, until=until, h=STEP).scores
+    scores = measure(loops.on_path().ode(), late, until=until, h=STEP).scores
     return {name: (float(score.value[0].max()), float(score.error[0].max())) for name, score in scores.items()}
-
-
-def _with_output(ode: Ode, name: str, value: ca.SX) -> Ode:
-    return replace(ode, outputs=ode.outputs + Layout((Entry(name, np.zeros(1)),)), output=ca.vertcat(ode.output, value))
