@@ -6,7 +6,7 @@ import numpy as np
 from studies.a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
 from studies.a0_two_link_arm import DERIVED as ARM
 from studies.a2_claims.checks import Checked, judges, listed, typed
-from studies.a2_claims.margins import ASSUMPTION_4
+from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import plant
 from workbench.claims.verdicts import Finding

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from studies.a2_claims.identities import SIDES, both
-from studies.a2_claims.searches import found, hunt, line
+from studies.a2_claims.searches import found, hunt, line, worst_component
 from studies.paper.card import CARD
-from workbench.claims.counterexample import CounterExample
 from workbench.claims.verdicts import Check, Finding
 from workbench.core import Claim
 from workbench.proofs.identity import judge_equal
@@ -51,42 +50,40 @@ def identical(name: str) -> Finding:
     return Finding("not checkable", judge_equal(*SIDES[name]).evidence)
 
 
-def unequal(claim: Claim, evidence: str, **values: tuple[float, ...]) -> Checked:
+def unequal(
+    name: str, statement: str, source: str, evidence: str, *below: Claim, **values: tuple[float, ...]
+) -> Checked:
     """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are the sides there."""
-    witness = ", ".join(f"{name}={typed(value)}" for name, value in values.items())
+    witness = ", ".join(f"{letter}={typed(value)}" for letter, value in values.items())
 
     def check() -> Finding:
-        left, right = both(claim.name, **values)
-        differ = judge_equal(*SIDES[claim.name]).kind == "refuted" and not np.allclose(left, right, rtol=1e-9, atol=0)
-        return refuted(differ, evidence.format(listed(left), listed(right)), f'both("{claim.name}", {witness})')
+        left, right = both(name, **values)
+        differ = judge_equal(*SIDES[name]).kind == "refuted" and not np.allclose(left, right, rtol=1e-9, atol=0)
+        return refuted(differ, evidence.format(listed(left), listed(right)), f'both("{name}", {witness})')
+
+    return Checked(Claim(name, statement, source, below), check)
+
+
+def searched(search: str, claim: Claim, evidence: str, under: str = "", units: Sequence[str] = ("",)) -> Checked:
+    """A claim that runs can break; the evidence takes the numbers of the worst run, which the witness runs again.
+
+    The numbers are `value`, `least` = -value, its `error`, the `unit` of the worst component, and the runs `sought`.
+    """
+
+    def check() -> Finding:
+        result, task = found(search), hunt(search)
+        if result.worst is None:
+            return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
+        counted = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
+        sought = f"{result.runs:,} runs of {task.until:g} s{counted}"
+        value, error, unit = result.worst.value, result.worst.error, units[worst_component(search) if units[1:] else 0]
+        words = evidence.format(value=value, least=-value, error=error, unit=unit, sought=sought)
+        if result.kind == "refuted":
+            kept = tuple(hypothesis.claim.name for hypothesis in task.kept)  # by each run that counts
+            return Finding("refuted", words, line(search), kept=kept)
+        return Finding("not refuted", words, line(search), samples=result.kept, under=under)
 
     return Checked(claim, check)
-
-
-def searched(name: str, claim: Claim, under: str = "") -> Callable[[Callable[[CounterExample], str]], Checked]:
-    """Bind to a claim that runs can break the sentence on the worst run; the witness runs it again."""
-
-    def bind(sentence: Callable[[CounterExample], str]) -> Checked:
-        def check() -> Finding:
-            result = found(name)
-            if result.worst is None:
-                return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
-            evidence = sentence(result.worst)
-            if result.kind == "refuted":
-                kept = tuple(hypothesis.claim.name for hypothesis in hunt(name).kept)  # by each run that counts
-                return Finding("refuted", evidence, line(name), kept=kept)
-            return Finding("not refuted", evidence, line(name), samples=result.kept, under=under)
-
-        return Checked(claim, check)
-
-    return bind
-
-
-def sought(name: str) -> str:
-    """The number of runs of a search, their length, and how many of them count."""
-    result = found(name)
-    kept = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
-    return f"{result.runs:,} runs of {hunt(name).until:g} s{kept}"
 
 
 def listed(values: object, digits: int = 4) -> str:

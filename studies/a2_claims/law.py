@@ -3,10 +3,8 @@
 import numpy as np
 
 from studies.a2_claims import replay
-from studies.a2_claims.checks import identity, judges, listed, numbers, refuted, searched, sought, unequal
-from studies.a2_claims.searches import worst_component
+from studies.a2_claims.checks import identity, judges, listed, numbers, refuted, searched, unequal
 from studies.paper.card import CARD
-from workbench.claims.counterexample import CounterExample
 from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.core import Claim
@@ -16,17 +14,21 @@ SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
 WEIGHTS, WEIGHTS_OF_COST = numbers("Q", "R", "l"), numbers("Q", "R")
 FITTED = CARD["Q"][0, 0], CARD["R"][0, 0]
 SMALL = (0.1, 10.0)  # Q and R, times I: weights with which (34) lowers the cost
-UNITS = {1: "N m", 2: "N^2 m^2"}  # of a minor of K, by its order
+UNITS = "N m", "N^2 m^2"  # of a leading minor of K, by its order
 ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"
 
 rate_along_10 = unequal(
-    Claim("(30), along (10)", "The first line of (30) is ds/dt along the observer (10).", "(10), (30)"),
+    "(30), along (10)",
+    "The first line of (30) is ds/dt along the observer (10).",
+    "(10), (30)",
     "D enters (30) and not (10): at D = (1, 0) N m, all else zero, M times the first line is {0} N m, and M ds/dt is "
     "{1}. The terms in L1 x1~ and L2 x1~ are missing as well.",
     D=(1, 0),
 )
 rate_along_35 = unequal(
-    Claim("(30), along (35)", "The first line of (30) is ds/dt where the estimates obey (35), x1~ = 0.", "(30), (35)"),
+    "(30), along (35)",
+    "The first line of (30) is ds/dt where the estimates obey (35), x1~ = 0.",
+    "(30), (35)",
     "(30) has C qd_d where (35) has C qd_hat: at q_hat = (0, 1), qd_hat = (1, 0), all else zero, M times the first "
     "line is {0} N m, and M ds/dt is {1}.",
     q_hat=(0, 1),
@@ -39,22 +41,21 @@ repaired_rate = identity(
     "(28), (35), repaired",
 )
 linearised = unequal(
-    Claim(
-        "(31)",
-        "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
-        "(31)",
-        (rate_along_10.claim, substituted.claim),
-    ),
+    "(31)",
+    "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
+    "(31)",
     "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There sat(s / phi) is "
     "s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and -K sat(s / phi) "
     "is {1}. A lacks the factor 1 / phi = 100.",
+    rate_along_10.claim,
+    substituted.claim,
     K=(1, 0, 0, 1),
     s=(0.005, 0),
 )
 optimal_input = unequal(
-    Claim(
-        "(34), input", "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).", "(31)-(34)"
-    ),
+    "(34), input",
+    "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).",
+    "(31)-(34)",
     "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = -Lambda e1: {0} rad/s at "
     "e1 = (1, 0) rad, not {1}. e2 is a state, and no input.",
     q_hat=(1, 0),
@@ -82,7 +83,7 @@ def gains() -> Finding:
     lost = {reading: replay.gain_lost(reading) for reading in READINGS}
     safe = {reading: replay.gain_lost(reading, 30, Q=0.01) for reading in READINGS}
     minors, others = (
-        ", ".join(f"{value:.3f} {UNITS[order]} ({reading})" for reading, (value, _, order) in found.items())
+        ", ".join(f"{value:.3f} {UNITS[order - 1]} ({reading})" for reading, (value, _, order) in found.items())
         for found in (lost, safe)
     )
     stays = all(value > error for value, error, _ in safe.values())
@@ -96,26 +97,23 @@ def gains() -> Finding:
     )
 
 
-@searched(
+raised_gain = searched(
     "repaired_gain",
     Claim(
         "(33), repaired",
         f"{ANY_WEIGHTS} with a plus in (33), reading 'outer', K(t) stays positive definite.",
         "(33), repaired",
     ),
+    f"With {WEIGHTS}, its least leading minor reaches {{least:,.0f}} {{unit}} within 2 s: the outer product of P s and "
+    "sign(s) is not semidefinite where the signs of s differ. Worst of {sought}.",
+    units=UNITS,
 )
-def raised_gain(worst: CounterExample) -> str:
-    return (
-        f"With {WEIGHTS}, its least leading minor reaches {-worst.value:,.0f} "
-        f"{UNITS[worst_component('repaired_gain') + 1]} within {worst.until:g} s: the outer product of P s and "
-        f"sign(s) is not semidefinite where the signs of s differ. Worst of {sought('repaired_gain')}."
-    )
-
-
-@searched("riccati", Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)"))
-def riccati(worst: CounterExample) -> str:
-    unit = ("N m/rad", "N^2 m^2/rad^2")[worst_component("riccati")]
-    return f"With {WEIGHTS}, the least leading minor of P seen is {-worst.value:.4g} {unit}, in {sought('riccati')}."
+riccati = searched(
+    "riccati",
+    Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)"),
+    f"With {WEIGHTS}, the least leading minor of P seen is {{least:.4g}} {{unit}}, in {{sought}}.",
+    units=("N m/rad", "N^2 m^2/rad^2"),
+)
 
 
 @judges(

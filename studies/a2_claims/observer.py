@@ -5,8 +5,7 @@ import numpy as np
 from studies.a2_claims import arm, replay
 from studies.a2_claims.checks import Checked, identical, judges, listed, refuted
 from studies.a2_claims.loops import CONSTANT_D, I, beside_rest
-from studies.a2_claims.margins import ASSUMPTION_4
-from studies.a2_claims.searches import REACH, SEED
+from studies.a2_claims.searches import ASSUMPTION_4, REACH, SEED
 from workbench.claims.verdicts import Finding
 from workbench.observers.luenberger import THEOREM_1
 from workbench.proofs.interval import guarantee

@@ -7,11 +7,10 @@ import numpy as np
 
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.loops import free_arm
-from studies.a2_claims.margins import D_MAX, FLOOR, L_D, V2_AT_START
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.rivals import BLOCKS
-from studies.a2_claims.searches import PRINTED, REACH, SEED, found, hunt
+from studies.a2_claims.searches import D_MAX, FLOOR, L_D, PRINTED, REACH, SEED, V2_AT_START, found, hunt
 from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import rk4
 from workbench.notation.formula import symbol
@@ -190,9 +189,7 @@ def _finite_time() -> Figure:
     panel = Panel(
         "size of s [rad/s]", (Series("as printed but for C", t, size, style=0), allowed), xlim=(0.0, float(t[-1]))
     )
-    caption = (
-        f"(42) fails: the sliding variable of the worst run found exceeds what (42) allows with c = {FLOOR:g} N m."
-    )
+    caption = f"(42) fails: the sliding variable of the worst run exceeds what (42) allows with c = {FLOOR:g} N m."
     return Figure("finite_time", caption, (panel,))
 
 

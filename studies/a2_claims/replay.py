@@ -13,8 +13,7 @@ from studies.a2_claims.identities import at
 from studies.a2_claims.identities import both as both
 from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, weighted
 from studies.a2_claims.loops import beside_rest as beside_rest
-from studies.a2_claims.margins import V2, WITHIN_4, gain_left
-from studies.a2_claims.searches import hunt
+from studies.a2_claims.searches import V2, WITHIN_4, gain_left, hunt
 from studies.a2_claims.searches import rerun as rerun
 from studies.paper.card import CARD
 from studies.paper.card import LAWS as LAWS
@@ -76,6 +75,7 @@ def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
     return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
 
 
+@cache
 def false_rest(times: float = 1) -> RestPoint:
     """Where (10), with so many times the gains of section 5, rests beside the hanging arm: with errors, not at zero."""
     near = np.array([-2.65, 6.28])
@@ -88,6 +88,7 @@ def kept_by_drift() -> tuple[str, ...]:
     return hypotheses_kept(ode, [WITHIN_4], 10.0, 1e-2, ode.parameters.pack(HELD))
 
 
+@cache
 def drift(until: float = 10.0) -> tuple[Array, Array]:
     """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
     l, D, ode = CARD["l"], np.array(CONSTANT_D), hunt("printed_filter").ode
@@ -95,6 +96,7 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
     return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
 
 
+@cache
 def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
     """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
 
@@ -108,6 +110,7 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
 
 
+@cache
 def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     """J of (32) for (31) with u = -R^-1 B^T P s by P(t) of (34), and the least J, both over an infinite horizon.
 
@@ -133,6 +136,7 @@ def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     return float(end["J"][0] + end["s"] @ least @ end["s"]), float(start @ least @ start)
 
 
+@cache
 def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple[float, float]:
     """J of (32) over a horizon, with s and e2 of the repaired loop in FS, P' by (34) or zero; its change by h / 2.
 
@@ -216,6 +220,7 @@ def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float
     return float((~(np.linalg.norm(runs["q_error"][:, -1], axis=1) <= bound)).mean())
 
 
+@cache
 def offset(until: float = 20.0) -> tuple[Array, Array]:
     """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
     runs = [measure(loops.regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
@@ -223,6 +228,7 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
     return fine, np.abs(fine - coarse)
 
 
+@cache
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from studies.a2_claims import replay
-from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers, searched, sought
+from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers, searched
 from studies.a2_claims.searches import TABLE, found
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.comparison import MARGIN, PROPOSED
-from workbench.claims.counterexample import CounterExample
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.study.evidence.law_tables import order
@@ -140,14 +139,9 @@ def estimated() -> Finding:
 def promise(name: str) -> Checked:
     """The promise that a block declares, and the search for a run that breaks it."""
     block, unit, open_ = PROMISES[name]
+    margin = f"its margin is broken by {{value:.4g}} {unit}" if found(name).kind == "refuted" else "no run breaks it"
     given = f"With {numbers(open_)}, of" if open_ else "Of"
-
-    def sentence(worst: CounterExample) -> str:
-        broken = found(name).kind == "refuted"
-        margin = f"its margin is broken by {worst.value:.4g} {unit}" if broken else "no run breaks it"
-        return f"{given} {sought(name)}, {margin}."
-
-    return searched(name, replace(TABLE[name].target.claim, name=block))(sentence)
+    return searched(name, replace(TABLE[name].target.claim, name=block), f"{given} {{sought}}, {margin}.")
 
 
 def checks(results: Results) -> tuple[Checked, ...]:
