@@ -262,10 +262,7 @@ def test_a_refutation_prints_the_numbers_it_rests_on(name, ledger):
 def test_other_weights_differ_as_the_page_says():
     value, change, _ = replay.gain_lost("outer", 30, Q=0.01)
     assert value - change > 0
-    (with_34, error), (without, error_0) = (
-        replay.cost_of_loop("forward", 0.1, 10),
-        replay.cost_of_loop("frozen", 0.1, 10),
-    )
+    (with_34, error), (without, error_0) = (replay.cost_of_loop(P, 0.1, 10) for P in ("forward", "frozen"))
     assert with_34 + error < without - error_0
 
 
@@ -287,20 +284,13 @@ def test_the_cost_of_31_is_least_for_the_algebraic_solution_alone():
     assert fitted_least < fitted < 1.01 * fitted_least
 
 
-def test_where_the_estimates_obey_35_a_small_error_stays():
-    (e, e_change), (s, s_change) = replay.along_35().values()
-    assert 1e-5 < e < 1e-3
-    assert max(e_change / e, s_change / s) < 1e-3
-
-
 @pytest.mark.parametrize("speed", [1.0, 7.0])
 def test_the_mismatch_is_quadratic_in_the_velocity(speed):
     # by hand at q2 = 1, qd = (v, 0): C qd = (0, sin 1 v^2), M^-1 of unit masses and lengths
     c = np.cos(1.0)
     M = np.array([[3 + 2 * c, 1 + c], [1 + c, 1]])
-    assert replay.speed_ratio(speed) == pytest.approx(
-        np.linalg.norm(np.linalg.solve(M, [0, np.sin(1.0) * speed])), rel=1e-12
-    )
+    by_hand = np.linalg.norm(np.linalg.solve(M, [0, np.sin(1.0) * speed]))
+    assert replay.speed_ratio(speed) == pytest.approx(by_hand, rel=1e-12)
 
 
 def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger):
@@ -386,11 +376,6 @@ def test_each_claim_is_counted_in_one_group(ledger):
     assert all(groups.values())
     assert not any("repaired" in name for name in groups[PAPER].names)
     assert {"(30), repaired", "(33), repaired", "Theorem 1, swinging arm"} <= set(groups[OURS].names)
-
-
-def test_the_study_has_the_comparisons_of_a1():
-    assert {case.scenario for case in a2_claims.study.cases} == {"FS", "SS"}
-    assert len(a2_claims.study.cases) == 14
 
 
 def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):

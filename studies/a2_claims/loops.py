@@ -43,7 +43,6 @@ def free_arm() -> Ode:
 def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
     """(24) alone, as printed or repaired, fed by D = delta sin(omega t + theta) with the numbers of FS."""
     block, D = kind(2, CARD["l"]), plant("FS").disturbance
-    assert D is not None
     filter_, torque = lift(block), lift(D, "disturbance.")
     t, x = ca.SX.sym("t"), block.memory.symbols()
     z, zero = block.memory.view(x), ca.SX.zeros(2)

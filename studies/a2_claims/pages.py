@@ -90,9 +90,9 @@ def answers(ledger: Ledger) -> Section:
     return Section(
         "What was found",
         (
-            Paragraph((f"Claims are counted apart: {tallies}. The paper's are in ", Reference("ledger"), ".")),
             _swinging(),
             _finite_time(),
+            Paragraph((f"Claims are counted apart: {tallies}. The paper's are in ", Reference("ledger"), ".")),
             *(_answer(ledger, ledger[name]) for name in FIRST),
         ),
     )
@@ -202,8 +202,8 @@ def worth() -> Section:
         f"rad/s, as Assumption 1 names no numbers, and D is a sine a joint with |D| <= {D_MAX} N m, |D'| <= {L_D} "
         "N m/s. A run counts only if it keeps its hypotheses at every step.",
         "A run that refutes is run again at half its step, and breaks the claim by more than the change. Its numbers "
-        "are cut to the fewest decimals that keep 95 % of the violation. What is said of a limit rests on a proof "
-        f"({guarantee()}), never on a run alone.",
+        "are cut to the fewest decimals that keep 95 % of the violation. What is said of a limit rests on a proof, "
+        f"never on a run alone; intervals: {guarantee()}.",
         "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes: "
         f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}, and for the rivals what a1 lists.",
         f"The worst late error of the repaired law among {late.kept} runs within these bounds is "

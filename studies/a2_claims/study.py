@@ -41,9 +41,9 @@ study = Study(
     ),
     method=(
         "Each claim is data: a statement, its source, its hypotheses. Identities are judged by exact normal forms, "
-        "bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic. What "
-        "only a run can break is searched for the worst run within the paper's own assumptions. Comparisons with "
-        "the rivals are judged twice: as published, and on the numbers of a1."
+        "bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic; what "
+        "only a run can break, by a search for the worst run within the paper's assumptions; comparisons with the "
+        "rivals twice, as published and on the numbers of a1."
     ),
     cases=(*comparison("FS"), *comparison("SS")),
     sections=sections,
