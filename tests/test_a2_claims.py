@@ -204,10 +204,10 @@ def test_no_claim_about_a_limit_is_proved_by_a_run(ledger):
 
 @pytest.mark.parametrize("name", sorted(searches.TABLE))
 def test_every_stored_run_replays_on_the_equations_of_today(name):
-    example = searches.stored(name)
+    example = searches.stored_run(name)
     again = searches.hunt(name).replay(example)
     assert again.same
-    refuting = searches.found(name).kind == "refuted"
+    refuting = searches.outcome(name).kind == "refuted"
     assert not refuting or again.value - again.error > 0
     assert example.seed == searches.SEED
 
@@ -341,7 +341,7 @@ def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
         ("false_rest", RestPoint(np.zeros(4), 1e-7, True, np.zeros(4)), observer.paper_gains),
         ("astray", (4.0, 0.0), observer.swinging),
         ("offset", (np.zeros(2), np.zeros(2)), theorem.convergence_10),
-        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), theorem.bounded),
+        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), theorem.bounded_signals),
         ("v2_rate", (-1.0, 0.0, 4.6), theorem.strict_decrease),
         ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, theorem.convergence_35),
         ("gain_lost", (1.0, 0.0, 1), law.gains),

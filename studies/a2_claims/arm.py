@@ -5,7 +5,7 @@ import numpy as np
 
 from studies.a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
 from studies.a0_two_link_arm import DERIVED as ARM
-from studies.a2_claims.checks import Checked, judges, listed, typed
+from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import plant
@@ -29,7 +29,7 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
         if not wrong:
             return Finding("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
         entry, seen = wrong[0], wrong[0].witness
-        matrices = f"matrices({typed(seen.q)}, {typed(seen.qd)})[1]"
+        matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
         return Finding(
             "refuted",
             f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
@@ -52,7 +52,7 @@ def skew_symmetric(arm: str, found: PropertyVerdict, claim: Claim) -> Checked:
             "refuted",
             f"M' - 2C plus its transpose has an entry of {np.abs(found.residual).max():.4g} kg m^2/s at "
             f"{found.witness}.",
-            f"skewness({arm}, {typed(found.witness.q)}, {typed(found.witness.qd)})",
+            f"skewness({arm}, {literal(found.witness.q)}, {literal(found.witness.qd)})",
         )
 
     return Checked(claim, check)
@@ -94,7 +94,7 @@ def bounded_disturbance() -> Finding:
     return Finding(
         "proved",
         f"{' and '.join(bounds)}, by interval arithmetic over {PERIOD} s, which is more than the period 2 pi s of D, "
-        f"with the amplitudes {listed(CARD['FS: disturbance amplitude'])} N m ({guarantee()}).",
+        f"with the amplitudes {row(CARD['FS: disturbance amplitude'])} N m ({guarantee()}).",
     )
 
 

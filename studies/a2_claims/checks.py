@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.a2_claims.identities import SIDES, both
-from studies.a2_claims.searches import found, hunt, line, worst_component
+from studies.a2_claims.searches import hunt, line, outcome, worst_component
 from studies.paper.card import CARD
 from workbench.claims.verdicts import Check, Finding
 from workbench.core import Claim
@@ -31,7 +31,7 @@ def judges(name: str, statement: str, source: str, *below: Claim) -> Callable[[C
     return lambda check: Checked(Claim(name, statement, source, below), check)
 
 
-def refuted(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = (), under: str = "") -> Finding:
+def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = (), under: str = "") -> Finding:
     """The finding of a witness: against the claim, or against it `under` a condition, where its numbers break it."""
     if not broken:
         return Finding("not refuted", "The run or state that was to break it does not.", samples=1, under=under)
@@ -40,38 +40,38 @@ def refuted(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = (
 
 def identity(name: str, statement: str, source: str) -> Checked:
     """An equation that is to be an identity in all its symbols."""
-    return Checked(Claim(name, statement, source), lambda: identical(name))
+    return Checked(Claim(name, statement, source), lambda: identity_finding(name))
 
 
-def identical(name: str) -> Finding:
+def identity_finding(name: str) -> Finding:
     """The finding of an equation's normal forms."""
     if judge_equal(*SIDES[name]).kind == "proved":
         return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
     return Finding("not checkable", judge_equal(*SIDES[name]).evidence)
 
 
-def unequal(
+def inequality(
     name: str, statement: str, source: str, evidence: str, *below: Claim, **values: tuple[float, ...]
 ) -> Checked:
     """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are the sides there."""
-    witness = ", ".join(f"{letter}={typed(value)}" for letter, value in values.items())
+    witness = ", ".join(f"{letter}={literal(value)}" for letter, value in values.items())
 
     def check() -> Finding:
         left, right = both(name, **values)
         differ = judge_equal(*SIDES[name]).kind == "refuted" and not np.allclose(left, right, rtol=1e-9, atol=0)
-        return refuted(differ, evidence.format(listed(left), listed(right)), f'both("{name}", {witness})')
+        return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')
 
     return Checked(Claim(name, statement, source, below), check)
 
 
-def searched(search: str, claim: Claim, evidence: str, under: str = "", units: Sequence[str] = ("",)) -> Checked:
+def by_search(search: str, claim: Claim, evidence: str, under: str = "", units: Sequence[str] = ("",)) -> Checked:
     """A claim that runs can break; the evidence takes the numbers of the worst run, which the witness runs again.
 
     The numbers are `value`, `least` = -value, its `error`, the `unit` of the worst component, and the runs `sought`.
     """
 
     def check() -> Finding:
-        result, task = found(search), hunt(search)
+        result, task = outcome(search), hunt(search)
         if result.worst is None:
             return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
         counted = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
@@ -86,12 +86,12 @@ def searched(search: str, claim: Claim, evidence: str, under: str = "", units: S
     return Checked(claim, check)
 
 
-def listed(values: object, digits: int = 4) -> str:
+def row(values: object, digits: int = 4) -> str:
     """Numbers as a reader takes them in: (0.5, -1)."""
     return "(" + ", ".join(f"{value:.{digits}g}" for value in np.ravel(np.asarray(values, dtype=float)) + 0.0) + ")"
 
 
-def typed(values: Iterable[float]) -> str:
+def literal(values: Iterable[float]) -> str:
     """A tuple as a witness types it."""
     return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from studies.a2_claims import replay
-from studies.a2_claims.checks import identity, judges, listed, numbers, refuted, searched, unequal
+from studies.a2_claims.checks import by_search, identity, inequality, judges, numbers, refutation, row
 from studies.paper.card import CARD
 from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
@@ -17,7 +17,7 @@ SMALL = (0.1, 10.0)  # Q and R, times I: weights with which (34) lowers the cost
 UNITS = "N m", "N^2 m^2"  # of a leading minor of K, by its order
 ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"
 
-rate_along_10 = unequal(
+rate_along_10 = inequality(
     "(30), along (10)",
     "The first line of (30) is ds/dt along the observer (10).",
     "(10), (30)",
@@ -25,7 +25,7 @@ rate_along_10 = unequal(
     "{1}. The terms in L1 x1~ and L2 x1~ are missing as well.",
     D=(1, 0),
 )
-rate_along_35 = unequal(
+rate_along_35 = inequality(
     "(30), along (35)",
     "The first line of (30) is ds/dt where the estimates obey (35), x1~ = 0.",
     "(30), (35)",
@@ -34,13 +34,13 @@ rate_along_35 = unequal(
     q_hat=(0, 1),
     qd_hat=(1, 0),
 )
-substituted = identity("(30), second line", "The second line of (30) follows from the first by (27)-(29).", "(27)-(30)")
-repaired_rate = identity(
+second_line = identity("(30), second line", "The second line of (30) follows from the first by (27)-(29).", "(27)-(30)")
+rate_with_qd_r = identity(
     "(30), repaired",
     "With qd_r = qd_d - Lambda e1 in (28) for qd_d, M s' + C s = -K sat(s / phi) + D_hat - D along (35).",
     "(28), (35), repaired",
 )
-linearised = unequal(
+layer_rate = inequality(
     "(31)",
     "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
     "(31)",
@@ -48,11 +48,11 @@ linearised = unequal(
     "s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and -K sat(s / phi) "
     "is {1}. A lacks the factor 1 / phi = 100.",
     rate_along_10.claim,
-    substituted.claim,
+    second_line.claim,
     K=(1, 0, 0, 1),
     s=(0.005, 0),
 )
-optimal_input = unequal(
+optimal_input = inequality(
     "(34), input",
     "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).",
     "(31)-(34)",
@@ -86,7 +86,7 @@ def gains() -> Finding:
         ", ".join(f"{value:.3f} {UNITS[order - 1]} ({reading})" for reading, (value, _, order) in found.items())
         for found in (lost, safe)
     )
-    return refuted(
+    return refutation(
         all(value + error < 0 for value, error, _ in lost.values()),
         f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of K's symmetric "
         f"part falls within 4 s to {minors}; halving the step changes these by "
@@ -96,7 +96,7 @@ def gains() -> Finding:
     )
 
 
-raised_gain = searched(
+gain_with_plus = by_search(
     "repaired_gain",
     Claim(
         "(33), repaired",
@@ -107,7 +107,7 @@ raised_gain = searched(
     "sign(s) is not semidefinite where the signs of s differ. Worst of {sought}.",
     units=UNITS,
 )
-riccati = searched(
+riccati = by_search(
     "riccati",
     Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)"),
     f"With {WEIGHTS}, the least leading minor of P seen is {{least:.4g}} {{unit}}, in {{sought}}.",
@@ -122,7 +122,7 @@ riccati = searched(
 )
 def least_cost() -> Finding:
     (ours, least), (fitted, fitted_least) = replay.cost(1, 1), replay.cost(*FITTED)
-    return refuted(
+    return refutation(
         ours > least * (1 + 1e-6),
         "Cost, horizon and input are those of (32) and (31): infinite, u = -R^-1 B^T P s, with A and B of section 5 "
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
@@ -131,7 +131,7 @@ def least_cost() -> Finding:
         "Riccati equation of (32) backward from the horizon, and they agree only once P(0) is forgotten. Along the "
         "repaired runs, with the weights of a1, from the worst start and over the first 2.5 s, a3 finds 1.0 % (first "
         "scenario) and 2.1 % (second) above the least J.",
-        f"cost(1, 1), cost{listed(FITTED)}",
+        f"cost(1, 1), cost{row(FITTED)}",
     )
 
 
@@ -139,13 +139,13 @@ def least_cost() -> Finding:
     "(34), cost of the loop",
     f"{ANY_WEIGHTS} (32), with s and e2 of the closed loop, is less with P(t) of (34) than with P(t) = P(0).",
     "(32), (34)",
-    linearised.claim,
+    layer_rate.claim,
     optimal_input.claim,
 )
 def loop_cost() -> Finding:
     (with_34, error), (without, error_0) = (replay.cost_of_loop(P, *FITTED) for P in ("forward", "frozen"))
     (small_34, small_error), (small_0, _) = (replay.cost_of_loop(P, *SMALL) for P in ("forward", "frozen"))
-    return refuted(
+    return refutation(
         without + error_0 < with_34 - error,
         "Both loops are repaired and alike but for P(t), and both costs are integrals of s^T Q s + e2^T R e2 of the "
         f"loop itself over the same 10 s of the first scenario: {with_34:.0f} N m rad/s^2 with (34), {without:.0f} "
@@ -159,6 +159,6 @@ def loop_cost() -> Finding:
 
 
 CHECKS = (
-    *(rate_along_10, rate_along_35, substituted, repaired_rate, linearised, shapes, gains, raised_gain, riccati),
+    *(rate_along_10, rate_along_35, second_line, rate_with_qd_r, layer_rate, shapes, gains, gain_with_plus, riccati),
     *(optimal_input, least_cost, loop_cost),
 )

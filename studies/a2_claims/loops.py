@@ -40,7 +40,7 @@ def free_arm() -> Ode:
     return loop.ode("arm without torque, watched by (10)")
 
 
-def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
+def filter_24(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
     """(24) alone, as printed or repaired, fed by D = delta sin(omega t + theta) with the numbers of FS."""
     block, D = kind(2, CARD["l"]), plant("FS").disturbance
     filter_, torque = lift(block), lift(D, "disturbance.")
@@ -89,7 +89,7 @@ def on_path() -> ClosedLoop:
     return replace(loop, plant=arm, observer=replace(loop.observer, state=FullState(2)))
 
 
-def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
+def with_weights(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
     """The same loop with the weights Q I and R I in (34)."""
     return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))
 

@@ -10,7 +10,7 @@ from studies.a2_claims.loops import free_arm
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.rivals import BLOCKS
-from studies.a2_claims.searches import D_MAX, FLOOR, L_D, PRINTED, REACH, SEED, V2_AT_START, found, hunt
+from studies.a2_claims.searches import D_MAX, FLOOR, L_D, PRINTED, REACH, SEED, V2_AT_START, hunt, outcome
 from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import rk4
 from workbench.notation.formula import symbol
@@ -100,12 +100,12 @@ def answers(ledger: Ledger) -> Section:
 
 def _answer(ledger: Ledger, line: Line) -> Verdict:
     claim, finding = line.claim, line.finding
-    outcome, sample, reversal = (words.format(**vars(finding)) for words in BOXES[finding.kind])
+    kind, sample, reversal = (words.format(**vars(finding)) for words in BOXES[finding.kind])
     statement, evidence = f"{claim.name}: {claim.statement}", f"{finding.verdict.capitalize()}. {finding.evidence}"
     if finding.under:  # the verdict is of that condition, and says no more of the claim
         statement, evidence = f"{claim.name}: {finding.verdict}.", f"The claim: {claim.statement} {finding.evidence}"
     given = f"Hypotheses: {_hypotheses(ledger, line) or 'none'}.{_kept(line)}"
-    return Verdict(outcome, *map(phrase, (statement, evidence, sample, given, reversal)))
+    return Verdict(kind, *map(phrase, (statement, evidence, sample, given, reversal)))
 
 
 def _hypotheses(ledger: Ledger, line: Line) -> str:
@@ -180,7 +180,7 @@ def _swinging() -> Figure:
 
 
 def _finite_time() -> Figure:
-    worst, task = found("finite_time").worst, hunt("finite_time")
+    worst, task = outcome("finite_time").worst, hunt("finite_time")
     p, x0 = worst.rows(task.ode)
     runs = simulate(rk4(task.watched, PRINTED / 2), p, x0, until=worst.until, every=5e-3)
     t, size = runs.t, np.linalg.norm(runs["s"][0], axis=1)
@@ -195,7 +195,7 @@ def _finite_time() -> Figure:
 
 def worth() -> Section:
     """Where the searches have looked, and on which numbers the verdicts stand."""
-    fastest, late = REACH["plant.qd"][1], found("late_error")
+    fastest, late = REACH["plant.qd"][1], outcome("late_error")
     points = (
         "Searches are differential evolution on whole batches of runs, then exact gradients by sensitivities where "
         f"there are any, with the seed {SEED}. Unless a line says otherwise |q_i(0)| <= pi, |qd_i(0)| <= {fastest:g} "

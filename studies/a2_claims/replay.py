@@ -11,7 +11,7 @@ from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import loops
 from studies.a2_claims.identities import at
 from studies.a2_claims.identities import both as both
-from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, weighted
+from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, with_weights
 from studies.a2_claims.loops import beside_rest as beside_rest
 from studies.a2_claims.searches import V2, WITHIN_4, gain_left, hunt
 from studies.a2_claims.searches import rerun as rerun
@@ -102,7 +102,7 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
 
     The weights are Q I and R I. The unit is (N m)^order.
     """
-    loop = weighted(proposed_as_printed("SS", reading), Q, R)
+    loop = with_weights(proposed_as_printed("SS", reading), Q, R)
     ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
     score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
     found = score.scores[violation(gain.claim).name]
@@ -142,7 +142,7 @@ def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple
 
     The weights are Q I and R I, in (34) and in (32).
     """
-    loop = weighted(proposed_repaired("FS"), Q, R)
+    loop = with_weights(proposed_repaired("FS"), Q, R)
     if riccati == "frozen":
         loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
     ode = loop.ode()
@@ -160,7 +160,7 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 
     The arm and its estimate start on the desired path; the weights are Q I and R I.
     """
-    ode = weighted(loops.printed_but_for_c(), Q, R).ode()
+    ode = with_weights(loops.printed_but_for_c(), Q, R).ode()
     y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]

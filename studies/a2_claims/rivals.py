@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from studies.a2_claims import replay
-from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers, searched
-from studies.a2_claims.searches import TABLE, found
+from studies.a2_claims.checks import HORIZONS, Checked, by_search, judges, numbers
+from studies.a2_claims.searches import TABLE, outcome
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.comparison import MARGIN, PROPOSED
 from workbench.claims.verdicts import Finding
@@ -56,7 +56,7 @@ BLOCKS = tuple(block for block, _, _ in PROMISES.values())
 Stand = tuple[str, str]  # below, above or undecided, and the two numbers in words
 
 
-def published(name: str, words: str, source: str, evidence: str) -> Checked:
+def as_published(name: str, words: str, source: str, evidence: str) -> Checked:
     """A comparison as published."""
     finding = Finding("not checkable as published", evidence, unstated=UNSTATED)
     return Checked(Claim(name, f"AOSMC-RGS {words}.", source), lambda: finding)
@@ -72,7 +72,7 @@ def accuracy() -> Finding:
     )
 
 
-def judged(stands: Sequence[Stand], witness: str, given: str) -> Finding:
+def comparison_finding(stands: Sequence[Stand], witness: str, given: str) -> Finding:
     """Comparisons that a claim wants to be all below."""
     lost = [words for stood, words in stands if stood == "above"]
     below = sum(stood == "below" for stood, _ in stands)
@@ -83,7 +83,7 @@ def judged(stands: Sequence[Stand], witness: str, given: str) -> Finding:
     return Finding("not refuted", f"{tally}.", witness, samples=len(stands), under=OF_A1)
 
 
-def ranked(results: Results, name: str, source: str, metric: str) -> Checked:
+def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
     """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
 
     def check() -> Finding:
@@ -97,21 +97,21 @@ def ranked(results: Results, name: str, source: str, metric: str) -> Checked:
                 a, b = ours.score(metric, joint), results[scenario, law].score(metric, joint)
                 words = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit} ({scenario}, joint {joint + 1})"
                 stands.append((order(a, b, MARGIN), words))
-        return judged(stands, f'beside("{metric}")', f"{GIVEN}, {EXACT}")
+        return comparison_finding(stands, f'beside("{metric}")', f"{GIVEN}, {EXACT}")
 
     statement = f"{REPAIRED} its {metric} is below that of each rival."
     return Checked(Claim(f"{name}, numbers of a1", statement, source), check)
 
 
 @judges(f"{REJECTION[0]}, numbers of a1", f"{REPAIRED} D moves its joints less than those of each rival.", REJECTION[2])
-def rejected() -> Finding:
+def rejection() -> Finding:
     ours, stands = tuple(zip(*replay.pushed(PROPOSED), strict=True)), []
     for law in RIVALS:
         for joint, (a, b) in enumerate(zip(ours, zip(*replay.pushed(law), strict=True), strict=True)):
             words = f"D moves the arm by {b[0]:.3g} rad under {law}, and by {a[0]:.3g} rad under AOSMC-RGS"
             stands.append((order(a, b, MARGIN), f"{words} (joint {joint + 1})"))
     given = f"{numbers('Q', 'R', 'l')}, {EXACT} and knows D by (24), first scenario, 15 s to 20 s"
-    return judged(stands, "{law: pushed(law) for law in LAWS}", given)
+    return comparison_finding(stands, "{law: pushed(law) for law in LAWS}", given)
 
 
 @judges(
@@ -119,31 +119,31 @@ def rejected() -> Finding:
     f"{REPAIRED} the late |qd - qd_hat| of each joint is below its late |qd - qd_d|.",
     "section 5",
 )
-def estimated() -> Finding:
+def estimation() -> Finding:
     # 'Minimal' names no measure: this one is ours, and no comparison of the paper.
     e, lost = (tuple(zip(*pair, strict=True)) for pair in replay.observed())
     stands = [
         (order(b, a, MARGIN), f"|qd - qd_hat| {b[0]:.4g} rad/s, |qd - qd_d| {a[0]:.4g} rad/s (joint {joint + 1})")
         for joint, (a, b) in enumerate(zip(e, lost, strict=True))
     ]
-    return judged(stands, "observed()", f"{numbers('Q', 'R', 'l')}, first scenario, from 5 s on")
+    return comparison_finding(stands, "observed()", f"{numbers('Q', 'R', 'l')}, first scenario, from 5 s on")
 
 
 def promise(name: str) -> Checked:
     """The promise that a block declares, and the search for a run that breaks it."""
     block, unit, open_ = PROMISES[name]
-    margin = f"its margin is broken by {{value:.4g}} {unit}" if found(name).kind == "refuted" else "no run breaks it"
+    margin = f"its margin is broken by {{value:.4g}} {unit}" if outcome(name).kind == "refuted" else "no run breaks it"
     given = f"With {numbers(open_)}, of" if open_ else "Of"
-    return searched(name, replace(TABLE[name].target.claim, name=block), f"{given} {{sought}}, {margin}.")
+    return by_search(name, replace(TABLE[name].target.claim, name=block), f"{given} {{sought}}, {margin}.")
 
 
 def checks(results: Results) -> tuple[Checked, ...]:
     """The comparisons as published, the same under the numbers of a1, then the promises."""
     return (
-        *(published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),
-        published(*REJECTION, SHOWN.format("figures of runs with D, none without,")),
+        *(as_published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),
+        as_published(*REJECTION, SHOWN.format("figures of runs with D, none without,")),
         accuracy,
-        *(ranked(results, name, source, metric) for name, _, source, metric, _ in METRICS),
-        *(rejected, estimated),
+        *(ranking(results, name, source, metric) for name, _, source, metric, _ in METRICS),
+        *(rejection, estimation),
         *map(promise, PROMISES),
     )

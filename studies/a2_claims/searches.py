@@ -12,7 +12,7 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from studies.a2_claims.loops import I, beside_rest, filtered, observed, printed_but_for_c, weighted
+from studies.a2_claims.loops import I, beside_rest, filter_24, observed, printed_but_for_c, with_weights
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS, proposed_repaired, rival
 from workbench.claims.claim_margins import SignalsOf
@@ -113,7 +113,7 @@ def _rival(law: str, claim: str) -> Search:
 
 def _filter(kind: type[PrintedFilter] | type[OracleFilter], promise: Declared) -> Search:
     """(24) alone, as printed or repaired."""
-    return Search(lambda: filtered(kind), promise, FED, 10.0, 5e-3, budget=Budget())
+    return Search(lambda: filter_24(kind), promise, FED, 10.0, 5e-3, budget=Budget())
 
 
 def _disturbance_observer(kind: type, promise: Declared) -> Search:
@@ -141,7 +141,7 @@ TABLE: Mapping[str, Search] = {
     "riccati": _repaired(Declared(P_STAYS_DEFINITE, "controller.")),
     "finite_time": Search(lambda: ODE, Declared(REACHES), ANY_RUN, 2.0, PRINTED, KEPT),
     "bounded": Search(
-        lambda: weighted(printed_but_for_c(), 0.01, 1.0).ode(), Declared(SLOW), ANY_RUN, 4.0, PRINTED, KEPT
+        lambda: with_weights(printed_but_for_c(), 0.01, 1.0).ode(), Declared(SLOW), ANY_RUN, 4.0, PRINTED, KEPT
     ),
     "late_error": _repaired(late_error(5.0), 8.0),
 }
@@ -155,7 +155,7 @@ def hunt(name: str) -> Hunt:
 
 
 @cache
-def found(name: str) -> Found:
+def outcome(name: str) -> Found:
     """The outcome of a search, its worst run in as few decimals as show it."""
     return hunt(name).shortened(hunt(name).search(SEED, TABLE[name].budget))
 
@@ -163,7 +163,7 @@ def found(name: str) -> Found:
 def line(name: str) -> str:
     """The line of Python that runs the worst run of a search again, from the numbers that it prints."""
     numbers: dict[str, list[float]] = {}
-    for label, number in found(name).worst.sought.items():
+    for label, number in outcome(name).worst.sought.items():
         numbers.setdefault(label.split("[")[0], []).append(number)
     return f'rerun("{name}", {numbers})'
 
@@ -173,14 +173,14 @@ def rerun(name: str, numbers: Mapping[str, Sequence[float]]) -> Pair:
     return hunt(name).at(numbers)
 
 
-def stored(name: str) -> CounterExample:
+def stored_run(name: str) -> CounterExample:
     """The worst run that was stored."""
     return CounterExample.read(WITNESSES / f"{name}.json")
 
 
 def worst_component(name: str) -> int:
     """The component of a margin that the stored worst run breaks most, from 0 on."""
-    task, example = hunt(name), stored(name)
+    task, example = hunt(name), stored_run(name)
     p, x0 = example.rows(task.ode)
     score = measure(task.watched, (task.metric,), p, x0, until=example.until, h=example.h).scores[task.metric.name]
     return int(np.argmax(score.value[0]))
@@ -188,5 +188,5 @@ def worst_component(name: str) -> int:
 
 if __name__ == "__main__":
     for name in TABLE:
-        if (worst := found(name).worst) is not None:
+        if (worst := outcome(name).worst) is not None:
             worst.write(WITNESSES / f"{name}.json")

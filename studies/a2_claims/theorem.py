@@ -3,7 +3,7 @@
 import numpy as np
 
 from studies.a2_claims import arm, law, replay
-from studies.a2_claims.checks import identical, judges, listed, numbers, refuted, searched, unequal
+from studies.a2_claims.checks import by_search, identity_finding, inequality, judges, numbers, refutation, row
 from studies.a2_claims.law import ANY_WEIGHTS, PRINTED_WEIGHTS, WEIGHTS
 from studies.a2_claims.loops import CONSTANT_D, on_path, regulation
 from studies.a2_claims.searches import ABOVE, ASSUMPTION_4, FLOOR, KEPT, V2_AT_START
@@ -11,7 +11,7 @@ from workbench.claims.counterexample import hypotheses_kept
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 
-rewritten = unequal(
+estimate_rate = inequality(
     "(35)",
     "The estimates of (10) obey (35), M(q_hat) qd_hat' + C qd_hat + G + D = tau, where x1~ = 0.",
     "(10), (35)",
@@ -41,7 +41,7 @@ def decrease() -> Finding:
 )
 def strict_decrease() -> Finding:
     rate, size, left = replay.v2_rate(1000, 1000)
-    return refuted(
+    return refutation(
         rate > 0 and left > 0,
         "Where s = 0, (36) gives V2' = tr(P') / 2, and (40) asks for V2' <= 0 there. With Q = R = 1000 I, "
         "K(0) and P(0) of section 5, the arm and its estimate on the desired path of the first scenario, V2' is "
@@ -61,8 +61,8 @@ def strict_decrease() -> Finding:
     strict_decrease.claim,
 )
 def convergence_35() -> Finding:
-    exact, ((e, e_change), (s, s_change)) = identical("(41), along (35)"), replay.along_35().values()
-    return refuted(
+    exact, ((e, e_change), (s, s_change)) = identity_finding("(41), along (35)"), replay.along_35().values()
+    return refutation(
         exact.kind == "proved" and e > 2 * e_change,
         "Where s = 0 and e1 = 0, (35) gives M e2' = D_hat - D, whatever Q, R and K are (proved by normal form). So, "
         "with K bounded, s and e1 tend to zero only if D - D_hat does, and for a sine D it does not: not for (24) as "
@@ -81,24 +81,24 @@ def convergence_35() -> Finding:
     "(10), (41)",
     ASSUMPTION_4,
     ABOVE,
-    rewritten.claim,
+    estimate_rate.claim,
     strict_decrease.claim,
 )
 def convergence_10() -> Finding:
-    exact, (error, change) = identical("(41), along (10)"), replay.offset()
-    return refuted(
+    exact, (error, change) = identity_finding("(41), along (10)"), replay.offset()
+    return refutation(
         exact.kind == "proved" and np.linalg.norm(error) > np.linalg.norm(change),
         "Let D and q_d be constant, D not zero, and all signals bounded, as Theorem 2 has them. If s and e1 tended to "
         "zero, the estimates and then the arm would come to rest at q_d, but there M times the accelerations of arm "
         "and estimate differ by D for any torque (proved, whatever Q and R are). "
-        f"Repaired, with {WEIGHTS}, under D = {listed(CONSTANT_D)} N m, q - q_d is {listed(error)} rad after 20 s "
+        f"Repaired, with {WEIGHTS}, under D = {row(CONSTANT_D)} N m, q - q_d is {row(error)} rad after 20 s "
         f"(changed by {np.max(change):.0e} as the step is halved).",
         "offset()",
         kept=hypotheses_kept(regulation().ode(), KEPT, 20.0, 1e-3 / 12),
     )
 
 
-finite_time = searched(
+finite_time = by_search(
     "finite_time",
     Claim(
         "(42)",
@@ -118,13 +118,13 @@ finite_time = searched(
     "Theorem 2",
     *arm.ASSUMPTIONS,
 )
-def bounded() -> Finding:
+def bounded_signals() -> Finding:
     closed, run = replay.drift()
-    return refuted(
+    return refutation(
         np.allclose(closed, run, rtol=1e-6) and bool((np.abs(run) > 2 * np.abs(CONSTANT_D)).all()),
         "D_hat is a signal of the loop, and (24) knows D alone. For a constant D, which Assumption 4 allows, its "
         "closed form D (t - (1 - exp(-l t)) / l) grows beyond all bounds, whatever Q, R, K and the reading "
-        f"of (33) are. For D = {listed(CONSTANT_D)} N m, D_hat is {listed(run, 6)} N m s after 10 s. The theorem asks "
+        f"of (33) are. For D = {row(CONSTANT_D)} N m, D_hat is {row(run, 6)} N m s after 10 s. The theorem asks "
         "for Assumptions 1 to 4 alone. Its proof chooses lambda_min(K) > delta, which such a D breaks in time: what "
         "holds with it is the line 'Theorem 2, bounded velocities'.",
         "drift()",
@@ -132,7 +132,7 @@ def bounded() -> Finding:
     )
 
 
-bounded_velocities = searched(
+bounded_velocities = by_search(
     "bounded",
     Claim(
         "Theorem 2, bounded velocities",
@@ -145,6 +145,6 @@ bounded_velocities = searched(
     under=f"Q = 0.01 I, R = I, {numbers('l')}, 4 s",
 )
 CHECKS = (
-    *(rewritten, decrease, strict_decrease, convergence_35, convergence_10),
-    *(finite_time, bounded, bounded_velocities),
+    *(estimate_rate, decrease, strict_decrease, convergence_35, convergence_10),
+    *(finite_time, bounded_signals, bounded_velocities),
 )
