@@ -173,8 +173,8 @@ def _swinging() -> Figure:
         for i in (0, 1)
     )
     caption = (
-        "Theorem 1 fails: the arm swings freely from a rare start, and its estimate by (10) with the gains of section "
-        "5, from zero, parts from it."
+        "Theorem 1 beside an arm that swings freely from a rare start: its estimate by (10), with the gains of section "
+        "5, starts at zero and parts from it."
     )
     return Figure("swinging_arm", caption, panels, 2)
 
@@ -189,7 +189,7 @@ def _finite_time() -> Figure:
     panel = Panel(
         "size of s [rad/s]", (Series("as printed but for C", t, size, style=0), allowed), xlim=(0.0, float(t[-1]))
     )
-    caption = f"(42) fails: the sliding variable of the worst run exceeds what (42) allows with c = {FLOOR:g} N m."
+    caption = f"(42) along the worst run of the search: the sliding variable, and the bound with c = {FLOOR:g} N m."
     return Figure("finite_time", caption, (panel,))
 
 
