@@ -172,10 +172,7 @@ def _swinging() -> Figure:
         )
         for i in (0, 1)
     )
-    caption = (
-        "Theorem 1 beside an arm that swings freely from a rare start: its estimate by (10), with the gains of section "
-        "5, starts at zero and parts from it."
-    )
+    caption = "An arm that swings freely from a rare start, and its estimate by (10) with the gains of section 5."
     return Figure("swinging_arm", caption, panels, 2)
 
 
