@@ -1,30 +1,54 @@
 """Both sides of equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
 
+from __future__ import annotations
+
 import casadi as ca
 import numpy as np
 
-from studies.a2_claims.loops import observer_rate, vector
-from studies.a2_claims.unit_mass_arm import UnitMassArm
+from studies.a2_claims.loops import observer_rate
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.core import Dynamics, Signals
+from workbench.core import AbstractArm, Dynamics, Entry, Layout, Signals, block
 from workbench.plants import Manipulator
 from workbench.validation.refusals import Array
 
 Sides = tuple[ca.SX, ca.SX]
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
-SYMBOLS = {name: vector(name) for name in NAMES}
-K, P = ca.SX.sym("K", 2, 2), ca.SX.sym("P", 2, 2)
+SYMBOLS = {name: Layout((Entry(name, np.zeros(2)),)).symbols() for name in NAMES}
+K = ca.SX.sym("K", 2, 2)
 ARM_MATRICES = Dynamics.of(ARM)
 LAMBDA, PHI = np.diag(CARD["Lambda"]), CARD["phi"]
+
+
+@block
+class UnitMassArm(AbstractArm):
+    """M = I, with C and G of `arm`: its acceleration tau - C qd - G is M times that of `arm`, and no quotient.
+
+    Normal forms have no quotients, and M^-1 is one.
+    """
+
+    arm: AbstractArm
+
+    @property
+    def dof(self) -> int:
+        return self.arm.dof
+
+    def mass_matrix(self, q: ca.SX) -> ca.SX:
+        del q
+        return ca.SX(ca.DM.eye(self.dof))
+
+    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+        return self.arm.coriolis_matrix(q, qd)
+
+    def gravity_vector(self, q: ca.SX) -> ca.SX:
+        return self.arm.gravity_vector(q)
 
 
 def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """M, C and G of the derived arm at nominal parameters."""
     d = ARM_MATRICES
     old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
-    M, C, G = ca.substitute([d.M, d.C, d.G], [old], [new])
-    return M, C, G
+    return tuple(ca.substitute([d.M, d.C, d.G], [old], [new]))
 
 
 def _sides() -> dict[str, Sides]:
@@ -46,10 +70,7 @@ def _sides() -> dict[str, Sides]:
         "(30), along (10)": (first, by_10),
         "(30), along (35)": (first, by_35),
         "(30), second line": (ca.substitute(first, tau, law), second),
-        "(30), repaired": (
-            ca.substitute(by_35, tau, repaired) + C @ (e2 + LAMBDA @ e1),
-            -K @ s + D_hat - D,
-        ),
+        "(30), repaired": (ca.substitute(by_35, tau, repaired) + C @ (e2 + LAMBDA @ e1), -K @ s + D_hat - D),
         # sat(s / phi) = s / phi within the layer, for which (31) has s
         "(31)": (-K @ s, -K @ (s / PHI)),
         # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
@@ -74,10 +95,9 @@ SIDES = _sides()
 def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
     """Both sides of an equation at named values (q_hat=(0.5, 1), ...); what is not named is zero."""
     left, right = SIDES[name]
-    symbols = [*SYMBOLS.values(), ca.vec(K), ca.vec(P)]
-    names = [*SYMBOLS, "K", "P"]
-    if odd := set(values) - set(names):
-        raise LookupError(f"`both('{name}', ...)` knows {', '.join(names)}; got {sorted(odd)}.")
-    numbers = [np.asarray(values.get(n, np.zeros(x.numel())), dtype=float) for n, x in zip(names, symbols, strict=True)]
-    sides = ca.Function("sides", symbols, [left, right])(*(value.ravel(order="F") for value in numbers))
+    symbols = SYMBOLS | {"K": ca.vec(K)}
+    if odd := set(values) - set(symbols):
+        raise LookupError(f"`both('{name}', ...)` knows {', '.join(symbols)}; got {sorted(odd)}.")
+    numbers = [np.asarray(values.get(n, np.zeros(x.numel())), dtype=float) for n, x in symbols.items()]
+    sides = ca.Function("sides", [*symbols.values()], [left, right])(*numbers)
     return np.array(sides[0]).ravel(), np.array(sides[1]).ravel()

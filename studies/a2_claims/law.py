@@ -2,31 +2,68 @@
 
 import numpy as np
 
-from studies.a2_claims import statements as paper
-from studies.a2_claims.checks import Check, identity, numbers, searched, sought, unequal
-from studies.a2_claims.replay import (
-    cost,
-    cost_of_loop,
-    gain_lost,
-)
-from studies.a2_claims.searches import worst_component
+from studies.a2_claims import replay
+from studies.a2_claims.checks import by_search, identity, inequality, judges, numbers, refutation, row
 from studies.paper.card import CARD
-from workbench.claims.falsify import Found
 from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.core import Claim
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
-WEIGHTS = numbers("Q", "R", "l")
+WEIGHTS, WEIGHTS_OF_COST = numbers("Q", "R", "l"), numbers("Q", "R")
 FITTED = CARD["Q"][0, 0], CARD["R"][0, 0]
-WEIGHTS_OF_COST = numbers("Q", "R")
 SMALL = (0.1, 10.0)  # Q and R, times I: weights with which (34) lowers the cost
-UNITS = {1: "N m", 2: "N^2 m^2"}  # of a minor of K, by its order
+UNITS = "N m", "N^2 m^2"  # of a leading minor of K, by its order
+ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"
+
+rate_along_10 = inequality(
+    "(30), along (10)",
+    "The first line of (30) is ds/dt along the observer (10).",
+    "(10), (30)",
+    "D enters (30) and not (10): at D = (1, 0) N m, all else zero, M times the first line is {0} N m, and M ds/dt is "
+    "{1}. The terms in L1 x1~ and L2 x1~ are missing as well.",
+    D=(1, 0),
+)
+rate_along_35 = inequality(
+    "(30), along (35)",
+    "The first line of (30) is ds/dt where the estimates obey (35), x1~ = 0.",
+    "(30), (35)",
+    "(30) has C qd_d where (35) has C qd_hat: at q_hat = (0, 1), qd_hat = (1, 0), all else zero, M times the first "
+    "line is {0} N m, and M ds/dt is {1}.",
+    q_hat=(0, 1),
+    qd_hat=(1, 0),
+)
+second_line = identity("(30), second line", "The second line of (30) follows from the first by (27)-(29).", "(27)-(30)")
+rate_with_qd_r = identity(
+    "(30), repaired",
+    "With qd_r = qd_d - Lambda e1 in (28) for qd_d, M s' + C s = -K sat(s / phi) + D_hat - D along (35).",
+    "(28), (35), repaired",
+)
+layer_rate = inequality(
+    "(31)",
+    "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
+    "(31)",
+    "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There sat(s / phi) is "
+    "s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and -K sat(s / phi) "
+    "is {1}. A lacks the factor 1 / phi = 100.",
+    rate_along_10.claim,
+    second_line.claim,
+    K=(1, 0, 0, 1),
+    s=(0.005, 0),
+)
+optimal_input = inequality(
+    "(34), input",
+    "u = e2 is the input -R^-1 B^T P s with which the Riccati equation minimises (32).",
+    "(31)-(34)",
+    "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = -Lambda e1: {0} rad/s at "
+    "e1 = (1, 0) rad, not {1}. e2 is a state, and no input.",
+    q_hat=(1, 0),
+)
 
 
+@judges("(33), shapes", "-P s sign(s) is a matrix, as K' is.", "(33)")
 def shapes() -> Finding:
-    """(33) as a product of matrices."""
     P, s = np.ones((2, 2)), np.ones((2, 1))
     try:
         P @ s @ np.sign(s)
@@ -41,52 +78,52 @@ def shapes() -> Finding:
     return Finding("proved", "the product has a shape")
 
 
+@judges("(33), gain", f"{ANY_WEIGHTS} K(t) of (33) stays positive definite, as (29) asks.", "(29), (33)", shapes.claim)
 def gains() -> Finding:
-    """(33) as printed, in each reading."""
-    least = {reading: gain_lost(reading) for reading in READINGS}
-    kept = {reading: gain_lost(reading, 30, Q=0.01) for reading in READINGS}
-    lost = [f"{value:.3f} {UNITS[k]} ({reading})" for reading, (value, error, k) in least.items() if value + error < 0]
-    worst = max(error for _, error, _ in least.values())
-    safe = [f"{value:.3f} {UNITS[k]} ({reading})" for reading, (value, error, k) in kept.items() if value - error > 0]
-    if len(lost) < len(READINGS):
-        return Finding("not refuted", f"it is lost in {lost} alone", samples=len(READINGS))
-    return Finding(
-        "refuted",
-        f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least "
-        "leading minor of K's symmetric part falls within "
-        f"4 s to {', '.join(lost)}; halving the step changes these by {worst:.0e} at most. Other weights differ: with "
-        f"Q = diag(0.01, 0.01), all else equal, it stays for 30 s at or above {', '.join(safe) or 'nothing positive'}.",
+    lost = {reading: replay.gain_lost(reading) for reading in READINGS}
+    safe = {reading: replay.gain_lost(reading, 30, Q=0.01) for reading in READINGS}
+    minors, others = (
+        ", ".join(f"{value:.3f} {UNITS[order - 1]} ({reading})" for reading, (value, _, order) in found.items())
+        for found in (lost, safe)
+    )
+    return refutation(
+        all(value + error < 0 for value, error, _ in lost.values()),
+        f"With {PRINTED_WEIGHTS}, {SECOND_SCENARIO}, in the second scenario, the least leading minor of K's symmetric "
+        f"part falls within 4 s to {minors}; halving the step changes these by "
+        f"{max(error for _, error, _ in lost.values()):.0e} at most. Other weights differ: with Q = diag(0.01, 0.01), "
+        f"all else equal, the least within 30 s is {others}.",
         "[gain_lost(reading) for reading in ('outer', 'elementwise', 'diagonal', 'norm')]",
     )
 
 
-def raised_gain(found: Found) -> str:
-    """(33) with a plus."""
-    assert found.worst is not None
-    return (
-        f"With {WEIGHTS}, its least leading minor reaches {-found.worst.value:,.0f} "
-        f"{UNITS[worst_component('repaired_gain') + 1]} within {found.worst.until:g} s: the outer "
-        "product of P s and sign(s) is not semidefinite where the signs of s differ. "
-        f"Worst of {sought('repaired_gain')}."
-    )
+gain_with_plus = by_search(
+    "repaired_gain",
+    Claim(
+        "(33), repaired",
+        f"{ANY_WEIGHTS} with a plus in (33), reading 'outer', K(t) stays positive definite.",
+        "(33), repaired",
+    ),
+    f"With {WEIGHTS}, its least leading minor reaches {{least:,.0f}} {{unit}} within 2 s: the outer product of P s and "
+    "sign(s) is not semidefinite where the signs of s differ. Worst of {sought}.",
+    units=UNITS,
+)
+riccati = by_search(
+    "riccati",
+    Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)"),
+    f"With {WEIGHTS}, the least leading minor of P seen is {{least:.4g}} {{unit}}, in {{sought}}.",
+    units=("N m/rad", "N^2 m^2/rad^2"),
+)
 
 
-def riccati(found: Found) -> str:
-    """(34) keeps P definite."""
-    assert found.worst is not None
-    unit = {1: "N m/rad", 2: "N^2 m^2/rad^2"}[worst_component("riccati") + 1]
-    return (
-        f"With {WEIGHTS}, the least leading minor of P seen is {-found.worst.value:.4g} {unit}, in {sought('riccati')}."
-    )
-
-
+@judges(
+    "(34), cost",
+    f"{ANY_WEIGHTS} u = -R^-1 B^T P s with P(t) of (34) makes (32) least for (31).",
+    "(31), (32), (34)",
+)
 def least_cost() -> Finding:
-    """(34) as the minimiser of (32) for (31)."""
-    (ours, least), (fitted, fitted_least) = cost(1, 1), cost(*FITTED)
-    if ours <= least * (1 + 1e-6):
-        return Finding("not refuted", f"J is {ours:.6g} by (34), and {least:.6g} at least", samples=1)
-    return Finding(
-        "refuted",
+    (ours, least), (fitted, fitted_least) = replay.cost(1, 1), replay.cost(*FITTED)
+    return refutation(
+        ours > least * (1 + 1e-6),
         "Cost, horizon and input are those of (32) and (31): infinite, u = -R^-1 B^T P s, with A and B of section 5 "
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
         f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST}, "
@@ -94,18 +131,22 @@ def least_cost() -> Finding:
         "Riccati equation of (32) backward from the horizon, and they agree only once P(0) is forgotten. Along the "
         "repaired runs, with the weights of a1, from the worst start and over the first 2.5 s, a3 finds 1.0 % (first "
         "scenario) and 2.1 % (second) above the least J.",
-        f"cost(1, 1), cost({FITTED[0]:g}, {FITTED[1]:g})",
+        f"cost(1, 1), cost{row(FITTED)}",
     )
 
 
+@judges(
+    "(34), cost of the loop",
+    f"{ANY_WEIGHTS} (32), with s and e2 of the closed loop, is less with P(t) of (34) than with P(t) = P(0).",
+    "(32), (34)",
+    layer_rate.claim,
+    optimal_input.claim,
+)
 def loop_cost() -> Finding:
-    """(34) beside P' = 0 in the loop."""
-    (with_34, error), (without, error_0) = cost_of_loop("forward", *FITTED), cost_of_loop("frozen", *FITTED)
-    (small_34, small_error), (small_0, _) = cost_of_loop("forward", *SMALL), cost_of_loop("frozen", *SMALL)
-    if without + error_0 >= with_34 - error:
-        return Finding("not refuted", f"J is {with_34:.6g} with (34) and {without:.6g} with P' = 0", samples=2)
-    return Finding(
-        "does not hold under",
+    (with_34, error), (without, error_0) = (replay.cost_of_loop(P, *FITTED) for P in ("forward", "frozen"))
+    (small_34, small_error), (small_0, _) = (replay.cost_of_loop(P, *SMALL) for P in ("forward", "frozen"))
+    return refutation(
+        without + error_0 < with_34 - error,
         "Both loops are repaired and alike but for P(t), and both costs are integrals of s^T Q s + e2^T R e2 of the "
         f"loop itself over the same 10 s of the first scenario: {with_34:.0f} N m rad/s^2 with (34), {without:.0f} "
         f"with P(t) = P(0); halving the step changes them by {max(error, error_0):.1g}. It depends on the weights: "
@@ -117,58 +158,7 @@ def loop_cost() -> Finding:
     )
 
 
-RAISED = Claim(
-    "(33), repaired",
-    f"{paper.ANY_WEIGHTS} with a plus in (33), reading 'outer', K(t) stays positive definite.",
-    "(33), repaired",
-)
-DEFINITE_P = Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)")
-CHECKS: tuple[tuple[Claim, Check], ...] = (
-    (
-        paper.RATE_ALONG_10,
-        unequal(
-            "(30), along (10)",
-            "D enters (30) and not (10): at D = (1, 0) N m, all else zero, M times the first "
-            "line is {0} N m, and M ds/dt is {1}. The terms in L1 x1~ and L2 x1~ are missing as well.",
-            D=(1, 0),
-        ),
-    ),
-    (
-        paper.RATE_ALONG_35,
-        unequal(
-            "(30), along (35)",
-            "(30) has C qd_d where (35) has C qd_hat: at q_hat = (0, 1), qd_hat = (1, 0), all "
-            "else zero, M times the first line is {0} N m, and M ds/dt is {1}.",
-            q_hat=(0, 1),
-            qd_hat=(1, 0),
-        ),
-    ),
-    (paper.SUBSTITUTED, identity("(30), second line")),
-    (paper.REPAIRED_RATE, identity("(30), repaired")),
-    (
-        paper.LINEARISED,
-        unequal(
-            "(31)",
-            "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There "
-            "sat(s / phi) is s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is "
-            "{0} N m and -K sat(s / phi) is {1}. A lacks the factor 1 / phi = 100.",
-            K=(1, 0, 0, 1),
-            s=(0.005, 0),
-        ),
-    ),
-    (paper.SHAPES, shapes),
-    (paper.GAIN, gains),
-    (RAISED, searched("repaired_gain", raised_gain)),
-    (DEFINITE_P, searched("riccati", riccati)),
-    (
-        paper.OPTIMAL_INPUT,
-        unequal(
-            "(34), input",
-            "On the surface s = 0 the minimiser asks for u = 0, and the surface itself for e2 = "
-            "-Lambda e1: {0} rad/s at e1 = (1, 0) rad, not {1}. e2 is a state, and no input.",
-            q_hat=(1, 0),
-        ),
-    ),
-    (paper.OPTIMAL, least_cost),
-    (paper.OPTIMAL_LOOP, loop_cost),
+CHECKS = (
+    *(rate_along_10, rate_along_35, second_line, rate_with_qd_r, layer_rate, shapes, gains, gain_with_plus, riccati),
+    *(optimal_input, least_cost, loop_cost),
 )

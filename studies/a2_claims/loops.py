@@ -1,31 +1,22 @@
-"""The equations that a2 asks: the observer alone, the filter (24) alone, and loops for what the laws promise."""
+"""The equations that a2 asks: the observer alone, the filter (24) alone, and the loops of the laws."""
 
-from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from studies.paper.card import CARD
-from studies.paper.laws import ARM, REFERENCES, RIVALS, paper_observer, plant, proposed_as_printed, proposed_repaired
+from studies.paper.laws import ARM, paper_observer, plant, proposed_as_printed, proposed_repaired, rival
 from workbench.controllers import PID
-from workbench.core import AbstractArm, Entry, Layout, Ode, Signals, lift
+from workbench.core import AbstractArm, Ode, Signals, lift
 from workbench.loop import AbstractObserver, ClosedLoop
-from workbench.observers import (
-    FullState,
-    Luenberger,
-    MomentumObserver,
-    NonlinearDisturbanceObserver,
-    OracleFilter,
-    PrintedFilter,
-    WithDisturbance,
-)
+from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.plants import Manipulator
 from workbench.signals import Hold, SineTorque
 
 I = np.eye(2)
-NO_TORQUE = PID(np.zeros(2), np.zeros(2), np.zeros(2))
 CONSTANT_D = (0.5, 0.4)  # N m, the amplitudes of section 5, held
 
 
@@ -41,17 +32,17 @@ def beside_rest(L1: Any, L2: Any, zero: str = "down") -> Ode:
     return Ode.of("observer (10) beside the arm at rest", states, lifted.layout, (t, x, lifted.symbols), rates, errors)
 
 
+@cache
 def free_arm() -> Ode:
     """The arm without torque and disturbance, watched by (10) with the gains of section 5."""
-    return ClosedLoop(Manipulator(ARM, q=np.zeros(2)), paper_observer(), NO_TORQUE, Hold(np.zeros(2))).ode(
-        "arm without torque, watched by (10)"
-    )
+    rest = np.zeros(2)
+    loop = ClosedLoop(Manipulator(ARM, q=rest), paper_observer(), PID(rest, rest, rest), Hold(rest))
+    return loop.ode("arm without torque, watched by (10)")
 
 
-def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
+def filter_24(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
     """(24) alone, as printed or repaired, fed by D = delta sin(omega t + theta) with the numbers of FS."""
     block, D = kind(2, CARD["l"]), plant("FS").disturbance
-    assert D is not None
     filter_, torque = lift(block), lift(D, "disturbance.")
     t, x = ca.SX.sym("t"), block.memory.symbols()
     z, zero = block.memory.view(x), ca.SX.zeros(2)
@@ -68,24 +59,10 @@ def filtered(kind: type[PrintedFilter] | type[OracleFilter]) -> Ode:
     )
 
 
-def observed(observer: AbstractObserver) -> Ode:
-    """SMC in the first scenario, beside an observer that may know the state but not D."""
-    return ClosedLoop(plant("FS"), observer, RIVALS["SMC"], REFERENCES["FS"]).ode("SMC, first scenario")
-
-
-def momentum() -> Ode:
-    """The momentum observer beside the true state; its memory starts where D_hat is zero."""
-    return observed(WithDisturbance(FullState(2), MomentumObserver(ARM, CARD["l"])))
-
-
-def nonlinear() -> Ode:
-    """The nonlinear disturbance observer beside the true state."""
-    return observed(WithDisturbance(FullState(2), NonlinearDisturbanceObserver(ARM, CARD["l"])))
-
-
-def first_scenario(law: str) -> Ode:
-    """A rival in the first scenario, on exact measurements."""
-    return ClosedLoop(plant("FS"), FullState(2), RIVALS[law], REFERENCES["FS"]).ode(f"{law}, first scenario")
+def observed(disturbance: AbstractObserver) -> Ode:
+    """SMC in the first scenario, beside the true state and an observer of D that starts at D_hat = 0."""
+    observer = WithDisturbance(FullState(2), disturbance)
+    return replace(rival("FS", "SMC"), observer=observer).ode("SMC, first scenario")
 
 
 def regulation() -> ClosedLoop:
@@ -112,7 +89,7 @@ def on_path() -> ClosedLoop:
     return replace(loop, plant=arm, observer=replace(loop.observer, state=FullState(2)))
 
 
-def weighted(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
+def with_weights(loop: ClosedLoop, Q: float, R: float) -> ClosedLoop:
     """The same loop with the weights Q I and R I in (34)."""
     return replace(loop, controller=replace(loop.controller, Q=Q * I, R=R * I))
 
@@ -122,13 +99,3 @@ def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca
     observer, t = replace(paper_observer(), model=model), ca.SX(0)
     z, y = {"q_hat": q, "qd_hat": qd_hat}, Signals(q=q, qd=ca.SX.zeros(2))
     return observer.rate(t, z, y, observer.estimate(t, z, y), Signals(tau=tau))["qd_hat"]
-
-
-def vector(name: str, size: int = 2) -> ca.SX:
-    """Symbols `name[0]`, `name[1]`, ..."""
-    return Layout((Entry(name, np.zeros(size)),)).symbols()
-
-
-def norm(parts: Sequence[float]) -> float:
-    """The Euclidean norm."""
-    return float(np.linalg.norm(np.asarray(parts, dtype=float)))

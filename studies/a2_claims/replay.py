@@ -1,4 +1,4 @@
-"""What the witnesses of a2 need: after `from studies.a2_claims.replay import *` each of their lines runs."""
+"""The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
 from dataclasses import replace
 from functools import cache
@@ -8,22 +8,15 @@ import casadi as ca
 import numpy as np
 
 from studies.a1_paper_tables.study import comparison
-from studies.a2_claims.identities import at, both
-from studies.a2_claims.loops import (
-    CONSTANT_D,
-    I,
-    beside_rest,
-    free_arm,
-    observer_rate,
-    on_path,
-    printed_but_for_c,
-    regulation,
-    weighted,
-)
-from studies.a2_claims.lyapunov import V2
-from studies.a2_claims.searches import hunt, rerun
-from studies.a2_claims.statements import ASSUMPTION_4, gain_left
-from studies.paper.card import CARD, LAWS
+from studies.a2_claims import loops
+from studies.a2_claims.identities import at
+from studies.a2_claims.identities import both as both
+from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, with_weights
+from studies.a2_claims.loops import beside_rest as beside_rest
+from studies.a2_claims.searches import V2, WITHIN_4, gain_left, hunt
+from studies.a2_claims.searches import rerun as rerun
+from studies.paper.card import CARD
+from studies.paper.card import LAWS as LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
 from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
@@ -34,41 +27,13 @@ from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
 from workbench.metrics.integral import Integral
 from workbench.metrics.step_metrics import Peak
-from workbench.proofs.rest_points import RestPoint, growing_modes, rest_point
+from workbench.proofs.rest_points import RestPoint, rest_point
+from workbench.proofs.rest_points import growing_modes as growing_modes
 from workbench.reference import reference
 from workbench.simulate import simulate
 from workbench.study.contract import equations_of
 from workbench.study.runner import measurement
 from workbench.validation.refusals import Array
-
-__all__ = [
-    "I",
-    "LAWS",
-    "along_35",
-    "astray",
-    "beside",
-    "beside_rest",
-    "both",
-    "cost",
-    "cost_of_loop",
-    "derived",
-    "drift",
-    "false_rest",
-    "gain_lost",
-    "growing_modes",
-    "mismatch",
-    "np",
-    "observed",
-    "offset",
-    "printed",
-    "pushed",
-    "rerun",
-    "rest_point",
-    "skewness",
-    "speed_ratio",
-    "v1_rate",
-    "v2_rate",
-]
 
 STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
 HELD = {
@@ -110,6 +75,7 @@ def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
     return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
 
 
+@cache
 def false_rest(times: float = 1) -> RestPoint:
     """Where (10), with so many times the gains of section 5, rests beside the hanging arm: with errors, not at zero."""
     near = np.array([-2.65, 6.28])
@@ -119,9 +85,10 @@ def false_rest(times: float = 1) -> RestPoint:
 def kept_by_drift() -> tuple[str, ...]:
     """Assumption 4, if the run of `drift` keeps it."""
     ode = hunt("printed_filter").ode
-    return hypotheses_kept(ode, [Declared(ASSUMPTION_4)], 10.0, 1e-2, ode.parameters.pack(HELD))
+    return hypotheses_kept(ode, [WITHIN_4], 10.0, 1e-2, ode.parameters.pack(HELD))
 
 
+@cache
 def drift(until: float = 10.0) -> tuple[Array, Array]:
     """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
     l, D, ode = CARD["l"], np.array(CONSTANT_D), hunt("printed_filter").ode
@@ -129,12 +96,13 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
     return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
 
 
+@cache
 def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
     """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
 
     The weights are Q I and R I. The unit is (N m)^order.
     """
-    loop = weighted(proposed_as_printed("SS", reading), Q, R)
+    loop = with_weights(proposed_as_printed("SS", reading), Q, R)
     ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
     score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
     found = score.scores[violation(gain.claim).name]
@@ -142,6 +110,7 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
 
 
+@cache
 def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     """J of (32) for (31) with u = -R^-1 B^T P s by P(t) of (34), and the least J, both over an infinite horizon.
 
@@ -167,18 +136,20 @@ def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     return float(end["J"][0] + end["s"] @ least @ end["s"]), float(start @ least @ start)
 
 
+@cache
 def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple[float, float]:
     """J of (32) over a horizon, with s and e2 of the repaired loop in FS, P' by (34) or zero; its change by h / 2.
 
     The weights are Q I and R I, in (34) and in (32).
     """
-    loop = weighted(proposed_repaired("FS"), Q, R)
+    loop = with_weights(proposed_repaired("FS"), Q, R)
     if riccati == "frozen":
         loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
     ode = loop.ode()
     y = SignalsOf(ode)
     rate = Q * ca.sumsqr(y["s"]) + R * ca.sumsqr(y["observer.state.qd_hat"] - y["qd_ref"])
-    watched = _with_output(ode, "cost", rate)
+    outputs = ode.outputs + Layout((Entry("cost", np.zeros(1)),))
+    watched = replace(ode, outputs=outputs, output=ca.vertcat(ode.output, rate))
     J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
     score = measure(watched, (J,), until=until, h=FINE).scores["J"]
     return float(score.value[0, 0]), float(score.error[0, 0])
@@ -189,14 +160,11 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 
     The arm and its estimate start on the desired path; the weights are Q I and R I.
     """
-    ode = weighted(printed_but_for_c(), Q, R).ode()
+    ode = with_weights(loops.printed_but_for_c(), Q, R).ode()
     y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
-    rate, size, left = (
-        float(v) for v in ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)
-    )
-    return rate, size, left
+    return tuple(map(float, ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)))
 
 
 @cache
@@ -237,40 +205,32 @@ def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
     """|q - q_hat| in rad at `until` for the arm without torque from (q, qd)(0), by variable steps; its error."""
-    ode = _freely()
+    ode = free_arm()
     x0 = ode.states.pack({"plant.q": q, "plant.qd": qd})[0]
     y, error = in_reference_mode(ode, "q_error", ode.parameters.default, x0, [until])
     return float(np.linalg.norm(y[0])), float(np.linalg.norm(error))
 
 
-@cache
-def _freely() -> Ode:
-    """The arm without torque, watched by (10)."""
-    return free_arm()
-
-
 def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float:
     """The share of starts (q, qd)(0), rows (B, 4), with |q - q_hat| > bound [rad] at `until`."""
-    ode = _freely()
+    ode = free_arm()
     x0 = ode.states.pack({"plant.q": starts[:, :2], "plant.qd": starts[:, 2:]})
     p = np.tile(ode.parameters.default, (len(x0), 1))
     runs = simulate(rk4(ode, 1e-3), p, x0, until=until, every=until)
     return float((~(np.linalg.norm(runs["q_error"][:, -1], axis=1) <= bound)).mean())
 
 
+@cache
 def offset(until: float = 20.0) -> tuple[Array, Array]:
     """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
-    runs = [measure(regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
+    runs = [measure(loops.regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
     coarse, fine = (run["e"][0, -1] for run in runs)
     return fine, np.abs(fine - coarse)
 
 
+@cache
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
-    scores = measure(on_path().ode(), late, until=until, h=STEP).scores
+    scores = measure(loops.on_path().ode(), late, until=until, h=STEP).scores
     return {name: (float(score.value[0].max()), float(score.error[0].max())) for name, score in scores.items()}
-
-
-def _with_output(ode: Ode, name: str, value: ca.SX) -> Ode:
-    return replace(ode, outputs=ode.outputs + Layout((Entry(name, np.zeros(1)),)), output=ca.vertcat(ode.output, value))

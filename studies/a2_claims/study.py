@@ -7,13 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.a1_paper_tables.study import comparison
-from studies.a2_claims import comparisons as claims_others
-from studies.a2_claims import law as claims_law
-from studies.a2_claims import model as claims_model
-from studies.a2_claims import observers as claims_observers
-from studies.a2_claims import theorem as claims_theorem
-from studies.a2_claims.pages import answers, the_ledger, two_runs, worth
-from studies.a2_claims.pages import headlines as lines
+from studies.a2_claims import arm, law, observer, pages, rivals, theorem
 from studies.a2_claims.searches import SEED
 from workbench.claims.verdicts import Ledger
 from workbench.study.document.document import Section
@@ -23,20 +17,18 @@ from workbench.study.study import Results, Study
 @cache
 def ledger(results: Results) -> Ledger:
     """Every claim checked, in the order of the paper."""
-    plain = (claims_model.CHECKS, claims_observers.CHECKS, claims_law.CHECKS, claims_theorem.CHECKS)
-    groups = (*plain, claims_others.checks(results))
-    return Ledger.of([check for group in groups for check in group])
+    lines = (*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *theorem.CHECKS, *rivals.checks(results))
+    return Ledger.of([(line.claim, line.check) for line in lines])
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """What the report says."""
-    found = ledger(results)
-    return answers(found), the_ledger(found), two_runs(), worth()
+    """The answers, the ledger, and the worth of its verdicts."""
+    return pages.answers(ledger(results)), pages.the_ledger(ledger(results)), pages.worth()
 
 
 def headlines(results: Results) -> Sequence[str]:
     """The verdicts, one a line."""
-    return lines(ledger(results))
+    return pages.headlines(ledger(results))
 
 
 study = Study(
@@ -49,9 +41,9 @@ study = Study(
     ),
     method=(
         "Each claim is data: a statement, its source, its hypotheses. Identities are judged by exact normal forms, "
-        "bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic. What "
-        "only a run can break is searched for the worst run within the paper's own assumptions. Comparisons with "
-        "the rivals are judged twice: as published, and on the numbers of a1."
+        "bounds and rest points by interval arithmetic, linear modes by Routh's array in rational arithmetic; what "
+        "only a run can break, by a search for the worst run within the paper's assumptions; comparisons with the "
+        "rivals twice, as published and on the numbers of a1."
     ),
     cases=(*comparison("FS"), *comparison("SS")),
     sections=sections,

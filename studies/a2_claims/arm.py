@@ -1,0 +1,107 @@
+"""The ledger's first lines: the arm of (2) to (4), and Assumptions 1 to 4."""
+
+import casadi as ca
+import numpy as np
+
+from studies.a0_two_link_arm import DEFINITE, ENTRIES, PRINTED, SKEW, SYMMETRIC
+from studies.a0_two_link_arm import DERIVED as ARM
+from studies.a2_claims.checks import Checked, judges, literal, row
+from studies.a2_claims.searches import ASSUMPTION_4
+from studies.paper.card import CARD
+from studies.paper.laws import plant
+from workbench.claims.verdicts import Finding
+from workbench.core import Claim
+from workbench.proofs.bounds import disturbance_bounds, shown
+from workbench.proofs.interval import guarantee
+from workbench.proofs.properties import PropertyVerdict
+
+PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
+
+
+def entries(matrix: str, name: str, statement: str) -> Checked:
+    """Every printed entry of a matrix beside the derived one."""
+
+    def check() -> Finding:
+        mine = [entry for entry in ENTRIES if entry.matrix == matrix]
+        if all(entry.kind == "same" for entry in mine):
+            return Finding("proved", f"Each of the {len(mine)} entries has the normal form of the derived one.")
+        wrong = [entry for entry in mine if entry.kind == "differs"]
+        if not wrong:
+            return Finding("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
+        entry, seen = wrong[0], wrong[0].witness
+        matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
+        return Finding(
+            "refuted",
+            f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
+            f"the other {len(mine) - len(wrong)} entries are proved right.",
+            f"printed.{matrices}, derived.{matrices}",
+        )
+
+    return Checked(Claim(name, f"{statement} of the arm.", name), check)
+
+
+def skew_symmetric(arm: str, found: PropertyVerdict, claim: Claim) -> Checked:
+    """Assumption 3 for one arm."""
+
+    def check() -> Finding:
+        if found.kind == "proved":
+            return Finding("proved", "The normal form of M' - 2C plus its transpose is zero.")
+        if found.witness is None:
+            return Finding("not checkable", found.evidence)
+        return Finding(
+            "refuted",
+            f"M' - 2C plus its transpose has an entry of {np.abs(found.residual).max():.4g} kg m^2/s at "
+            f"{found.witness}.",
+            f"skewness({arm}, {literal(found.witness.q)}, {literal(found.witness.qd)})",
+        )
+
+    return Checked(claim, check)
+
+
+inertia = entries("M", "(2)", "M is the inertia matrix")
+coriolis = entries("C", "(3)", "C is the Coriolis matrix")
+gravity = entries("G", "(4)", "G is the gravity vector")
+SKEW_PRINTED = Claim("Assumption 3", "M' - 2C is skew-symmetric, with C as (3) prints it.", "(3), section 2.3")
+SKEW_DERIVED = Claim("Assumption 3, derived C", "M' - 2C is skew-symmetric, with C as derived.", "section 2.3")
+
+
+@judges("Assumption 1", "The initial states lie in a bounded set.", "(5), (6)")
+def bounded_start() -> Finding:
+    sizes = ", ".join(f"|q(0)| = {np.linalg.norm(CARD[f'{s}: q(0)']):.4g} rad ({s})" for s in ("FS", "SS"))
+    return Finding("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
+
+
+@judges("Assumption 2", "M is symmetric, and alpha1 I <= M(q) <= alpha2 I for all q, alpha1 > 0.", "(7)", inertia.claim)
+def definite() -> Finding:
+    low, high = DEFINITE.beyond
+    if not (SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high):
+        return Finding("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
+    return Finding(
+        "proved",
+        f"Symmetric by normal form; on the whole torus {shown(low, 1)} <= alpha1 <= {shown(DEFINITE.alpha1, -1)} "
+        f"and {shown(DEFINITE.alpha2, 1)} <= alpha2 <= {shown(high, -1)} kg m^2 ({guarantee()}).",
+    )
+
+
+def bounded_disturbance() -> Finding:
+    """Assumption 4, for the two scenarios, over the period 2 pi s of both."""
+    bounds, t = [], ca.SX.sym("t")
+    for scenario in ("FS", "SS"):
+        size, slope = disturbance_bounds(plant(scenario).disturbance.at(t), t, PERIOD)
+        if size.beyond is None or slope.beyond is None:
+            return Finding("not checkable", f"{scenario}: {size.why}; {slope.why}")
+        bounds.append(f"|D| <= {shown(size.beyond, -1)} N m and |D'| <= {shown(slope.beyond, -1)} N m/s ({scenario})")
+    return Finding(
+        "proved",
+        f"{' and '.join(bounds)}, by interval arithmetic over {PERIOD} s, which is more than the period 2 pi s of D, "
+        f"with the amplitudes {row(CARD['FS: disturbance amplitude'])} N m ({guarantee()}).",
+    )
+
+
+CHECKS = (
+    *(inertia, coriolis, gravity, bounded_start, definite),
+    skew_symmetric("printed", SKEW[PRINTED.name], SKEW_PRINTED),
+    skew_symmetric("derived", SKEW[ARM.name], SKEW_DERIVED),
+    Checked(ASSUMPTION_4, bounded_disturbance),
+)
+ASSUMPTIONS = (bounded_start.claim, definite.claim, SKEW_DERIVED, ASSUMPTION_4)
