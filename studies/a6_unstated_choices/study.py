@@ -1,4 +1,4 @@
-"""What the AOSMC-RGS paper does not state: which numbers and readings give its tables, and which decide who wins.
+"""The unstated numbers and readings of the AOSMC-RGS paper: which give its tables, and which decide who wins.
 
 Runs in about two minutes on two cores.
 """
@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from studies.a6_unstated_choices.draws import PRIORS, RANDOM, asides, draws, slug
 from studies.a6_unstated_choices.fits import check, common_search, search
 from studies.a6_unstated_choices.loops import SCENARIOS
+from studies.a6_unstated_choices.one_experiment import shared_check, shared_search
 from studies.a6_unstated_choices.pages import headlines, sections
-from studies.a6_unstated_choices.shared_choices import shared_check, shared_search
 from studies.paper.card import LAWS
 from workbench.study.study import Study
 from workbench.study.sweep import Sweep
@@ -17,7 +17,7 @@ from workbench.study.tuning import Tuned
 
 
 def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
-    """The checks of what was found, and all draws."""
+    """The checks of the searches, and all draws."""
     places = [(law, scenario) for law in LAWS for scenario in SCENARIOS]
     checks = [check(law, tuned[slug("search", law)], scenario) for law, scenario in places]
     shared = [shared_check(law, tuned[slug("shared", law)]) for law in LAWS]
