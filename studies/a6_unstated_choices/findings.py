@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from studies.a6_unstated_choices import ranking
 from studies.a6_unstated_choices.draws import LONGEST, OF_CARD, PRIORS, SHORTEST, named, slug
 from studies.a6_unstated_choices.fits import (
     CELLS,
@@ -18,24 +19,7 @@ from studies.a6_unstated_choices.fits import (
     misses,
 )
 from studies.a6_unstated_choices.loops import PROPOSED, STIFF, Reading, factors_of, in_words
-from studies.a6_unstated_choices.one_experiment import (
-    AGAIN,
-    AMPLITUDES,
-    BY_HAND,
-    FREQUENCY,
-    HORIZON,
-    Shared,
-    shared,
-)
-from studies.a6_unstated_choices.ranking import (
-    deciding_verdict,
-    favoured,
-    first_verdict,
-    indices,
-    pairs_verdict,
-    ranked,
-    step_words,
-)
+from studies.a6_unstated_choices.one_experiment import AGAIN, AMPLITUDES, BY_HAND, FREQUENCY, HORIZON, Shared, shared
 from studies.paper.card import LAWS
 from workbench.study.document.document import Verdict
 from workbench.study.study import Results
@@ -55,11 +39,11 @@ FINER = "A finer step for the runs of what is near, or a longer search."
 
 def findings(results: Results) -> tuple[Verdict, ...]:
     """All of them, who is first before what fits."""
-    every, step = ranked(results), step_words(results)
+    every, step = ranking.ranked(results), ranking.step_words(results)
     return (
-        first_verdict(every, favoured(results), step),
-        pairs_verdict(every, step),
-        deciding_verdict(indices(results)),
+        ranking.first_verdict(every, ranking.favoured(results), step),
+        ranking.pairs_verdict(every, step),
+        ranking.deciding_verdict(ranking.indices(results)),
         *fit_verdicts({law: fits_of(results, law) for law in LAWS}),
         horizon_verdict(results),
         shared_verdict(shared(results)),

@@ -9,27 +9,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from studies.a6_unstated_choices import fits
 from studies.a6_unstated_choices.draws import RMSE, slug
-from studies.a6_unstated_choices.fits import (
-    EVALUATIONS,
-    EVERY,
-    FINE,
-    FINE_TIMES,
-    POPULATION,
-    SEED,
-    OneRow,
-    checked_misses,
-)
-from studies.a6_unstated_choices.loops import (
-    MEASURED,
-    PROPOSED,
-    SQUARE,
-    STEPS,
-    factors_of,
-    in_words,
-    loop,
-    relayed,
-)
+from studies.a6_unstated_choices.loops import MEASURED, PROPOSED, SQUARE, STEPS, factors_of, in_words, loop, relayed
 from studies.paper.card import LAWS
 from workbench.loop import ClosedLoop
 from workbench.study.contract import Run
@@ -44,7 +26,7 @@ AMPLITUDES, FREQUENCY = (0.82, 0.373), 0.7278  # rad, Hz
 HORIZON = 9.0  # s, there
 INSIDE = 1.0  # the rivals that switch are measured by (10)
 UNTIL = 10.0  # s
-MEMBERS = POPULATION // 2  # of a search: fewer at once, as there is less to find
+MEMBERS = fits.POPULATION // 2  # of a search: fewer at once, as there is less to find
 AGAIN = 8  # points that are run again at the fine step
 OUR_STEP = 1e-3 / 4  # s: at the gains of this experiment a step of 1 ms errs by more than 1 %
 
@@ -66,15 +48,15 @@ def shared_loop(law: str) -> ClosedLoop:
 def shared_search(law: str) -> Tuning:
     """The search for the numbers and readings of a law in the one experiment."""
     h = OUR_STEP if law == PROPOSED else STEPS[law]
-    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h / 2))
-    objective = OneRow(law, "SS", HORIZON)
-    return Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, MEMBERS, (SEED,))
+    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, fits.EVERY["SS"], h / 2))
+    objective = fits.OneRow(law, "SS", HORIZON)
+    return Tuning(slug("shared", law), (trial,), own(law), objective, fits.EVALUATIONS, MEMBERS, (fits.SEED,))
 
 
 def shared_check(law: str, tuned: Tuned) -> Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
     design = Listed(tuned.points[np.argsort(tuned.objectives, kind="stable")[:AGAIN]])
-    run = Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE)
+    run = Run(shared_loop(law), (RMSE,), UNTIL, fits.FINE_TIMES, fits.FINE)
     return Sweep(slug("shared_check", law), run, own(law), design, halved=1)
 
 
@@ -100,7 +82,7 @@ class Shared:
 def shared(results: Results) -> Shared:
     """The nearest to the rows of all six laws at once, from runs at the fine step."""
     samples = {law: results.sample(slug("shared_check", law)) for law in LAWS}
-    every = {law: checked_misses(law, "SS", sample) for law, sample in samples.items()}
+    every = {law: fits.checked_misses(law, "SS", sample) for law, sample in samples.items()}
     at = int(np.argmin(np.max([size.min(axis=0) for size in every.values()], axis=0)))
     best = {law: int(np.argmin(size[:, at])) for law, size in every.items()}
     return Shared(

@@ -1,38 +1,14 @@
-"""The page of a6: pictures and answers, the nearest fits, the rankings, what is open, and how far to trust it."""
+"""The page of a6: pictures and answers, the rankings, the nearest fits, what is open, and how far to trust it."""
 
-from collections.abc import Callable, Mapping, Sequence
-from itertools import combinations
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from studies.a6_unstated_choices import findings, fits, ranking
 from studies.a6_unstated_choices.draws import RANDOM, SHORTEST, named, slug
-from studies.a6_unstated_choices.findings import findings, fit_words
-from studies.a6_unstated_choices.fits import (
-    CELLS,
-    CLOSE,
-    EVALUATIONS,
-    FINE,
-    SECOND,
-    SEED,
-    TARGETS,
-    Fits,
-    fits_of,
-    nearest,
-)
+from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, FINE, SECOND, SEED, TARGETS, Fits
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, SQUARE, STIFF, Reading, factors_of, unit
 from studies.a6_unstated_choices.one_experiment import AMPLITUDES, FREQUENCY, Shared, shared
-from studies.a6_unstated_choices.ranking import (
-    COLUMNS,
-    INTERVALS,
-    Ranked,
-    Rankings,
-    Triple,
-    deciding_figure,
-    indices,
-    majority,
-    ranked,
-    ranks_figure,
-)
 from studies.paper.card import LAWS, PUBLISHED
 from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table
 from workbench.study.document.phrases import raised
@@ -44,16 +20,17 @@ COUNTED = (Column("horizon", "s", "right"), Column("of draws", align="right"), C
 
 def sections(results: Results) -> Sequence[Section]:
     """The report."""
-    every, of_card = ranked(results), "of the card"
-    fits = {law: fits_of(results, law) for law in LAWS}
-    pictures = ranks_figure(results, every[of_card]), deciding_figure(results, indices(results))
+    every, one = ranking.ranked(results), shared(results)
+    met = {law: fits.fits_of(results, law) for law in LAWS}
+    pictures = (
+        ranking.ranks_figure(results, every["of the card"]),
+        ranking.deciding_figure(results, ranking.indices(results)),
+    )
     return (
-        Section("What was found", (*pictures, *findings(results))),
-        Section("The rankings under four priors", (*RANKING, priors_table(every), rankings_table(every[of_card]))),
-        Section(
-            "The nearest fits", (FITTING, cells(fits), together(fits), numbers(fits), shared_table(shared(results)))
-        ),
-        Section("What the choices that fit have in common", (spread(fits),)),
+        Section("What was found", (*pictures, *findings.findings(results))),
+        Section("The rankings under four priors", (RANKING, priors_table(every))),
+        Section("The nearest fits", (FITTING, cells(met), together(met), numbers(met), shared_table(one))),
+        Section("What the choices that fit have in common", (spread(met),)),
         open_section(results),
         trust_section(results),
     )
@@ -61,18 +38,16 @@ def sections(results: Results) -> Sequence[Section]:
 
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
-    return tuple(f"{one.kind}: {one.statement}" for one in findings(results))
+    return tuple(f"{one.kind}: {one.statement}" for one in findings.findings(results))
 
 
-RANKING = (
-    Paragraph(
-        f"Independent draws of everything at once, {RANDOM.runs} for each prior: all readings alike, the same horizon "
-        "and the same square wave for the six laws of a draw. A range is no prior: within it a number can be drawn "
-        "evenly, or evenly on a logarithmic scale. The prior of the card does the second with Q, R and l of "
-        f"{PROPOSED} alone, which are known by their order of magnitude, and the first with all other numbers; "
-        "'exchanged' does the opposite. (sigma of RBF-ASMC, whose range begins at 0, is always drawn evenly.) New runs "
-        "are made for each prior. A run that diverged before its horizon is worse than any other."
-    ),
+RANKING = Paragraph(
+    f"Independent draws of everything at once, {RANDOM.runs} for each prior: all readings alike, the same horizon "
+    "and the same square wave for the six laws of a draw. A range is no prior: within it a number can be drawn "
+    "evenly, or evenly on a logarithmic scale. The prior of the card does the second with Q, R and l of "
+    f"{PROPOSED} alone, which are known by their order of magnitude, and the first with all other numbers; "
+    "'exchanged' does the opposite. (sigma of RBF-ASMC, whose range begins at 0, is always drawn evenly.) New runs "
+    "are made for each prior. A run that diverged before its horizon is worse than any other."
 )
 FITTING = Paragraph(
     f"A search for each law looks at {EVALUATIONS} choices, by differential evolution (seed {SEED}), for one set of "
@@ -87,63 +62,28 @@ FITTING = Paragraph(
 )
 
 
-def priors_table(every: Ranked) -> Table:
+def priors_table(every: ranking.Ranked) -> Table:
     """Of a hundred draws how many have the proposed law below each rival, and first, by column and prior."""
-    asked: list[tuple[str, Callable[[Rankings], Triple]]] = [
-        *((f"below {rival}", lambda one, rival=rival: one.below(PROPOSED, rival)) for rival in LAWS[1:]),
-        ("first", lambda one: one.first),
-    ]
     rows: list[tuple[Cell, ...]] = []
-    for words, part in asked:
-        for column, title in COLUMNS.items():
-            parts = [part(columns[column]) for columns in every.values()]
-            rows.append((f"{PROPOSED} {words}", title, *map(hundred, parts), majority(parts)))
+    for rival in (*LAWS[1:], None):
+        for column, title in ranking.COLUMNS.items():
+            parts = [ranking.ahead(columns[column], rival) for columns in every.values()]
+            shown = (f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})" for value, low, high in parts)
+            words = "first" if rival is None else f"below {rival}"
+            rows.append((f"{PROPOSED} {words}", title, *shown, ranking.majority(parts)))
     return Table(
         "priors",
         f"Of a hundred draws how many have {PROPOSED} below a rival, or first, under four priors.",
         (Column("is"), Column("column"), *(Column(name, "%", "right") for name in every), Column("in most draws")),
         tuple(rows),
-        (f"In brackets {INTERVALS}; one question has four lines. Seed {RANDOM.seed}.",),
-    )
-
-
-def hundred(part: Triple) -> str:
-    """A share of a hundred with its interval."""
-    return f"{100 * part[0]:.0f} ({100 * part[1]:.0f} to {100 * part[2]:.0f})"
-
-
-def rankings_table(columns: Mapping[tuple[str, int], Rankings]) -> Table:
-    """The printed order of each pair of laws, of the first, and of all six."""
-    rows: list[tuple[Cell, ...]] = []
-    likely = 0
-    for a, b in combinations(LAWS, 2):
-        parts = []
-        for column, one in columns.items():  # the other laws come in another printed order in every column
-            printed = PUBLISHED[column].values
-            parts.append(one.below(a, b) if printed[a] <= printed[b] else one.below(b, a))
-        likely += sum(value > 0.5 for value, _, _ in parts)
-        rows.append((f"{a} below {b}" if a == PROPOSED else f"{a} and {b}", *map(hundred, parts)))
-    rows.append((f"{PROPOSED} first", *(hundred(one.first) for one in columns.values())))
-    orders = [one.order for one in columns.values()]
-    rows.append(("all six", *(hundred((s.value, s.low, s.high)) for s in orders)))
-    return Table(
-        "rankings",
-        "The published rankings over all that is open, under the prior of the card: of a hundred draws how many have "
-        "laws in the printed order.",
-        (Column("laws"), *(Column(title, "%", "right") for title in COLUMNS.values())),
-        tuple(rows),
-        (
-            f"In brackets {INTERVALS}. Of the {len(columns) * (len(rows) - 2)} printed pairs {likely} come in their "
-            "printed order in more than half of the draws; all six laws of a column do in at most "
-            f"{100 * max(one.value for one in orders):.1f} %.",
-        ),
+        (f"In brackets {ranking.INTERVALS}; one question has four lines. Seed {RANDOM.seed}.",),
     )
 
 
 def cells(every: Mapping[str, Fits]) -> Table:
     """The nearest fit of each printed cell by itself."""
     rows: list[tuple[Cell, ...]] = []
-    for target in CELLS:
+    for target in fits.CELLS:
         ((scenario, (joint,)),) = TARGETS[target].items()
         for law in LAWS:
             one, printed = every[law].fits[target], PUBLISHED[scenario, joint].values[law]
@@ -197,7 +137,7 @@ def together(every: Mapping[str, Fits]) -> Table:
 
 def numbers(every: Mapping[str, Fits]) -> Table:
     """The choices that the fits are made of."""
-    rows = [(t, law, fit_words(law, t, every[law].fits[t].numbers)) for t in TARGETS for law in LAWS]
+    rows = [(t, law, findings.fit_words(law, t, every[law].fits[t].numbers)) for t in TARGETS for law in LAWS]
     return Table(
         "numbers",
         "The numbers and readings of these fits.",
@@ -240,7 +180,7 @@ def spread(every: Mapping[str, Fits]) -> Table:
         tuple(map(Column, heads)),
         tuple(rows),
         (
-            "At the steps of the search; the true ranges are wider. Empty: there is no such choice, or the scenario has "
+            "At the steps of the search; the true ranges are wider. Empty: no such choice, or the scenario has "
             "no such number.",
         ),
     )
@@ -262,7 +202,7 @@ def open_section(results: Results) -> Section:
             of = "all, in the second scenario" if factor in SQUARE else ", ".join(laws[factor.name])
             rows[factor.name] = (factor.name, of, words(factor), raised(unit(law, factor)) or None)
     minus, beside = results.sample("minus"), results.sample("observed_pid")
-    off = float(nearest(PROPOSED, "FS", {"FS": minus}).min())
+    off = float(fits.nearest(PROPOSED, "FS", {"FS": minus}).min())
     return Section(
         "What is open",
         (

@@ -1,21 +1,13 @@
 """How probable each published ranking is over all that is open, and which open number decides who wins."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from itertools import combinations
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import (
-    NAMES,
-    PAIRED,
-    PRIORS,
-    RANDOM,
-    Prior,
-    drawn,
-    margin,
-    named,
-)
+from studies.a6_unstated_choices.draws import NAMES, PAIRED, PRIORS, RANDOM, drawn, margin, named
 from studies.a6_unstated_choices.fits import CLOSE
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS, PUBLISHED
@@ -52,48 +44,48 @@ GIVEN = (
 )
 
 
-@dataclass(frozen=True, eq=False)
-class Rankings:
-    """The ranks of the laws in one published column over independent draws, and the share of the printed order."""
-
-    ranks: Ranks
-    order: Share
-
-    def below(self, a: str, b: str) -> Triple:
-        """The probability that one law is below another, with its interval."""
-        at, part = (LAWS.index(a), LAWS.index(b)), self.ranks.below
-        return float(part.value[at]), float(part.low[at]), float(part.high[at])
-
-    @property
-    def first(self) -> Triple:
-        """The probability that the proposed law is first, with its interval."""
-        at, part = (LAWS.index(PROPOSED), 0), self.ranks.ranks
-        return float(part.value[at]), float(part.low[at]), float(part.high[at])
-
-
-Ranked: TypeAlias = Mapping[str, Mapping[tuple[str, int], Rankings]]  # by the name of the prior
+Ranked: TypeAlias = Mapping[str, Mapping[tuple[str, int], Ranks]]  # by the name of the prior
 
 
 def ranked(results: Results) -> Ranked:
-    """The rankings of all four columns under each prior."""
-    return {name: {column: _ranking(results, *column, prior) for column in COLUMNS} for name, prior in PRIORS.items()}
+    """The ranks of the laws in all four columns under each prior."""
+    every: dict[str, dict[tuple[str, int], Ranks]] = {}
+    for name, prior in PRIORS.items():
+        for scenario, joint in COLUMNS:
+            rmse = {law: values[:, joint - 1] for law, values in drawn(results, "random", scenario, prior).items()}
+            held = ranks(paired(rmse, metric="RMSE (43)", unit="rad"), TOGETHER)
+            every.setdefault(name, {})[scenario, joint] = held
+    return every
 
 
-def _ranking(results: Results, scenario: str, joint: int, prior: Prior) -> Rankings:
-    rmse = {law: values[:, joint - 1] for law, values in drawn(results, "random", scenario, prior).items()}
-    printed = PUBLISHED[scenario, joint].values
-    inorder = np.stack([rmse[law] for law in sorted(LAWS, key=printed.__getitem__)], axis=1)
-    ordered = (np.diff(inorder, axis=1) > 0).all(axis=1)
-    values = paired(rmse, metric="RMSE (43)", unit="rad")
-    return Rankings(ranks(values, TOGETHER), share(ordered, TOGETHER))
+def ahead(one: Ranks, rival: str | None = None) -> Triple:
+    """The probability that the proposed law is below a rival, or else first, with its interval."""
+    part = one.ranks if rival is None else one.below
+    at = LAWS.index(PROPOSED), 0 if rival is None else LAWS.index(rival)
+    return float(part.value[at]), float(part.low[at]), float(part.high[at])
 
 
-def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Rankings]) -> Figure:
+def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
+    """How often the laws come in their printed order, two at a time and all six."""
+    likely, whole = 0, 0.0
+    for column, one in columns.items():
+        order = sorted(range(len(LAWS)), key=lambda i: PUBLISHED[column].values[LAWS[i]])
+        likely += sum(bool(one.below.value[pair] > 0.5) for pair in combinations(order, 2))
+        values = one.paired.values[:, order]
+        whole = max(whole, float((values[:, :-1] < values[:, 1:]).all(axis=1).mean()))
+    pairs = len(columns) * len(LAWS) * (len(LAWS) - 1) // 2
+    return (
+        f"Under the prior of the card {likely} of the {pairs} printed pairs of laws come in their printed order in "
+        f"more than half of the draws, and all six laws of a column in at most {100 * whole:.1f} %."
+    )
+
+
+def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> Figure:
     """The ranks of the laws in the four columns, a panel each."""
     samples = {
         (law, scenario): results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS
     }
-    lost = sum(int(columns[scenario, 1].ranks.paired.failed.sum()) for scenario in SCENARIOS)
+    lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
     late = sum(sample.failed for sample in samples.values()) - lost
     errors = [sample.step_error("RMSE (43)", joint) for sample in samples.values() for joint in (0, 1)]
     note = (
@@ -103,7 +95,7 @@ def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Rankings]) 
     )
     caption = "How often each law has which rank by RMSE, over all that the paper leaves open, in its four columns."
     one = {
-        column: rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.ranks.value, strict=True)), note)
+        column: rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.value, strict=True)), note)
         for column, each in columns.items()
     }
     panels = tuple(replace(figure.panels[0], title=COLUMNS[column]) for column, figure in one.items())
@@ -174,7 +166,7 @@ def step_words(results: Results) -> str:
 
 def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
     """How often the proposed law is first, under each prior and in each column."""
-    parts = {name: [one.first for one in columns.values()] for name, columns in every.items()}
+    parts = {name: [ahead(one) for one in columns.values()] for name, columns in every.items()}
     shares = [part for held in parts.values() for part in held]
     ends = "; ".join(f"{name} {interval(min(held))} to {interval(max(held))}" for name, held in parts.items())
     return Verdict(
@@ -184,7 +176,7 @@ def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
         "all four columns.",
         f"From the least to the largest of the four columns: {ends}. Given the reading, the prior and the column that "
         f"favour it most, it is first in {interval((most.value, most.low, most.high))}, the largest of many shares, "
-        f"its interval by itself, and so an optimistic one. {step}",
+        f"its interval by itself, and so an optimistic one. {printed_words(next(iter(every.values())))} {step}",
         SAMPLE,
         GIVEN,
         "Ranges about a few of the choices that meet the tables: there it is first by construction.",
@@ -194,7 +186,7 @@ def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
 def pairs_verdict(every: Ranked, step: str) -> Verdict:
     """How often the proposed law is below each rival: one sentence for all, so that none is picked by its number."""
     ours = {
-        rival: {column: [by[column].below(PROPOSED, rival) for by in every.values()] for column in columns}
+        rival: {column: [ahead(by[column], rival) for by in every.values()] for column in columns}
         for columns in [next(iter(every.values()))]
         for rival in LAWS[1:]
     }
