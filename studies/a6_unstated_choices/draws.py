@@ -8,7 +8,6 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from studies.a6_unstated_choices.loops import (
-    FACTORS,
     PID,
     PROPOSED,
     SCENARIOS,
@@ -137,19 +136,14 @@ def asides() -> tuple[Sweep, ...]:
     """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
     ours, pid = loop(PROPOSED, "FS"), loop(PID, "FS")
     loops = {
-        ("minus", PROPOSED): replace(ours, controller=replace(ours.controller, minus=1.0)),
-        ("observed_pid", PID): replace(pid, observer=replace(pid.observer, inside=1.0)),
+        "minus": (PROPOSED, replace(ours, controller=replace(ours.controller, minus=1.0))),
+        "observed_pid": (PID, replace(pid, observer=replace(pid.observer, inside=1.0))),
     }
-    return tuple(
-        Sweep(
-            name,
-            Run(one, (RMSE,), LONGEST, every=1.0, h=STEPS[law]),
-            FACTORS[law],
-            MonteCarlo(len(FACTORS[law]), 64, seed=6),
-            halved=None,
-        )
-        for (name, law), one in loops.items()
-    )
+    sweeps = []
+    for name, (law, one) in loops.items():
+        run, factors = Run(one, (RMSE,), LONGEST, every=1.0, h=STEPS[law]), factors_of(law, "FS")
+        sweeps.append(Sweep(name, run, factors, MonteCarlo(len(factors), 64, seed=6), halved=None))
+    return tuple(sweeps)
 
 
 def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:

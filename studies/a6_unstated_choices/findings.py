@@ -4,20 +4,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a6_unstated_choices import ranking
+from studies.a6_unstated_choices import fits, ranking
 from studies.a6_unstated_choices.draws import LONGEST, OF_CARD, PRIORS, SHORTEST, named, slug
-from studies.a6_unstated_choices.fits import (
-    CELLS,
-    CLOSE,
-    COMMON,
-    EVALUATIONS,
-    FINE,
-    SEED,
-    Fits,
-    fits_of,
-    horizons,
-    misses,
-)
+from studies.a6_unstated_choices.fits import CELLS, CLOSE, COMMON, EVALUATIONS, FINE, SEED, Fits, horizons, misses
 from studies.a6_unstated_choices.loops import PROPOSED, STIFF, Reading, factors_of, in_words
 from studies.a6_unstated_choices.one_experiment import AGAIN, AMPLITUDES, BY_HAND, FREQUENCY, HORIZON, Shared, shared
 from studies.paper.card import LAWS
@@ -44,7 +33,7 @@ def findings(results: Results) -> tuple[Verdict, ...]:
         ranking.first_verdict(every, ranking.favoured(results), step),
         ranking.pairs_verdict(every, step),
         ranking.deciding_verdict(ranking.indices(results)),
-        *fit_verdicts({law: fits_of(results, law) for law in LAWS}),
+        *fit_verdicts({law: fits.fits_of(results, law) for law in LAWS}),
         horizon_verdict(results),
         shared_verdict(shared(results)),
     )

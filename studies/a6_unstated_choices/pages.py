@@ -94,18 +94,12 @@ def cells(every: Mapping[str, Fits]) -> Table:
             rows.append(
                 (target, law, f"{printed:.4f}", *met, f"{one.horizon[scenario]:.1f}", *_counts(every, law, target))
             )
-    head = (
-        Column("cell"),
-        Column("law"),
-        Column("printed", "rad", "right"),
-        Column("nearest", "rad", "right"),
-        Column("off", "%", "right"),
-    )
+    sizes = (Column(name, of, "right") for name, of in (("printed", "rad"), ("nearest", "rad"), ("off", "%")))
     return Table(
         "cells",
         "The 24 printed cells: the nearest that was found, by how much it is off, and how many choices come "
         "within 1 %.",
-        (*head, *COUNTED),
+        (Column("cell"), Column("law"), *sizes, *COUNTED),
         tuple(rows),
         (
             f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: the "

@@ -26,12 +26,6 @@ INTERVALS = f"intervals of Clopper and Pearson, which for the {SHARES} shares of
 
 Triple: TypeAlias = tuple[float, float, float]  # a share and the ends of its interval
 NO, YES, TURNS, OPEN = "no, under each", "yes, under each", "depends on the prior", "open"  # in most draws
-MOSTLY = {
-    NO: f"Better than {PROPOSED} in most draws, under each prior and in each column",
-    YES: f"Worse than {PROPOSED} in most draws, under each prior and in each column",
-    TURNS: "Better in most draws under some prior and in some column, and worse in another",
-    OPEN: "Open, as an interval reaches one half",
-}
 KINDS: Mapping[str, Literal["found", "depends", "open"]] = {NO: "found", YES: "found", TURNS: "depends", OPEN: "open"}
 SAMPLE = (
     f"Shares of {RANDOM.runs} independent draws for each prior, the same points of the unit cube for all of them, "
@@ -158,9 +152,9 @@ def step_words(results: Results) -> str:
                 moves += [(float(error), SCENARIOS[scenario]) for error in errors[~np.isnan(errors)]]
     most, where = max(moves)
     return (
-        f"The intervals leave out the error of the step, which decides the rank of some draws: of {len(moves)} values "
-        f"of {PROPOSED} at 30 s that were taken again at half of it, {count} change by more than {100 * CLOSE:g} %, "
-        f"the most, in a draw of the {where}, by {most:.2g} rad."
+        f"The intervals leave out the error of the step: of {len(moves)} values of {PROPOSED} at 30 s that were taken "
+        f"again at half of it, {count} change by more than {100 * CLOSE:g} %, and their ranks are as much the step's "
+        f"as the law's; the most changes a draw of the {where}, by {most:.2g} rad."
     )
 
 
@@ -193,8 +187,7 @@ def pairs_verdict(every: Ranked, step: str) -> Verdict:
     flat = {rival: [part for parts in by.values() for part in parts] for rival, by in ours.items()}
     shares = ", ".join(f"{rival} in {percent(min(p)[0])} to {percent(max(p)[0])}" for rival, p in flat.items())
     ends = "; ".join(f"{rival} {interval(min(p))} to {interval(max(p))}" for rival, p in flat.items())
-    stands = {asked: ", ".join(r for r, parts in flat.items() if majority(parts) == asked) for asked in MOSTLY}
-    words = "; ".join(f"{MOSTLY[asked]}: {rivals}" for asked, rivals in stands.items() if rivals)
+    words = "; ".join(f"{rival} {majority(parts)}" for rival, parts in flat.items())
     # two priors whose intervals of one share have nothing in common
     apart = any(
         max(low for _, low, _ in parts) > min(high for _, _, high in parts)
@@ -204,7 +197,8 @@ def pairs_verdict(every: Ranked, step: str) -> Verdict:
     return Verdict(
         "depends" if apart else "found",
         f"{PROPOSED} has a smaller RMSE than {shares} of the draws, by {'prior and ' * apart}column.",
-        f"{words}. Least and largest share over four priors and four columns: {ends}. {step}",
+        f"Is it below in most draws, under all priors and in all columns? {words}. Least and largest share over four "
+        f"priors and four columns: {ends}. {step}",
         SAMPLE,
         GIVEN,
         "Another prior: these four are the corners of two scales, and a range twice as wide is a prior too.",

@@ -36,12 +36,11 @@ study = Study(
         "published ranking hold whatever they are?"
     ),
     method=(
-        "Every unstated number over the range of the card, every reading as likely as the others. A search for each "
-        "law by differential evolution, one set of gains for both scenarios, any horizon; what comes nearest is run "
-        "again with the boundary layer of the paper at 1/12 ms and at half of it. Independent draws of everything "
-        "at once for the probabilities, under four priors: evenly or on logarithmic scales, for the proposed law "
-        "and for all else; a Sobol design of the same for the indices. For one experiment in the whole second "
-        "scenario a square wave that was found by hand, and a search for the gains of each law at it."
+        "Every unstated number over the range of the card, every reading as likely as the others. Independent draws of "
+        "everything at once give the probabilities, under four priors; a Sobol design the indices. For each law a "
+        "search by differential evolution, one set of gains for both scenarios, any horizon; what comes nearest is run "
+        "again with the boundary layer of the paper at 1/12 ms and at half of it. For one experiment in the whole "
+        "second scenario a square wave that was found by hand, and a search for the gains of each law at it."
     ),
     tunings=(*map(search, LAWS), *map(common_search, LAWS), *map(shared_search, LAWS)),
     sweeps=sweeps,
