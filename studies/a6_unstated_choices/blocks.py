@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.controllers.sliding_surface import matrices, saturation, sliding
+from workbench.controllers.sliding_surface import AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dynamics import solve_definite
@@ -23,10 +23,10 @@ from workbench.signals import Sines, SquareWave
 
 def chosen(reading: Scalar, *parts: ca.SX) -> ca.SX:
     """The part whose place, counted from 0, is the number `reading`."""
-    found = parts[-1]
+    one = parts[-1]
     for place in reversed(range(len(parts) - 1)):
-        found = ca.if_else(reading < place + 0.5, parts[place], found)
-    return found
+        one = ca.if_else(reading < place + 0.5, parts[place], one)
+    return one
 
 
 @block
@@ -62,32 +62,18 @@ class EitherObserver(AbstractArmObserver):
     eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
     """
 
-    state: Luenberger
+    uses_truth: ClassVar[bool] = True
     measured: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
 
+    state: Luenberger
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
     inside: Scalar = parameter(default=1.0, unit="", low=0, high=1)
     d_hat: Scalar = parameter(default=0.0, unit="", low=0, high=2)
 
     @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.state.dof
-
-    @property
-    def units(self) -> tuple[str, ...]:
-        """Those of the model."""
-        return self.state.units
-
-    @property
-    def inputs(self) -> Layout:
-        """Those of (10)."""
-        return self.state.inputs
-
-    @property
-    def uses_truth(self) -> bool:
-        """Yes: (24) does."""
-        return True
+    def model(self) -> AbstractArm:
+        """The model of (10)."""
+        return self.state.model
 
     @property
     def memory(self) -> Layout:
@@ -96,7 +82,7 @@ class EitherObserver(AbstractArmObserver):
         return self.state.memory + Layout((Entry("eta", zero, "N m"), Entry("z", zero, "N m s")))
 
     def estimate(self, t: ca.SX, z: Parts, y: Signals) -> Signals:
-        """What is chosen."""
+        """The chosen measurements and D_hat."""
         seen = self.state.estimate(t, z, y)
         d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
         return Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
@@ -107,7 +93,7 @@ class EitherObserver(AbstractArmObserver):
 
 
 @block
-class EitherAosmcRgs(AbstractArmController):
+class EitherAosmcRgs(AbstractSlidingMode):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
     K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
@@ -128,28 +114,16 @@ class EitherAosmcRgs(AbstractArmController):
     minus: Scalar = parameter(default=0.0, unit="", low=0, high=1)
     printed: Scalar = parameter(default=0.0, unit="", low=0, high=1)
 
-    @property
-    def dof(self) -> int:
-        """The number of joints of the model."""
-        return self.model.dof
-
-    @property
-    def memory(self) -> Layout:
-        """K and P."""
-        return Layout((Entry("K", self.K, "N m"), Entry("P", self.P, "N m/rad")))
-
     def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
         """(27) to (29)."""
-        del t
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, qd_r, qdd_r = self.surface(est, ref)
         qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
         return M @ qdd + C @ qd + G + est.d - z["K"] @ saturation(s, self.phi, "clip")
 
     def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
         """(33) and (34), with Q and R that number times I."""
-        del t
-        s, K, P, n = sliding(est, ref, self.Lambda).s, z["K"], z["P"], self.dof
+        s, K, P, n = self.surface(est, ref).s, z["K"], z["P"], self.dof
         Ps, size = P @ s, ca.fabs(s)
         growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
         A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
@@ -157,11 +131,6 @@ class EitherAosmcRgs(AbstractArmController):
             "K": growth * (1 - 2 * self.minus),
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
-
-    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
-        """The sliding variable s."""
-        del z
-        return {"s": sliding(est, ref, self.Lambda).s}
 
 
 @block
@@ -180,33 +149,17 @@ class PlacedPid(AbstractArmController):
     poles: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="p")
     inertia: Vector = parameter(unit="kg m^2", low=0, strict=True, shape=("n",), symbol="J")
     lifted: Scalar = parameter(default=0.0, unit="", low=0, high=1)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.model.dof
-
-    @property
-    def memory(self) -> Layout:
-        """The integral of the error."""
-        return Layout((Entry("integral", np.zeros(self.dof), "rad s"),))
+    integral: Vector = initial(default=0.0, unit="rad s", shape=("n",))
 
     def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
         """Feedback, and the weight where it is lifted."""
-        del t
         p, J = self.poles, self.inertia
         feedback = 3 * p**2 * J * (est.q - ref.q) + p**3 * J * z["integral"] + 3 * p * J * (est.qd - ref.qd)
         return self.lifted * self.model.gravity_vector(est.q) - feedback
 
     def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
         """The integral grows by e."""
-        del t, z
         return {"integral": est.q - ref.q}
-
-    def signals(self, z: Parts, est: Signals, ref: Signals) -> Parts:
-        """Nothing that the loop does not show already."""
-        del z, est, ref
-        return {}
 
 
 @block
@@ -216,11 +169,6 @@ class EitherReference(AbstractReference):
     sines: Sines
     square: SquareWave
     jumps: Scalar = parameter(default=0.0, unit="", low=0, high=1)
-
-    @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.sines.dof
 
     @property
     def says(self) -> Layout:

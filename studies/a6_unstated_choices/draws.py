@@ -8,16 +8,15 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from studies.a6_unstated_choices.loops import (
-    FACTORS,
     PID,
     PROPOSED,
     SCENARIOS,
     SQUARE,
     STEPS,
     Reading,
-    minus,
-    observed_pid,
-    searched,
+    factors_of,
+    loop,
+    relayed,
 )
 from studies.paper.card import CARD, LAWS
 from workbench.metrics import sampled_rmse
@@ -35,24 +34,12 @@ Scale: TypeAlias = Literal["linear", "log"]
 RMSE = sampled_rmse(CARD["sample time of (43)"])
 SHORTEST, LONGEST = 5, 30  # s, the horizons of the card
 HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
-
-
-def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
-    """What a law and a scenario leave open, but for the horizon, which needs no run of its own."""
-    return FACTORS[law] + (SQUARE if scenario == "SS" else ())
-
-
-def all_names() -> tuple[str, ...]:
-    """Everything that is open, each once."""
-    every = [factor.name for law in LAWS for factor in factors_of(law, "SS")]
-    return (*dict.fromkeys(every), *HORIZONS.values())
-
-
-NAMES = all_names()
+OPEN = dict.fromkeys(factor.name for law in LAWS for factor in factors_of(law, "SS"))
+NAMES = (*OPEN, *HORIZONS.values())
 RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
 PAIRED = SobolDesign(len(NAMES), 128, seed=6)
-ASIDE = {law: MonteCarlo(len(FACTORS[law]), 64, seed=6) for law in (PROPOSED, PID)}
-KINDS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
+DESIGNS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
+RANGES = {"linear": Uniform, "log": LogUniform}
 
 
 @dataclass(frozen=True)
@@ -78,7 +65,7 @@ class Part(AbstractDesign):
 
     @property
     def size(self) -> int:
-        """How many points differ."""
+        """The number of points that differ."""
         return len(self._distinct[0])
 
     def points(self, first: int = 0, last: int | None = None) -> Array:
@@ -99,7 +86,7 @@ class Prior:
         return (self.ours if law == PROPOSED else self.rest, *((self.rest,) if scenario == "SS" else ()))
 
     def factors(self, law: str, scenario: str) -> tuple[Factor, ...]:
-        """What a law and a scenario leave open, spread on these scales."""
+        """The open numbers of a law and a scenario, spread on these scales."""
         own, *square = self.scales(law, scenario)
         return tuple(on_scale(factor, square[0] if factor in SQUARE else own) for factor in factors_of(law, scenario))
 
@@ -109,7 +96,6 @@ class Prior:
         return np.minimum(spread.quantile(u).astype(int), LONGEST)
 
 
-RANGES = {"linear": Uniform, "log": LogUniform}
 # Logarithmic is what the card knows by its order of magnitude only: Q, R and l of the proposed law.
 OF_CARD = Prior("log", "linear")
 PRIORS: Mapping[str, Prior] = {
@@ -141,21 +127,23 @@ def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
 def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
     """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
     factors = prior.factors(law, scenario)
-    design = Part(KINDS[kind], tuple(NAMES.index(factor.name) for factor in factors))
-    halved = 32 if kind == "random" else None
-    run = Run(searched(law, scenario), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
-    name = named(kind, law, scenario, prior)
-    return Sweep(name, run, factors, design, halved=halved)
+    design = Part(DESIGNS[kind], tuple(NAMES.index(factor.name) for factor in factors))
+    run = Run(relayed(law, loop(law, scenario)), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
+    return Sweep(named(kind, law, scenario, prior), run, factors, design, halved=32 if kind == "random" else None)
 
 
 def asides() -> tuple[Sweep, ...]:
     """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
-    loops = {"minus": (PROPOSED, minus("FS")), "observed_pid": (PID, observed_pid("FS"))}
-    return tuple(
-        Sweep(name, run, FACTORS[law], ASIDE[law], halved=None)
-        for name, (law, loop) in loops.items()
-        for run in (Run(loop, (RMSE,), LONGEST, every=1.0, h=STEPS[law]),)
-    )
+    ours, pid = loop(PROPOSED, "FS"), loop(PID, "FS")
+    loops = {
+        "minus": (PROPOSED, replace(ours, controller=replace(ours.controller, minus=1.0))),
+        "observed_pid": (PID, replace(pid, observer=replace(pid.observer, inside=1.0))),
+    }
+    sweeps = []
+    for name, (law, one) in loops.items():
+        run, factors = Run(one, (RMSE,), LONGEST, every=1.0, h=STEPS[law]), factors_of(law, "FS")
+        sweeps.append(Sweep(name, run, factors, MonteCarlo(len(factors), 64, seed=6), halved=None))
+    return tuple(sweeps)
 
 
 def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:
@@ -167,36 +155,23 @@ def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior 
     return replace(sample, **held, again=none, errors=sample.errors[:0], design=None)
 
 
-@dataclass(frozen=True, eq=False)
-class Drawn:
-    """RMSE (N, 2) by law, in rad, over the same N draws of a scenario; NaN for a run that diverged."""
-
-    rmse: Mapping[str, Array]
-
-    @property
-    def margin(self) -> Array:
-        """The RMSE of the proposed law as a share of its sum with that of the best rival, (N, 2).
-
-        Below 1/2 the proposed law is first; 1 where it diverged.
-        """
-        filled = {law: np.where(np.isnan(values), np.inf, values) for law, values in self.rmse.items()}
-        ours = filled.pop(PROPOSED)
-        best = np.min(list(filled.values()), axis=0)
-        return np.asarray(np.where(np.isinf(ours), 1.0, 1 / (1 + best / ours)))
-
-    def ordered(self, joint: int, laws: tuple[str, ...]) -> Array:
-        """Whether the laws come in this order, the smallest RMSE first, (N,); none that diverged does."""
-        values = np.stack([self.rmse[law][:, joint - 1] for law in laws], axis=1)
-        return np.asarray((np.diff(values, axis=1) > 0).all(axis=1))
-
-
-def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> Drawn:
-    """The draws of a scenario, each at its own horizon."""
-    whole = KINDS[kind]
-    u = whole.points()[:, NAMES.index(HORIZONS[scenario])]
+def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, Array]:
+    """RMSE (N, 2) by law, in rad, over the same N draws of a scenario, each at its own horizon; NaN where a run
+    diverged before it.
+    """
+    u = DESIGNS[kind].points()[:, NAMES.index(HORIZONS[scenario])]
     rmse = {}
     for law in LAWS:
         sample = at_draws(results, kind, law, scenario, prior)
         rows = np.round(sample.t).astype(int).searchsorted(prior.horizons(u))
         rmse[law] = sample.values[np.arange(len(sample)), rows]
-    return Drawn(rmse)
+    return rmse
+
+
+def margin(rmse: Mapping[str, Array]) -> Array:
+    """The RMSE of the proposed law as a share of its sum with that of the best rival, (N, 2).
+
+    Below 1/2 the proposed law is first; 1 where it diverged.
+    """
+    ours, *rivals = (np.where(np.isnan(rmse[law]), np.inf, rmse[law]) for law in LAWS)
+    return np.where(np.isinf(ours), 1.0, 1 / (1 + np.min(rivals, axis=0) / ours))

@@ -1,16 +1,17 @@
 """How near the runs of a law come to its printed cells, whatever the horizon, and which of them come nearest."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, reduce
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, factors_of, slug
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STEPS, loop, searched
+from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, at_draws, slug
+from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STEPS, factors_of, loop, relayed
 from studies.paper.card import CARD, PUBLISHED
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
+from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
@@ -31,12 +32,7 @@ TARGETS: Mapping[str, Mapping[str, tuple[int, ...]]] = {
     **{scenario: {scenario: (1, 2)} for scenario in SCENARIOS},
     "both": dict.fromkeys(SCENARIOS, (1, 2)),
 }
-
-
-def off(law: str, scenario: str, values: Array) -> Array:
-    """By what part RMSE (..., 2) is off the printed cells of a law."""
-    printed = np.array([PUBLISHED[scenario, joint].values[law] for joint in (1, 2)])
-    return np.asarray(values / printed - 1)
+CELLS = tuple(TARGETS)[:4]
 
 
 def horizons(sample: Sample) -> tuple[Array, Array]:
@@ -51,9 +47,12 @@ def horizons(sample: Sample) -> tuple[Array, Array]:
     return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
 
 
-def misses(law: str, scenario: str, rmse: Array, joints: tuple[int, ...] = (1, 2)) -> Array:
-    """The largest of |off| of RMSE (..., 2) over some joints; infinite for a run that diverged."""
-    size = np.abs(off(law, scenario, rmse))[..., [joint - 1 for joint in joints]].max(axis=-1)
+def misses(law: str, scenario: str, rmse: Array, joints: Sequence[int] = (1, 2)) -> Array:
+    """The largest part by which RMSE (..., 2) is off the printed cells of some joints; infinite for a run that
+    diverged.
+    """
+    printed = np.array([PUBLISHED[scenario, joint].values[law] for joint in (1, 2)])
+    size = np.abs(rmse / printed - 1)[..., [joint - 1 for joint in joints]].max(axis=-1)
     return np.where(np.isnan(size), np.inf, size)
 
 
@@ -66,138 +65,162 @@ def nearest(law: str, target: str, samples: Mapping[str, Sample]) -> Array:
     return np.asarray(np.max(parts, axis=0))
 
 
+def checked_misses(law: str, scenario: str, sample: Sample, joints: Sequence[int] = (1, 2)) -> Array:
+    """The misses (N, T) of runs that were all run again at half of the step, that change added; infinite before the
+    shortest horizon.
+    """
+    sizes = [misses(law, scenario, sample.values + side * sample.errors, joints) for side in (-1, 0, 1)]
+    return np.where(sample.t < SHORTEST - 1e-9, np.inf, np.max(sizes, axis=0))
+
+
 @dataclass(frozen=True)
-class Objective:
+class BothRows:
     """The misses of both rows of a law together: each is made small even where the other cannot be."""
 
     law: str
 
     def __call__(self, samples: Mapping[str, Sample]) -> Array:
         """(n,)."""
-        named = {scenario: samples[scenario.lower()] for scenario in SCENARIOS}
-        return np.asarray(sum(nearest(self.law, scenario, named) for scenario in SCENARIOS))
+        return np.asarray(sum(nearest(self.law, scenario, by_scenario(samples)) for scenario in SCENARIOS))
 
 
 @dataclass(frozen=True)
-class AtCommonHorizon:
-    """The miss of the row of a law in the first scenario at the horizon `COMMON`."""
+class OneRow:
+    """The miss of the row of a law in a scenario at one horizon, in s."""
 
     law: str
+    scenario: str
+    horizon: float
 
     def __call__(self, samples: Mapping[str, Sample]) -> Array:
         """(n,)."""
-        t, rmse = horizons(samples["fs"])
-        return misses(self.law, "FS", rmse[:, int(np.argmin(np.abs(t - COMMON)))])
+        sample = samples[self.scenario.lower()]
+        at = int(np.argmin(np.abs(sample.t - self.horizon)))
+        return misses(self.law, self.scenario, sample.values[:, at])
+
+
+def by_scenario(samples: Mapping[str, Sample]) -> dict[str, Sample]:
+    """The runs of the trials of a search."""
+    return {scenario: samples[scenario.lower()] for scenario in SCENARIOS}
 
 
 def trial(law: str, scenario: str) -> Trial:
     """A law in a scenario as a search runs it."""
-    return Trial(scenario.lower(), Run(searched(law, scenario), (RMSE,), LONGEST, EVERY[scenario], STEPS[law] / 2))
-
-
-def common_search(law: str) -> Tuning:
-    """The search for the first scenario alone, at a horizon that is the same for all laws."""
-    trials, objective = (trial(law, "FS"),), AtCommonHorizon(law)
-    return Tuning(slug("common", law), trials, factors_of(law, "FS"), objective, EVALUATIONS // 2, POPULATION, (SEED,))
+    run = Run(relayed(law, loop(law, scenario)), (RMSE,), LONGEST, EVERY[scenario], STEPS[law] / 2)
+    return Trial(scenario.lower(), run)
 
 
 def search(law: str) -> Tuning:
     """The search for the numbers and readings of a law: one set of gains for both scenarios."""
     trials = tuple(trial(law, scenario) for scenario in SCENARIOS)
     seeds = (SEED, SECOND) if law == PROPOSED else (SEED,)  # it has the most readings
-    return Tuning(slug("search", law), trials, factors_of(law, "SS"), Objective(law), EVALUATIONS, POPULATION, seeds)
+    return Tuning(slug("search", law), trials, factors_of(law, "SS"), BothRows(law), EVALUATIONS, POPULATION, seeds)
 
 
-def runs(tuned: Tuned) -> dict[str, Sample]:
-    """All runs of a search, by scenario."""
-    return {scenario: tuned.samples[scenario.lower()] for scenario in SCENARIOS}
-
-
-@cache
-def picked(law: str, tuned: Tuned) -> dict[str, Integers]:
-    """The points of a search that come nearest to each target, and some from its whole course that are near.
-
-    Those that come nearest are much alike, and their gains may all be too large for the fine step.
-    """
-    return {target: _picked(nearest(law, target, runs(tuned))) for target in TARGETS}
-
-
-def _picked(sizes: Array) -> Integers:
-    order = np.argsort(sizes, kind="stable")
-    near = np.sort(order[: max(AGAIN, np.count_nonzero(sizes <= CLOSE / 2))])
-    return np.unique([*order[:AGAIN], *near[np.linspace(0, len(near) - 1, AGAIN).astype(int)]])
+def common_search(law: str) -> Tuning:
+    """The search for the first scenario alone, at a horizon that is the same for all laws."""
+    trials, objective = (trial(law, "FS"),), OneRow(law, "FS", COMMON)
+    return Tuning(slug("common", law), trials, factors_of(law, "FS"), objective, EVALUATIONS // 2, POPULATION, (SEED,))
 
 
 @cache
 def checked(law: str, tuned: Tuned, scenario: str) -> Integers:
-    """The points of a search that are run again in a scenario, each once."""
-    found = picked(law, tuned)
-    return np.unique(np.concatenate([found[target] for target in TARGETS if scenario in TARGETS[target]]))
+    """The points of a search that are run again in a scenario, each once.
+
+    Of each target these are the nearest, and some from the whole course of the search that are near: the nearest are
+    much alike, and their gains may all be too large for the fine step.
+    """
+    places: list[int] = []
+    for target in (target for target, rows in TARGETS.items() if scenario in rows):
+        sizes = nearest(law, target, by_scenario(tuned.samples))
+        order = np.argsort(sizes, kind="stable")
+        near = np.sort(order[: max(AGAIN, np.count_nonzero(sizes <= CLOSE / 2))])
+        places += [*order[:AGAIN], *near[np.linspace(0, len(near) - 1, AGAIN).astype(int)]]
+    return np.unique(places)
 
 
 def check(law: str, tuned: Tuned, scenario: str) -> Sweep:
     """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
-    factors = factors_of(law, "SS")
     design = Listed(tuned.points[checked(law, tuned, scenario)])
-    name = slug("check", law, scenario)
-    return Sweep(name, Run(loop(law, scenario), (RMSE,), LONGEST, FINE_TIMES, FINE), factors, design, halved=1)
+    run = Run(loop(law, scenario), (RMSE,), LONGEST, FINE_TIMES, FINE)
+    return Sweep(slug("check", law, scenario), run, factors_of(law, "SS"), design, halved=1)
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The nearest that was found to a target, by runs at a fine step.
+    """The nearest to a target, by runs at a fine step.
 
     Attributes
     ----------
     numbers
-        The value of each factor, by name.
-    horizon
-        In s, by scenario.
-    values, errors
-        RMSE (2,) in rad and its change to half the step, by scenario.
+        The value of each factor, in the order of `factors_of`.
+    horizon, values, errors
+        By scenario: in s; RMSE (2,) in rad, and its change to half the step.
     miss
-        The largest of |off| with the error added.
+        The largest miss of the cells with the error added.
     at_step
         The least miss without the error, of all points that were run again.
     """
 
-    law: str
-    target: str
-    numbers: Mapping[str, float]
+    numbers: Array
     horizon: Mapping[str, float]
     values: Mapping[str, Array]
     errors: Mapping[str, Array]
     miss: float
     at_step: float
 
-    @property
-    def met(self) -> bool:
-        """Whether all cells of the target are within 1 %, the error of the step included."""
-        return self.miss <= CLOSE
-
 
 def fit(law: str, target: str, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
     """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
-    again = (checked(law, tuned, scenario) for scenario in TARGETS[target])
-    found = [_at(law, target, int(place), tuned, checks) for place in reduce(np.intersect1d, again)]
-    return replace(min(found, key=lambda one: one.miss), at_step=min(one.at_step for one in found))
-
-
-def _at(law: str, target: str, place: int, tuned: Tuned, checks: Mapping[str, Sample]) -> Fit:
-    horizon, values, errors = {}, {}, {}
-    missed: list[float] = []
-    nominal: list[float] = []
+    places = reduce(np.intersect1d, (checked(law, tuned, scenario) for scenario in TARGETS[target]))
+    samples, sizes, nominal = {}, {}, []
     for scenario, joints in TARGETS[target].items():
         sample = checks[scenario]
-        row = int(np.flatnonzero(checked(law, tuned, scenario) == place)[0])
-        rmse, change = sample.values[row], sample.errors[row]
-        sizes = [misses(law, scenario, rmse + side * change, joints) for side in (-1, 0, 1)]
-        short = sample.t < SHORTEST - 1e-9
-        size = np.where(short, np.inf, np.max(sizes, axis=0))
-        nominal.append(float(sizes[1][~short].min()))
-        best = int(np.argmin(size))
-        horizon[scenario], missed = float(sample.t[best]), [*missed, float(size[best])]
-        values[scenario], errors[scenario] = rmse[best], change[best]
-    names = (factor.name for factor in tuned.tuning.factors)
-    numbers = dict(zip(names, map(float, tuned.numbers[place]), strict=True))
-    return Fit(law, target, numbers, horizon, values, errors, max(missed), max(nominal))
+        rows = np.isin(checked(law, tuned, scenario), places).nonzero()[0]
+        samples[scenario] = sample.only(rows)
+        sizes[scenario] = checked_misses(law, scenario, samples[scenario], joints)
+        late = sample.t >= SHORTEST - 1e-9
+        nominal.append(misses(law, scenario, sample.values[rows][:, late], joints).min(axis=1))
+    worst = np.max([size.min(axis=1) for size in sizes.values()], axis=0)
+    one = int(np.argmin(worst))
+    at = {scenario: int(np.argmin(size[one])) for scenario, size in sizes.items()}
+    return Fit(
+        tuned.numbers[places[one]],
+        {scenario: float(samples[scenario].t[i]) for scenario, i in at.items()},
+        {scenario: samples[scenario].values[one, i] for scenario, i in at.items()},
+        {scenario: samples[scenario].errors[one, i] for scenario, i in at.items()},
+        float(worst[one]),
+        float(np.max(nominal, axis=0).min()),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Fits:
+    """The fits of one law by target, and the choices that come near.
+
+    Attributes
+    ----------
+    drawn, sought
+        The misses of the independent draws and of the points of the search, by target.
+    close
+        By target the values (n, d) of the factors in all choices within 1 %, of draws and search together.
+    """
+
+    fits: Mapping[str, Fit]
+    drawn: Mapping[str, Array]
+    sought: Mapping[str, Array]
+    close: Mapping[str, Array]
+
+
+@cache
+def fits_of(results: Results, law: str) -> Fits:
+    """Fits and counts of a law."""
+    tuned = results.tuned(slug("search", law))
+    checks = {scenario: results.sample(slug("check", law, scenario)) for scenario in SCENARIOS}
+    random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
+    fits = {target: fit(law, target, tuned, checks) for target in TARGETS}
+    drawn = {target: nearest(law, target, random) for target in TARGETS}
+    sought = {target: nearest(law, target, by_scenario(tuned.samples)) for target in TARGETS}
+    both = np.concatenate([random["SS"].drawn, tuned.numbers])
+    close = {target: both[np.concatenate([drawn[target], sought[target]]) <= CLOSE] for target in TARGETS}
+    return Fits(fits, drawn, sought, close)

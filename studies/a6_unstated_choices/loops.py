@@ -1,6 +1,6 @@
 """Each law of the paper's tables as one loop whose unstated numbers and readings are factors over the card's ranges."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,8 +68,8 @@ def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> Fact
     return replace(Factor.of(next(g for g in CARD if g.name == name), paths, log_scale=orders), name=words or name)
 
 
-def _reading(name: str, path: str | tuple[str, ...], *names: str) -> Factor:
-    return Factor(name, (path,) if isinstance(path, str) else path, Reading(names))
+def _reading(name: str, names: Sequence[str], *paths: str) -> Factor:
+    return Factor(name, paths, Reading(tuple(names)))
 
 
 def _share(name: str, path: str, low: float, high: float) -> Factor:
@@ -78,7 +78,7 @@ def _share(name: str, path: str, low: float, high: float) -> Factor:
 
 
 LEARNING = (_card("ASMC: K(0)", "controller.K", words="K(0)"), _card("ASMC: gamma", "controller.gamma", words="gamma"))
-MEASURED = _reading("rivals' measurements", "observer.inside", "exact", "by (10)")
+MEASURED = _reading("rivals' measurements", ("exact", "by (10)"), "observer.inside")
 SQUARE = (
     _card("SS: a1, a2", "reference.square.amplitude[0]", words="a1"),
     _card("SS: a1, a2", "reference.square.amplitude[1]", words="a2"),
@@ -91,11 +91,11 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
         _card("Q", "controller.Q", orders=True),
         Factor("R", ("controller.R",), LogUniform(STIFF, 1000.0)),
         _card("l", "observer.l", orders=True),
-        _reading("shape of (33)", "controller.shape", *SHAPES),
-        _reading("velocity in (28)", "controller.printed", "reference", "printed"),
-        _reading("D_hat of (24)", "observer.d_hat", "none", "eta", "its integral"),
-        _reading("observer (10)", "observer.inside", "out", "in"),
-        _reading("C of (3)", ("controller.model.misprint", "observer.state.model.misprint"), "right", "printed"),
+        _reading("shape of (33)", list(SHAPES), "controller.shape"),
+        _reading("velocity in (28)", ("reference", "printed"), "controller.printed"),
+        _reading("D_hat of (24)", ("none", "eta", "its integral"), "observer.d_hat"),
+        _reading("observer (10)", ("out", "in"), "observer.inside"),
+        _reading("C of (3)", ("right", "printed"), "controller.model.misprint", "observer.state.model.misprint"),
     ),
     "ASMC": (*LEARNING, MEASURED),
     "Fuzzy-ASMC": (
@@ -118,7 +118,7 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
     PID: (
         _card("PID: poles", "controller.poles[0]", words="poles of joint 1"),
         _card("PID: poles", "controller.poles[1]", words="poles of joint 2"),
-        _reading("G in PID", "controller.lifted", "without", "with"),
+        _reading("G in PID", ("without", "with"), "controller.lifted"),
     ),
     "SMC": (
         _card("SMC: K", "controller.K[0]", words="K of joint 1"),
@@ -128,6 +128,21 @@ FACTORS: Mapping[str, tuple[Factor, ...]] = {
 }
 
 
+def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
+    """The open numbers of a law and a scenario, but for the horizon, which needs no run of its own."""
+    return FACTORS[law] + (SQUARE if scenario == "SS" else ())
+
+
+def in_words(factors: Sequence[Factor], values: Iterable[float]) -> str:
+    """Factors with their values."""
+    parts = []
+    for factor, value in zip(factors, values, strict=True):
+        spread = factor.distribution
+        shown = spread.names[round(value)] if isinstance(spread, Reading) else f"{value:.4g}"
+        parts.append(f"{factor.name} {shown}")
+    return ", ".join(parts)
+
+
 def loop(law: str, scenario: str) -> ClosedLoop:
     """A law in a scenario, with all its readings, as the paper has it: with the boundary layer."""
     ours = law == PROPOSED
@@ -135,16 +150,13 @@ def loop(law: str, scenario: str) -> ClosedLoop:
     state = Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
     observer = EitherObserver(state, CARD["l"], inside=float(ours), d_hat=float(ours))
     reference = EitherReference(REFERENCES["FS"], REFERENCES["SS"], jumps=float(scenario == "SS"))
-    return ClosedLoop(plant(scenario), observer, _controller(law, model), reference)
-
-
-def _controller(law: str, model: EitherArm) -> AbstractController:
+    controller: AbstractController = RIVALS.get(law, RIVALS[PID])
     if law == PID:
-        return PlacedPid(ARM, np.full(2, POLES), INERTIA)
-    if law != PROPOSED:
-        return RIVALS[law]
-    Q, R = (float(CARD[name][0, 0]) for name in ("Q", "R"))
-    return EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
+        controller = PlacedPid(ARM, np.full(2, POLES), INERTIA)
+    if ours:
+        Q, R = (float(CARD[name][0, 0]) for name in ("Q", "R"))
+        controller = EitherAosmcRgs(model, CARD["Lambda"], CARD["phi"], CARD["K(0)"], CARD["P(0)"], Q=Q, R=R)
+    return ClosedLoop(plant(scenario), observer, controller, reference)
 
 
 def unit(law: str, factor: Factor) -> str:
@@ -156,25 +168,8 @@ def unit(law: str, factor: Factor) -> str:
     return next(e.unit for e in entries if factor.paths[0] in (e.name, *e.labels()))
 
 
-def searched(law: str, scenario: str) -> ClosedLoop | Relayed:
-    """The same as searches and draws run it: the rivals that switch as `Relayed`."""
-    return relayed(law, loop(law, scenario))
-
-
-def relayed(law: str, found: ClosedLoop) -> ClosedLoop | Relayed:
-    """A loop of a law, `Relayed` if it is a rival that switches."""
+def relayed(law: str, one: ClosedLoop) -> ClosedLoop | Relayed:
+    """A loop of a law as searches and draws run it: `Relayed` if it is a rival that switches."""
     if law in (PROPOSED, PID):
-        return found
-    return Relayed(replace(found, controller=replace(found.controller, saturation="implicit")))
-
-
-def minus(scenario: str) -> ClosedLoop:
-    """The proposed law with the sign of (33) as printed."""
-    found = loop(PROPOSED, scenario)
-    return replace(found, controller=replace(found.controller, minus=1.0))
-
-
-def observed_pid(scenario: str) -> ClosedLoop:
-    """PID beside observer (10)."""
-    found = loop(PID, scenario)
-    return replace(found, observer=replace(found.observer, inside=1.0))
+        return one
+    return Relayed(replace(one, controller=replace(one.controller, saturation="implicit")))

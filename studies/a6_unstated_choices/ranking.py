@@ -1,219 +1,245 @@
 """How probable each published ranking is over all that is open, and which open number decides who wins."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations
+from typing import Literal, TypeAlias
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import NAMES, OF_CARD, PAIRED, PRIORS, RANDOM, Prior, drawn, named
+from studies.a6_unstated_choices.draws import NAMES, PAIRED, PRIORS, RANDOM, drawn, margin, named
 from studies.a6_unstated_choices.fits import CLOSE
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS
+from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS, PUBLISHED
-from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
-from workbench.study.evidence import Paired, Ranks, paired, ranks
+from workbench.study.document.document import Column, Figure, Table, Verdict
+from workbench.study.evidence import Ranks, paired, ranks
 from workbench.study.pictures import rank_figure, sobol_bars
 from workbench.study.study import Results
 from workbench.study.uncertainty import Estimate, Share, SobolIndices, share, sobol
-from workbench.study.uncertainty.outputs import Flags
 
-COLUMNS = tuple((scenario, joint) for scenario in SCENARIOS for joint in (1, 2))
+COLUMNS = {(scenario, joint): f"{scenario}, q{joint}" for scenario in SCENARIOS for joint in (1, 2)}
 SHOWN = 8  # factors of a figure
+MOST = 50  # draws, without which a share given a reading says nothing
 SHARES = len(COLUMNS) * len(PRIORS)  # of one question, which a sentence on it rests on together
 TOGETHER = 1 - 0.05 / SHARES  # Bonferroni
 INTERVALS = f"intervals of Clopper and Pearson, which for the {SHARES} shares of one question hold together, 95 %"
 
-
-def title(scenario: str, joint: int) -> str:
-    """A column of the published tables."""
-    return f"{scenario}, q{joint}"
-
-
-@dataclass(frozen=True, eq=False)
-class Rankings:
-    """What the independent draws say of one published column.
-
-    Attributes
-    ----------
-    pairs
-        The probability that each pair of laws, the smaller printed RMSE first, comes in its printed order.
-    order
-        That all six come in it.
-    """
-
-    ranks: Ranks
-    pairs: Mapping[tuple[str, str], tuple[float, float, float]]
-    order: Share
-
-    @property
-    def first(self) -> tuple[float, float, float]:
-        """The probability that the proposed law is first, with its interval."""
-        found, at = self.ranks.ranks, self.ranks.paired.place(PROPOSED)
-        return float(found.value[at, 0]), float(found.low[at, 0]), float(found.high[at, 0])
+Triple: TypeAlias = tuple[float, float, float]  # a share and the ends of its interval
+NO, YES, TURNS, OPEN = "no, under each", "yes, under each", "depends on the prior", "open"  # in most draws
+KINDS: Mapping[str, Literal["found", "depends", "open"]] = {NO: "found", YES: "found", TURNS: "depends", OPEN: "open"}
+SAMPLE = (
+    f"Shares of {RANDOM.runs} independent draws for each prior, the same points of the unit cube for all of them, "
+    f"with {INTERVALS}."
+)
+GIVEN = (
+    "All readings alike; the same square wave, horizon and kind of measurement for the rivals in a draw, while the "
+    "proposed law draws its own between exact measurement and observer (10); K(0) and gamma the same for all that "
+    "adapt."
+)
 
 
-def rankings(results: Results, prior: Prior = OF_CARD) -> dict[tuple[str, int], Rankings]:
-    """Those of all four columns."""
-    return {column: _ranking(results, *column, prior) for column in COLUMNS}
+Ranked: TypeAlias = Mapping[str, Mapping[tuple[str, int], Ranks]]  # by the name of the prior
 
 
-def _ranking(results: Results, scenario: str, joint: int, prior: Prior) -> Rankings:
-    held, printed = drawn(results, "random", scenario, prior), PUBLISHED[scenario, joint].values
-    errors = {
-        law: results.sample(named("random", law, scenario, prior)).step_error("RMSE (43)", joint - 1) for law in LAWS
-    }
-    values = paired(
-        {law: values[:, joint - 1] for law, values in held.rmse.items()},
-        metric="RMSE (43)",
-        unit="rad",
-        errors={law: error if np.isfinite(error) else np.nan for law, error in errors.items()},
+def ranked(results: Results) -> Ranked:
+    """The ranks of the laws in all four columns under each prior."""
+    every: dict[str, dict[tuple[str, int], Ranks]] = {}
+    for name, prior in PRIORS.items():
+        for scenario, joint in COLUMNS:
+            rmse = {law: values[:, joint - 1] for law, values in drawn(results, "random", scenario, prior).items()}
+            held = ranks(paired(rmse, metric="RMSE (43)", unit="rad"), TOGETHER)
+            every.setdefault(name, {})[scenario, joint] = held
+    return every
+
+
+def ahead(one: Ranks, rival: str | None = None) -> Triple:
+    """The probability that the proposed law is below a rival, or else first, with its interval."""
+    part = one.ranks if rival is None else one.below
+    at = LAWS.index(PROPOSED), 0 if rival is None else LAWS.index(rival)
+    return float(part.value[at]), float(part.low[at]), float(part.high[at])
+
+
+def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
+    """How often the laws come in their printed order, two at a time and all six."""
+    likely, whole = 0, 0.0
+    for column, one in columns.items():
+        order = sorted(range(len(LAWS)), key=lambda i: PUBLISHED[column].values[LAWS[i]])
+        likely += sum(bool(one.below.value[pair] > 0.5) for pair in combinations(order, 2))
+        values = one.paired.values[:, order]
+        whole = max(whole, float((values[:, :-1] < values[:, 1:]).all(axis=1).mean()))
+    pairs = len(columns) * len(LAWS) * (len(LAWS) - 1) // 2
+    return (
+        f"Under the prior of the card {likely} of the {pairs} printed pairs of laws come in their printed order in "
+        f"more than half of the draws, and all six laws of a column in at most {100 * whole:.1f} %."
     )
-    laws = tuple(sorted(LAWS, key=printed.__getitem__))
-    return counted(values, laws, held.ordered(joint, laws))
 
 
-def counted(values: Paired, laws: Sequence[str], ordered: Flags) -> Rankings:
-    """The shares of the draws, of laws in their printed order, with intervals that hold together over columns and
-    priors.
-    """
-    found = ranks(values, TOGETHER)
-    places = {law: found.paired.place(law) for law in laws}
-    pairs = {
-        (a, b): tuple(
-            float(part[places[a], places[b]]) for part in (found.below.value, found.below.low, found.below.high)
-        )
-        for i, a in enumerate(laws)
-        for b in laws[i + 1 :]
+def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> Figure:
+    """The ranks of the laws in the four columns, a panel each."""
+    samples = {
+        (law, scenario): results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS
     }
-    return Rankings(found, pairs, share(ordered, TOGETHER))
+    lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
+    late = sum(sample.failed for sample in samples.values()) - lost
+    errors = [sample.step_error("RMSE (43)", joint) for sample in samples.values() for joint in (0, 1)]
+    note = (
+        f"{RANDOM.runs} draws for each scenario, prior of the card, seed {RANDOM.seed}; runs that diverge before the "
+        f"horizon of their draw: {lost}, each taken as worse than any other, and between it and 30 s: {late}, which "
+        f"count as any other; error of the step at most {np.nanmax(errors):.2g} rad"
+    )
+    caption = "How often each law has which rank by RMSE, over all that the paper leaves open, in its four columns."
+    one = {
+        column: rank_figure("ranks", caption, dict(zip(LAWS, each.ranks.value, strict=True)), note)
+        for column, each in columns.items()
+    }
+    panels = tuple(replace(figure.panels[0], title=COLUMNS[column]) for column, figure in one.items())
+    first = one["FS", 1]
+    rows = tuple((COLUMNS[column], *row) for column, figure in one.items() for row in figure.numbers.rows)
+    numbers = Table("ranks", caption, (Column("column"), *first.numbers.columns), rows)
+    return replace(first, panels=panels, columns=2, numbers=numbers)
+
+
+def favoured(results: Results) -> Share:
+    """The largest share of draws, over priors and columns, in which the proposed law is first given one reading."""
+    points, shares = RANDOM.points(), []
+    for prior in PRIORS.values():
+        for scenario, joint in COLUMNS:
+            first = margin(drawn(results, "random", scenario, prior))[:, joint - 1] < 0.5
+            for factor in (one for one in factors_of(PROPOSED, "FS") if isinstance(one.distribution, Reading)):
+                reading = factor.distribution.quantile(points[:, NAMES.index(factor.name)])
+                shares += [share(first[reading == place]) for place in np.unique(reading)]
+    return max((one for one in shares if one.runs >= MOST), key=lambda one: one.value)
 
 
 def indices(results: Results) -> SobolIndices:
     """Of the margin of the proposed law in each column, which a run that diverged has too: every draw counts."""
-    margin = np.concatenate([drawn(results, "paired", scenario).margin for scenario in SCENARIOS], axis=1)
-    return sobol(PAIRED, margin, [title(*column) for column in COLUMNS], factors=NAMES)
+    margins = np.concatenate([margin(drawn(results, "paired", scenario)) for scenario in SCENARIOS], axis=1)
+    return sobol(PAIRED, margins, list(COLUMNS.values()), factors=NAMES)
 
 
-def _cell(value: float, low: float, high: float) -> str:
-    return f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})"
-
-
-def ranking_section(results: Results, found: Mapping[tuple[str, int], Rankings]) -> Section:
-    """The published rankings, one column of the tables after the other."""
-    every = [value for one in found.values() for value, _, _ in one.pairs.values()]
-    likely = sum(value > 0.5 for value in every)
-    orders = max(one.order.value for one in found.values())
-    ordered = f"in at most {100 * orders:.1f} %" if orders else "in none"
-    figures = tuple(
-        rank_figure(
-            f"ranks_{scenario.lower()}_q{joint}",
-            f"How often each law has which rank by RMSE of joint {joint}, {SCENARIOS[scenario]}.",
-            dict(zip(LAWS, one.ranks.ranks.value, strict=True)),
-            f"{one.ranks.paired.said} Seed {RANDOM.seed}.",
-        )
-        for (scenario, joint), one in found.items()
-    )
-    return Section(
-        "Does the published ranking hold whatever is not stated?",
-        (
-            Paragraph(
-                f"{RANDOM.runs} independent draws of everything at once under the prior of the card: all numbers over "
-                f"its ranges, Q, R and l of {PROPOSED} evenly on logarithmic scales and all others evenly, all "
-                "readings alike, the same horizon and the same square wave for the six laws of a draw. A run that "
-                f"diverged is worse than any other. Of the {len(every)} printed pairs {likely} come in their printed "
-                f"order in more than half of the draws; all six laws of a column do {ordered}. A run "
-                "that diverges later than its horizon has its RMSE there, and counts as any other."
-            ),
-            Paragraph(f"{shaken(results, (OF_CARD,))} In such draws the step decides the rank."),
-            _pairs(found),
-            *figures,
-        ),
-    )
-
-
-def shaken(results: Results, priors: Iterable[Prior]) -> str:
-    """How many values of the proposed law the step moves, of which the intervals know nothing."""
-    names = {named("random", PROPOSED, scenario, prior) for prior in priors for scenario in SCENARIOS}
-    pairs = [(results.sample(name), joint) for name in sorted(names) for joint in (0, 1)]
-    values = np.concatenate([sample.outputs("RMSE (43)", joint) for sample, joint in pairs])
-    errors = np.concatenate([sample.errors_of("RMSE (43)", joint) for sample, joint in pairs])
-    known = ~np.isnan(errors)
-    moved = int((errors[known] > CLOSE * values[known]).sum())
-    return (
-        f"The intervals leave out the error of the step: of {known.sum()} values of {PROPOSED} at 30 s that were taken "
-        f"again at half of it, {moved} change by more than {100 * CLOSE:g} %, the most by "
-        f"{errors[known].max():.2g} rad."
-    )
-
-
-def _pairs(found: Mapping[tuple[str, int], Rankings]) -> Table:
-    rows: list[tuple[Cell, ...]] = []
-    for a, b in combinations(LAWS, 2):
-        # the other laws come in another printed order in every column
-        cells = [_cell(*one.pairs[pair]) for one in found.values() for pair in ((a, b), (b, a)) if pair in one.pairs]
-        rows.append((f"{a} below {b}" if a == PROPOSED else f"{a} and {b}", *cells))
-    rows.append((f"{PROPOSED} first", *(_cell(*one.first) for one in found.values())))
-    orders = [one.order for one in found.values()]
-    rows.append(("all six", *(_cell(s.value, s.low, s.high) for s in orders)))
-    return Table(
-        "rankings",
-        "The published rankings over all that is open, under the prior of the card: of a hundred draws how many have "
-        "laws in the printed order.",
-        (Column("laws"), *(Column(title(*column), "%", "right") for column in found)),
-        tuple(rows),
-        (
-            f"In brackets {INTERVALS}; a line has one question, under four priors.",
-            f"{RANDOM.runs} draws, seed {RANDOM.seed}.",
-        ),
-    )
-
-
-def deciding_section(results: Results) -> Section:
-    """Sobol indices of the margin of the proposed law."""
-    found = indices(results)
+def deciding_figure(results: Results, every: SobolIndices) -> Figure:
+    """The indices of the factors with the largest ST in any column."""
     runs = sum(len(results.sample(named("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
-    note = (
+    known = [name not in every.refused for name in every.names]
+    order = np.sort(np.argsort(-every.ST.value[known].max(axis=0), kind="stable")[:SHOWN])
+    S1, ST = (Estimate(part.value[:, order], part.half[:, order]) for part in (every.S1, every.ST))
+    few = replace(every, factors=tuple(every.factors[i] for i in order), S1=S1, ST=ST)
+    return sobol_bars(
+        "deciding",
+        f"Sobol indices of the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
+        few,
         f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged counts as a "
-        f"margin of 1; seed {PAIRED.seed}"
-    )
-    return Section(
-        "Which unstated number decides who wins?",
-        (
-            Paragraph(
-                "Under the prior of the card; these indices hold for no other. "
-                f"The margin is the RMSE of {PROPOSED} as a share of its sum with that of the best rival: below 1/2 "
-                f"{PROPOSED} is first, and it is 1 where its run diverged. Its Sobol indices say what part of its "
-                "variance is due to a number by itself (S1) and together with others (ST). " + deciding_words(found)
-            ),
-            sobol_bars(
-                "deciding",
-                f"What decides the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
-                few(found),
-                note,
-            ),
-        ),
+        f"margin of 1; seed {PAIRED.seed}",
     )
 
 
-def deciding_words(found: SobolIndices) -> str:
-    """The largest total index of each column in a sentence."""
-    said = []
-    for name in found.names:
-        if name in found.refused:
-            said.append(f"{name}: {found.refused[name]}")
-            continue
-        ST = found[name].ST
-        top = np.argsort(-ST.value)[:3]
-        said.append(
-            f"{name}: "
-            + ", ".join(f"{found.factors[i]} ({ST.value[i]:.2f} \N{PLUS-MINUS SIGN} {ST.half[i]:.2f})" for i in top)
-        )
-    return "The largest ST are, " + "; ".join(said) + "."
+def largest(every: SobolIndices, name: str) -> Sequence[tuple[str, float, float]]:
+    """The three factors with the largest ST of a column, with value and half-width."""
+    ST = every[name].ST
+    return [(every.factors[i], float(ST.value[i]), float(ST.half[i])) for i in np.argsort(-ST.value)[:3]]
 
 
-def few(found: SobolIndices) -> SobolIndices:
-    """The same for the factors with the largest ST in any column."""
-    known = [name not in found.refused for name in found.names]
-    order = np.sort(np.argsort(-found.ST.value[known].max(axis=0), kind="stable")[:SHOWN])
-    S1, ST = (Estimate(part.value[:, order], part.half[:, order]) for part in (found.S1, found.ST))
-    return replace(found, factors=tuple(found.factors[i] for i in order), S1=S1, ST=ST)
+def step_words(results: Results) -> str:
+    """How far the step moves the proposed law, of which the intervals know nothing."""
+    moves: list[tuple[float, str]] = []
+    count = 0
+    for scenario in SCENARIOS:
+        for name in sorted({named("random", PROPOSED, scenario, prior) for prior in PRIORS.values()}):
+            sample = results.sample(name)
+            for joint in (0, 1):
+                values, errors = sample.outputs("RMSE (43)", joint), sample.errors_of("RMSE (43)", joint)
+                count += int((errors > CLOSE * values).sum())
+                moves += [(float(error), SCENARIOS[scenario]) for error in errors[~np.isnan(errors)]]
+    most, where = max(moves)
+    return (
+        f"The intervals leave out the error of the step: of {len(moves)} values of {PROPOSED} at 30 s that were taken "
+        f"again at half of it, {count} change by more than {100 * CLOSE:g} %, and their ranks are as much the step's "
+        f"as the law's; the most changes a draw of the {where}, by {most:.2g} rad."
+    )
+
+
+def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
+    """How often the proposed law is first, under each prior and in each column."""
+    parts = {name: [ahead(one) for one in columns.values()] for name, columns in every.items()}
+    shares = [part for held in parts.values() for part in held]
+    ends = "; ".join(f"{name} {interval(min(held))} to {interval(max(held))}" for name, held in parts.items())
+    return Verdict(
+        KINDS[majority(shares)],
+        f"{PROPOSED} has the smallest RMSE of the six laws in {percent(min(shares)[0])} to {percent(max(shares)[0])} "
+        "of the choices drawn of what is not stated, by column of the tables and prior; the paper prints it first in "
+        "all four columns.",
+        f"From the least to the largest of the four columns: {ends}. Given the reading, the prior and the column that "
+        f"favour it most, it is first in {interval((most.value, most.low, most.high))}, the largest of many shares, "
+        f"its interval by itself, and so an optimistic one. {printed_words(next(iter(every.values())))} {step}",
+        SAMPLE,
+        GIVEN,
+        "Ranges about a few of the choices that meet the tables: there it is first by construction.",
+    )
+
+
+def pairs_verdict(every: Ranked, step: str) -> Verdict:
+    """How often the proposed law is below each rival: one sentence for all, so that none is picked by its number."""
+    ours = {
+        rival: {column: [ahead(by[column], rival) for by in every.values()] for column in columns}
+        for columns in [next(iter(every.values()))]
+        for rival in LAWS[1:]
+    }
+    flat = {rival: [part for parts in by.values() for part in parts] for rival, by in ours.items()}
+    shares = ", ".join(f"{rival} in {percent(min(p)[0])} to {percent(max(p)[0])}" for rival, p in flat.items())
+    ends = "; ".join(f"{rival} {interval(min(p))} to {interval(max(p))}" for rival, p in flat.items())
+    words = "; ".join(f"{rival} {majority(parts)}" for rival, parts in flat.items())
+    # two priors whose intervals of one share have nothing in common
+    apart = any(
+        max(low for _, low, _ in parts) > min(high for _, _, high in parts)
+        for by in ours.values()
+        for parts in by.values()
+    )
+    return Verdict(
+        "depends" if apart else "found",
+        f"{PROPOSED} has a smaller RMSE than {shares} of the draws, by {'prior and ' * apart}column.",
+        f"Is it below in most draws, under all priors and in all columns? {words}. Least and largest share over four "
+        f"priors and four columns: {ends}. {step}",
+        SAMPLE,
+        GIVEN,
+        "Another prior: these four are the corners of two scales, and a range twice as wide is a prior too.",
+    )
+
+
+def interval(part: Triple) -> str:
+    """A share with its interval."""
+    return f"{100 * part[0]:.0f} % ({100 * part[1]:.0f} to {100 * part[2]:.0f})"
+
+
+def percent(part: float) -> str:
+    """A share."""
+    return f"{100 * part:.0f} %"
+
+
+def majority(parts: Sequence[Triple]) -> str:
+    """The answer of most draws under all priors together."""
+    below, above = [high < 0.5 for _, _, high in parts], [low > 0.5 for _, low, _ in parts]
+    if all(below):
+        return NO
+    if all(above):
+        return YES
+    return TURNS if any(below) and any(above) else OPEN
+
+
+def deciding_verdict(every: SobolIndices) -> Verdict:
+    """The number that decides who wins, where one has an index above all others."""
+    top = {name: largest(every, name) for name in every.names if name not in every.refused}
+    clear = sum(first[1] - first[2] > second[1] + second[2] for first, second, _ in top.values())
+    words = "; ".join(
+        f"{name}: " + ", ".join(f"{factor} ({ST:.2f} \N{PLUS-MINUS SIGN} {half:.2f})" for factor, ST, half in three)
+        for name, three in top.items()
+    )
+    return Verdict(
+        "found" if clear == len(COLUMNS) else "open",
+        f"In {clear} of {len(COLUMNS)} columns one of the {len(NAMES)} unstated numbers and readings has a larger part "
+        f"than any other in how {PROPOSED} stands beside its best rival.",
+        f"The largest ST are, {words}.",
+        f"Total Sobol indices (ST) of the margin, the RMSE of {PROPOSED} as a share of its sum with that of the best "
+        f"rival: below 1/2 {PROPOSED} is first, and it is 1 where its run diverged. Each interval by itself.",
+        "The prior of the card; these indices hold for no other.",
+        "More points of the design, where two intervals meet.",
+    )
