@@ -16,7 +16,9 @@ from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
-from workbench.study import Case, Factor, Run, SobolDesign, Sweep, Uniform
+from workbench.study import Case, Factor, Results, Run, SobolDesign, Sweep, Uniform, sobol
+from workbench.study.uncertainty import SobolIndices
+from workbench.validation.refusals import Array
 
 LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
@@ -101,38 +103,27 @@ def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS)
 def cases() -> tuple[Case, ...]:
     """Each plant with either law, in continuous time and in a computer."""
     return tuple(
-        Case(
-            setting.name,
-            f"{law} {COMPUTER}" if computer else law,
-            run(setting, law, computer=computer),
-            LAWS.index(law),
-        )
+        Case(setting.name, f"{law} {COMPUTER}" if computer else law, run(setting, law, computer=computer), style)
         for setting in SETTINGS
         for computer in (False, True)
-        for law in LAWS
+        for style, law in enumerate(LAWS)
     )
 
 
 def called(setting: Setting, law: str) -> str:
     """The name of the sweep of a plant and a law."""
-    return f"{setting.name}_{law}".lower().translate(
-        str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
-    )
+    signs = str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
+    return f"{setting.name}_{law}".lower().translate(signs)
 
 
 def sweeps() -> tuple[Sweep, ...]:
-    """Each plant with either law in continuous time, over the parameters of the plant alone."""
-    return tuple(
-        Sweep(
-            called(setting, law),
-            replace(run(setting, law, computer=False, substeps=COARSE), every=None),
-            factors(setting),
-            design(setting),
-            halved=HALVED,
-        )
-        for setting in SETTINGS
-        for law in LAWS
-    )
+    """Each plant with either law in continuous time, over the parameters of the plant alone, at the same points."""
+    made = []
+    for setting in SETTINGS:
+        for law in LAWS:
+            ends = replace(run(setting, law, computer=False, substeps=COARSE), every=None)
+            made.append(Sweep(called(setting, law), ends, factors(setting), design(setting), halved=HALVED))
+    return tuple(made)
 
 
 def factors(setting: Setting) -> tuple[Factor, ...]:
@@ -145,3 +136,15 @@ def factors(setting: Setting) -> tuple[Factor, ...]:
 def design(setting: Setting) -> SobolDesign:
     """The same points for both laws."""
     return SobolDesign(len(setting.spread), BASE, seed=SEED)
+
+
+def errors(results: Results, setting: Setting, law: str) -> Array:
+    """The RMSE of each run of the sweep of a plant and a law."""
+    return results.sample(called(setting, law)).outputs(f"RMSE of {setting.main}")
+
+
+def indices(setting: Setting, results: Results) -> SobolIndices:
+    """Sobol indices of the RMSE, an output a law."""
+    sample = results.sample(called(setting, LQG))
+    outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
+    return sobol(sample.design, outputs, LAWS, factors=sample.factors, control=True)
