@@ -51,10 +51,10 @@ def findings() -> tuple[Verdict, Verdict, Verdict]:
         ),
         Verdict(
             "found",
-            f"The largest error against the energies is {energies:.1g} of the largest term: rounding.",
-            "MuJoCo is not installed."
-            if engine is None
-            else f"Against MuJoCo it is {engine:.1g}: there a point mass has the least moment that MuJoCo takes.",
+            f"The largest error against the energies is {energies:.1g} of the largest term.",
+            f"Against MuJoCo {engine:.1g}; a point mass has a moment of 2e-15 kg m\N{SUPERSCRIPT TWO} there."
+            if engine
+            else "MuJoCo is not installed.",
         ),
     )
 

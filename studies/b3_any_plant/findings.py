@@ -81,7 +81,7 @@ def command_finding(results: Results) -> Verdict:
 
 def margin_finding() -> Verdict:
     """The disk margin with all states read, behind a filter, and under PID."""
-    disks = {s.name: [margins(s, law).disk.alpha for law in (LQR, LQG, PID)] for s in SETTINGS}
+    disks = {s.name: [margins(s, law)[0] for law in (LQR, LQG, PID)] for s in SETTINGS}
     worst = min(disks, key=lambda name: disks[name][1] / disks[name][0])
     return Verdict(
         "found",
@@ -141,7 +141,7 @@ def tank_finding() -> Verdict:
 
 def mass_finding() -> Verdict:
     """The two masses, which no PID with a simple filter makes stable."""
-    pd, filtered = (margins(BY_NAME["two masses"], law).disk.alpha for law in (PID, LQG))
+    pd, filtered = (margins(BY_NAME["two masses"], law)[0] for law in (PID, LQG))
     return Verdict(
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses stable.",

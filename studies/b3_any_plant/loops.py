@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, freeze, loop_margins
+from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
@@ -46,28 +46,14 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     return ClosedLoop(plant, observer, regulator, reference)
 
 
-@dataclass(frozen=True, eq=False)
-class Margins:
-    """What a loop that is cut at the inputs of its plant stands: each input by itself, and all at once."""
-
-    channels: tuple[LoopMargins, ...]
-    disk: DiskMargin
-
-    @property
-    def delay(self) -> float:
-        """The least delay margin of an input, in s."""
-        return min(channel.delay for channel in self.channels)
-
-
 def cut(setting: Setting, law: str) -> Any:
     """The loop gain at the inputs of the plant about the operating point, a `StateSpace` of python-control."""
     plant, point, model = setting.plant, setting.point, setting.model
     if law == LQR:
-        seen = LinearPlant(
-            LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(len(model.A)))
-        )
-        law_of_all = Regulator.of(seen, setting.design.regulator.K)
-        return broken_loop(ClosedLoop(seen, controller=law_of_all).broken(), 0.0, np.zeros(len(model.A)))
+        n = len(model.A)
+        seen = LinearPlant(LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(n)))
+        closed = ClosedLoop(seen, controller=Regulator.of(seen, setting.design.regulator.K))
+        return broken_loop(closed.broken(), 0.0, np.zeros(n))
     closed = loop(setting, law)
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
@@ -81,10 +67,10 @@ def cut(setting: Setting, law: str) -> Any:
 
 
 @cache
-def margins(setting: Setting, law: str) -> Margins:
-    """The margins of a loop at the inputs of the plant."""
+def margins(setting: Setting, law: str) -> tuple[float, float]:
+    """The disk margin of all inputs at once, and the least delay margin of an input by itself, in s."""
     opened = cut(setting, law)
-    return Margins(loop_margins(opened), disk_margin(opened))
+    return disk_margin(opened).alpha, min(channel.delay for channel in loop_margins(opened))
 
 
 def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:

@@ -57,11 +57,11 @@ def summary_table(results: Results) -> Table:
         scale, second = scale_of(setting)
         units = f"{setting.main} [{setting.plant.outputs[setting.main].unit}], [{second}]"
         for name, law in zip((setting.name, units), LAWS, strict=True):
-            own, both = margins(setting, law), (law, f"{law} {COMPUTER}")
-            delay: Cell = own.delay / setting.period if np.isfinite(own.delay) else "any"
+            (disk, delay), both = margins(setting, law), (law, f"{law} {COMPUTER}")
+            periods: Cell = delay / setting.period if np.isfinite(delay) else "any"
             errors = (score(setting, each, "RMSE") for each in both)
             settling = (score(setting, each, "settling time", scale) for each in both)
-            rows.append((name, law, own.disk.alpha, delay, *errors, *settling))
+            rows.append((name, law, disk, periods, *errors, *settling))
     columns = (
         Column("plant"),
         Column("law"),
