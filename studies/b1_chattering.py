@@ -45,24 +45,16 @@ K, PHI = float(CARD["SMC: K"][0]), float(CARD["phi"])
 
 @dataclass(frozen=True)
 class Row:
-    """One lag and one period: prediction and simulation of a relay and of the layer."""
+    """One lag and one period: balance and simulation of a relay and of the layer, and the relay's exact cycle.
+
+    There is no cycle where the simulated oscillation is not regular.
+    """
 
     lag: float
     period: float
     relay: tuple[Oscillation, RecordedOscillation]
     cycle: Cycle | None
     layer: tuple[Balance, RecordedOscillation]
-
-    @property
-    def off(self) -> tuple[float, float]:
-        """How far the balance of the relay is from its simulation in frequency and in amplitude, relative."""
-        balance, run = self.relay
-        return abs(balance.frequency / (run.frequency or np.nan) - 1), abs(balance.amplitude / run.amplitude - 1)
-
-    @property
-    def exact(self) -> Cycle | None:
-        """The exact cycle, where the simulated oscillation is regular."""
-        return self.cycle if (self.relay[1].scatter or 0) < REGULAR else None
 
     @property
     def agreed(self) -> bool:
@@ -100,7 +92,8 @@ def row(lag: float, period: float) -> Row:
     W, run = linear_part(lag, period), seen(lag, period, "sign")
     balance = next(o for o in harmonic_balance(W, Relay(K)).oscillations if o.stable)
     samples = round(np.pi / (run.frequency or np.inf) / period)
-    cycle = next((c for c in relay_cycles(W, K) if c.samples == samples), None)
+    regular = (run.scatter or 0) < REGULAR
+    cycle = next((c for c in relay_cycles(W, K) if regular and c.samples == samples), None)
     layer = harmonic_balance(W, BoundaryLayer(K, PHI)), seen(lag, period, "clip")
     return Row(lag, period, (balance, run), cycle, layer)
 
@@ -122,8 +115,10 @@ def sections(results: Results) -> Sequence[Section]:
 def findings(rows: Sequence[Row]) -> tuple[Verdict, Verdict, Verdict]:
     """The least width of the layer, and the balance and the exact cycle of a relay."""
     agreed, thin = sum(r.agreed for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
-    frequency, amplitude = (100 * np.array([r.off[i] for r in rows]) for i in (0, 1))
-    regular = [(r.exact.amplitude, r.relay[1].amplitude) for r in rows if r.exact is not None]
+    relays = [r.relay for r in rows]
+    frequency = 100 * np.array([abs(one.frequency / (run.frequency or np.nan) - 1) for one, run in relays])
+    amplitude = 100 * np.array([abs(one.amplitude / run.amplitude - 1) for one, run in relays])
+    regular = [(r.cycle.amplitude, r.relay[1].amplitude) for r in rows if r.cycle]
     met = sum(exact / NEARLY <= run <= exact * NEARLY for exact, run in regular)
     given = f"SMC with K = {K:g} N m: exact positions and velocities."
     return (
@@ -188,7 +183,7 @@ def table(rows: Sequence[Row]) -> Table:
     for r in rows:
         (balance, run), (layer, quiet) = r.relay, r.layer
         foreseen = next((pair(o) for o in layer.oscillations if o.stable), "rest")
-        exact = f"{r.exact.amplitude:.4f} to {r.exact.highest:.4f}" if r.exact else None
+        exact = f"{r.cycle.amplitude:.4f} to {r.cycle.highest:.4f}" if r.cycle else None
         seen_layer = pair(quiet) if quiet.amplitude > QUIET else "rest"
         lag, period = f"{1e3 * r.lag:g}", f"{1e3 * r.period:g}"
         cells.append((lag, period, pair(balance), exact, pair(run), f"{layer.least_phi:.4f}", foreseen, seen_layer))
