@@ -30,7 +30,7 @@ from workbench.plants import Manipulator
 from workbench.plants.manipulator import DirectDrive, FirstOrderLag
 from workbench.signals import Hold
 from workbench.simulate import simulate
-from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
 from workbench.study.study import Results, Study
 
 LAGS, PERIODS = (0.0, 2e-3, 1e-2, 2e-2), (1e-3, 2e-3, 5e-3)  # s
@@ -45,24 +45,16 @@ K, PHI = float(CARD["SMC: K"][0]), float(CARD["phi"])
 
 @dataclass(frozen=True)
 class Row:
-    """One lag and one period: prediction and simulation of a relay and of the layer."""
+    """One lag and one period: balance and simulation of a relay and of the layer, and the relay's exact cycle.
+
+    There is no cycle where the simulated oscillation is not regular.
+    """
 
     lag: float
     period: float
     relay: tuple[Oscillation, RecordedOscillation]
     cycle: Cycle | None
     layer: tuple[Balance, RecordedOscillation]
-
-    @property
-    def off(self) -> tuple[float, float]:
-        """How far the balance of the relay is from its simulation in frequency and in amplitude, relative."""
-        balance, run = self.relay
-        return abs(balance.frequency / (run.frequency or np.nan) - 1), abs(balance.amplitude / run.amplitude - 1)
-
-    @property
-    def exact(self) -> Cycle | None:
-        """The exact cycle, where the simulated oscillation is regular."""
-        return self.cycle if (self.relay[1].scatter or 0) < REGULAR else None
 
     @property
     def agreed(self) -> bool:
@@ -100,117 +92,114 @@ def row(lag: float, period: float) -> Row:
     W, run = linear_part(lag, period), seen(lag, period, "sign")
     balance = next(o for o in harmonic_balance(W, Relay(K)).oscillations if o.stable)
     samples = round(np.pi / (run.frequency or np.inf) / period)
-    cycle = next((c for c in relay_cycles(W, K) if c.samples == samples), None)
+    regular = (run.scatter or 0) < REGULAR
+    cycle = next((c for c in relay_cycles(W, K) if regular and c.samples == samples), None)
     layer = harmonic_balance(W, BoundaryLayer(K, PHI)), seen(lag, period, "clip")
     return Row(lag, period, (balance, run), cycle, layer)
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """What the report says."""
+    """The picture with the findings, then the table."""
     del results
     rows = [row(lag, period) for lag in LAGS for period in PERIODS]
-    return (Section("What was found", (layers(rows), relays(rows), cycles(rows))), section(rows))
+    about = Paragraph(
+        f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a loop by itself. "
+        "The least layer is the width from which on the balance has no oscillation."
+    )
+    return (
+        Section("What was found", (picture(rows), *findings(rows))),
+        Section("Predicted and simulated", (about, table(rows))),
+    )
 
 
-def layers(rows: Sequence[Row]) -> Verdict:
-    """The least width of the layer."""
+def findings(rows: Sequence[Row]) -> tuple[Verdict, Verdict, Verdict]:
+    """The least width of the layer, and the balance and the exact cycle of a relay."""
     agreed, thin = sum(r.agreed for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
-    return Verdict(
-        "found",
-        f"Harmonic balance foretells in {agreed} of {len(rows)} pairs of lag and period whether the layer of {PHI:g} "
-        "rad/s ends the chattering of joint 1.",
-        f"The layer is thinner than the least width of the balance in {thin} pairs. There the simulated arm should "
-        "oscillate, and come to rest in all others.",
-        estimand=f"Rest or oscillation of s of joint 1 from {LATE:g} s on, in one run a pair, from one start, of "
-        "the folded arm.",
-        given=f"SMC with K = {K:g} N m: exact positions and velocities.",
-        reversal="Perhaps a pose where M couples the joints and both switch: no other was tried.",
-    )
-
-
-def relays(rows: Sequence[Row]) -> Verdict:
-    """What the balance says of a relay."""
-    frequency, amplitude = (np.array([r.off[i] for r in rows]) for i in (0, 1))
-    return Verdict(
-        "found",
-        f"For a relay harmonic balance is off by {100 * np.median(frequency):.0f} % in frequency and "
-        f"{100 * np.median(amplitude):.0f} % in amplitude, in the median, and by up to "
-        f"{100 * frequency.max():.0f} % and {100 * amplitude.max():.0f} %.",
-        "A sampled relay switches at the sampling instants alone: its half period is a whole number of sampling "
-        "periods, and which one depends on the start too. The balance has no such steps.",
-        estimand=f"Relative to the simulated oscillation of s of joint 1 from {LATE:g} s on: median and largest of "
-        f"{len(rows)} pairs of lag and period, one run each, of the folded arm.",
-        given=f"SMC with K = {K:g} N m: exact positions and velocities.",
-        reversal="Another start, from which the relay comes to another half period.",
-    )
-
-
-def cycles(rows: Sequence[Row]) -> Verdict:
-    """What the exact cycles say of a relay."""
-    regular = [(r.exact, r.relay[1].amplitude) for r in rows if r.exact is not None]
-    met = sum(c.amplitude / NEARLY <= a <= c.amplitude * NEARLY for c, a in regular)
-    return Verdict(
-        "found",
-        f"For the half period of the run, the relay's amplitude is the least of the exact cycle's in {met} of "
-        f"{len(regular)} pairs of lag and period.",
-        "An exact cycle keeps an offset of s, which raises its peak alone; the amplitude of a run is free of it. "
-        f"For the other {len(rows) - len(regular)} of {len(rows)} pairs no exact cycle is stated.",
-        estimand=f"Half of the highest minus the lowest s of joint 1 in one run a pair, to {100 * (NEARLY - 1):.1g} %, "
-        "where it is symmetric about its offset and of one length.",
-        given=f"SMC with K = {K:g} N m: exact positions and velocities. The exact cycle: the half period of the run.",
-    )
-
-
-def section(rows: Sequence[Row]) -> Section:
-    """The table, and where the balance is wrong."""
-    columns = (
-        Column("lag", "ms", "right"),
-        Column("period", "ms", "right"),
-        Column("relay: balance", "Hz, rad/s", "right"),
-        Column("exact", "rad/s", "right"),
-        Column("simulated", "Hz, rad/s", "right"),
-        Column("least layer", "rad/s", "right"),
-        Column("layer: balance", "Hz, rad/s", "right"),
-        Column("simulated", "Hz, rad/s", "right"),
-    )
-    return Section(
-        "Predicted and simulated",
-        (
-            Paragraph(
-                f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a loop by itself. "
-                "The least layer is the width from which on the balance has no oscillation."
-            ),
-            Table(
-                "chattering",
-                "Frequency and amplitude of s of joint 1: by harmonic balance, by the exact cycle of as many periods "
-                "as simulated (least to highest amplitude), and simulated.",
-                columns,
-                tuple(map(cells, rows)),
-                ("No exact amplitude: the simulated oscillation is not symmetric, or of several lengths in turn.",),
-            ),
+    relays = [r.relay for r in rows]
+    frequency = 100 * np.array([abs(one.frequency / (run.frequency or np.nan) - 1) for one, run in relays])
+    amplitude = 100 * np.array([abs(one.amplitude / run.amplitude - 1) for one, run in relays])
+    regular = [(r.cycle.amplitude, r.relay[1].amplitude) for r in rows if r.cycle]
+    met = sum(exact / NEARLY <= run <= exact * NEARLY for exact, run in regular)
+    given = f"SMC with K = {K:g} N m: exact positions and velocities."
+    return (
+        Verdict(
+            "found",
+            f"Harmonic balance foretells in {agreed} of {len(rows)} pairs of lag and period whether the layer of "
+            f"{PHI:g} rad/s ends the chattering of joint 1.",
+            f"The layer is thinner than the least width of the balance in {thin} pairs. There the simulated arm should "
+            "oscillate, and come to rest in all others.",
+            estimand=f"Rest or oscillation of s of joint 1 from {LATE:g} s on, in one run a pair, from one start, of "
+            "the folded arm.",
+            given=given,
+            reversal="Perhaps a pose where M couples the joints and both switch: no other was tried.",
+        ),
+        Verdict(
+            "found",
+            f"For a relay harmonic balance is off by {np.median(frequency):.0f} % in frequency and "
+            f"{np.median(amplitude):.0f} % in amplitude, in the median, and by up to {frequency.max():.0f} % and "
+            f"{amplitude.max():.0f} %.",
+            "A sampled relay switches at the sampling instants alone: its half period is a whole number of sampling "
+            "periods, and which one depends on the start too. The balance has no such steps.",
+            estimand=f"Relative to the simulated oscillation of s of joint 1 from {LATE:g} s on: median and largest of "
+            f"{len(rows)} pairs of lag and period, one run each, of the folded arm.",
+            given=given,
+            reversal="Another start, from which the relay comes to another half period.",
+        ),
+        Verdict(
+            "found",
+            f"For the half period of the run, the relay's amplitude is the least of the exact cycle's in {met} of "
+            f"{len(regular)} pairs of lag and period.",
+            "An exact cycle keeps an offset of s, which raises its peak alone; the amplitude of a run is free of it. "
+            f"For the other {len(rows) - len(regular)} of {len(rows)} pairs no exact cycle is stated.",
+            estimand="Half of the highest minus the lowest s of joint 1 in one run a pair, to "
+            f"{100 * (NEARLY - 1):.1g} %, where it is symmetric about its offset and of one length.",
+            given=f"{given} The exact cycle: the half period of the run.",
         ),
     )
 
 
-def cells(found: Row) -> tuple[Cell, ...]:
-    """One line of the table."""
-    balance, run = found.relay
-    layer, quiet = found.layer
-    foreseen = next((o for o in layer.oscillations if o.stable), None)
-    return (
-        f"{1e3 * found.lag:g}",
-        f"{1e3 * found.period:g}",
-        _pair(balance.frequency, balance.amplitude),
-        f"{found.exact.amplitude:.4f} to {found.exact.highest:.4f}" if found.exact else None,
-        _pair(run.frequency, run.amplitude),
-        f"{layer.least_phi:.4f}",
-        _pair(foreseen.frequency, foreseen.amplitude) if foreseen else "rest",
-        _pair(quiet.frequency, quiet.amplitude) if quiet.amplitude > QUIET else "rest",
+def picture(rows: Sequence[Row]) -> Figure:
+    """Amplitude of the relay by the balance and in the simulation, over the lag."""
+    series = []
+    for style, period in enumerate(PERIODS):
+        some = [r for r in rows if r.period == period]
+        lags, name = [1e3 * r.lag for r in some], f"{1e3 * period:g} ms"
+        series += [
+            Series(f"balance, {name}", lags, [r.relay[0].amplitude for r in some], style=style),
+            Series(f"simulated, {name}", lags, [r.relay[1].amplitude for r in some], style, "marks"),
+        ]
+    panel = Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
+    return Figure("relay", "Chattering of joint 1 under a relay, foretold and simulated, by the period.", (panel,))
+
+
+def table(rows: Sequence[Row]) -> Table:
+    """Frequency and amplitude of each pair, foretold and simulated."""
+    heads = (
+        *(("lag", "ms"), ("period", "ms"), ("relay: balance", "Hz, rad/s"), ("exact", "rad/s")),
+        *(("simulated", "Hz, rad/s"), ("least layer", "rad/s"), ("layer: balance", "Hz, rad/s")),
+        ("simulated", "Hz, rad/s"),
+    )
+    cells = []
+    for r in rows:
+        (balance, run), (layer, quiet) = r.relay, r.layer
+        foreseen = next((pair(o) for o in layer.oscillations if o.stable), "rest")
+        exact = f"{r.cycle.amplitude:.4f} to {r.cycle.highest:.4f}" if r.cycle else None
+        seen_layer = pair(quiet) if quiet.amplitude > QUIET else "rest"
+        lag, period = f"{1e3 * r.lag:g}", f"{1e3 * r.period:g}"
+        cells.append((lag, period, pair(balance), exact, pair(run), f"{layer.least_phi:.4f}", foreseen, seen_layer))
+    return Table(
+        "chattering",
+        "Frequency and amplitude of s of joint 1: by harmonic balance, by the exact cycle of as many periods "
+        "as simulated (least to highest amplitude), and simulated.",
+        tuple(Column(head, unit, "right") for head, unit in heads),
+        tuple(cells),
+        ("No exact amplitude: the simulated oscillation is not symmetric, or of several lengths in turn.",),
     )
 
 
-def _pair(frequency: float | None, amplitude: float) -> str:
-    return f"{(frequency or 0.0) / (2 * np.pi):.1f}, {amplitude:.4f}"
+def pair(one: Oscillation | RecordedOscillation) -> str:
+    """Frequency in Hz and amplitude in rad/s."""
+    return f"{(one.frequency or 0.0) / (2 * np.pi):.1f}, {one.amplitude:.4f}"
 
 
 study = Study(

@@ -34,7 +34,7 @@ DOORS = {
 }
 
 # The bench measures python-control as its users call it, and not what the door makes of it; so does a reader's own law.
-BESIDE_THE_DOOR = {("control", "studies/performance/peers/python_control.py"), ("control", "studies/own_law.py")}
+BESIDE_THE_DOOR = {("control", "studies/performance/peers.py"), ("control", "studies/own_law.py")}
 
 BANNED_CALLS = {
     "super": "write a final class, and share by calling a function",

@@ -1,14 +1,17 @@
-"""The study of chattering: one line of its table, and what it says where nothing oscillates."""
+"""The study of chattering: one line of its table, and its findings where nothing oscillates."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
 from studies import b1_chattering as study
 
+study_row = cache(study.row)
+
 
 def test_a_layer_that_is_too_thin_chatters_as_foreseen():
-    found = study.row(1e-2, 5e-3)
+    found = study_row(1e-2, 5e-3)
     foreseen, seen = found.layer
     assert foreseen.least_phi > study.PHI
     (oscillation,) = foreseen.oscillations
@@ -22,20 +25,20 @@ def test_a_layer_that_is_too_thin_chatters_as_foreseen():
 
 
 def test_a_layer_that_is_wide_enough_rests_as_foreseen():
-    found = study.row(2e-3, 2e-3)
+    found = study_row(2e-3, 2e-3)
     assert found.layer[0].oscillations == ()
-    assert study.cells(found)[-2:] == ("rest", "rest")
+    assert study.table([found]).rows[0][-2:] == ("rest", "rest")
 
 
 def test_what_is_found_of_chattering_follows_its_rows():
-    rows = [study.row(2e-3, 2e-3), study.row(1e-2, 5e-3)]
+    rows = [study_row(2e-3, 2e-3), study_row(1e-2, 5e-3)]
     assert [r.agreed for r in rows] == [True, True]
-    assert "in 2 of 2 pairs" in study.layers(rows).statement
-    assert "in 2 of 2 pairs" in study.cycles(rows).statement
+    assert "in 2 of 2 pairs" in study.findings(rows)[0].statement
+    assert "in 2 of 2 pairs" in study.findings(rows)[2].statement
     swapped = [replace(rows[0], layer=(rows[1].layer[0], rows[0].layer[1])), rows[1]]
-    assert "in 1 of 2 pairs" in study.layers(swapped).statement
+    assert "in 1 of 2 pairs" in study.findings(swapped)[0].statement
     balance, run = rows[0].relay
     met = replace(rows[0], relay=(replace(balance, frequency=run.frequency, amplitude=2 * run.amplitude), run))
-    assert "off by 0 % in frequency and 100 % in amplitude" in study.relays([met]).statement
+    assert "off by 0 % in frequency and 100 % in amplitude" in study.findings([met])[1].statement
     larger = replace(rows[0], relay=(balance, replace(run, amplitude=rows[0].cycle.highest)))
-    assert "in 0 of 1 pairs" in study.cycles([larger]).statement
+    assert "in 0 of 1 pairs" in study.findings([larger])[2].statement

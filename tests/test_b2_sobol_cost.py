@@ -8,7 +8,7 @@ from studies.b2_sobol_cost import study as study
 from studies.b2_sobol_cost.workload import sweep
 from workbench.study.compiled import compile_sweep
 
-FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, 9.8, 10.0, 5.0, 2.0, 1.0)
+FAST = study.Cost(12288, 768, 9.0, 14.0, 0.3, ((9.8, 10.0, 5.0),) * 3, 24577.0)
 
 
 def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
@@ -19,7 +19,7 @@ def test_the_workload_is_twelve_thousand_runs_of_ten_factors():
 
 def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
     one = compile_sweep(sweep(8))
-    sample = study.keep(one)
+    sample = study.record(one)
     assert len(sample) == one.sweep.design.size
     assert sample.failed == 0
     study.march(one)  # the same rows and steps: it would refuse others
@@ -28,15 +28,13 @@ def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
 
 def test_bars_are_reached_or_missed_as_the_figures_say():
     assert [one.kind for one in study.verdicts(FAST)] == ["holds", "holds", "holds"]
-    slow = replace(FAST, wall=11.0, memory=1.2, shares=(0.06, 0.07, 0.04))
+    slow = replace(FAST, wall=11.0, memory=1.2, turns=((9.4, 10, 5), (9.3, 10, 5), (9.6, 10, 5)))
     assert [one.kind for one in study.verdicts(slow)] == ["fails", "fails", "fails"]
-    assert study.verdicts(replace(FAST, shares=(0.01, 0.02, 0.06)))[2].kind == "open"
+    assert study.verdicts(replace(FAST, turns=((9.9, 10, 5), (9.8, 10, 5), (9.4, 10, 5))))[2].kind == "open"
     # where others use the machine too, the clock decides nothing
     assert study.verdicts(replace(slow, others=3.0))[0].kind == "open"
 
 
-def test_the_peer_is_extrapolated_from_a_run_or_said_to_be_absent():
-    assert FAST.peer == 12288 * 2.0 + 1.0
-    absent = replace(FAST, peer_run=None, peer_rest=None)
-    assert absent.peer is None
-    assert "not installed" in str(study.table(absent).notes)
+def test_a_peer_is_extrapolated_or_absent():
+    assert "1,756 times as much processor time" in str(study.table(FAST).notes)
+    assert "not installed" in str(study.table(replace(FAST, peer=None)).notes)

@@ -105,7 +105,7 @@ def test_the_delay_that_one_input_stands_is_that_of_python_control(name, law):
     L = cut(setting, law)
     _, _, _, _, crossings, _ = control.stability_margins(L, returnall=True)
     turned = [np.angle(-L(1j * omega)) % (2 * np.pi) / omega for omega in np.atleast_1d(crossings)]
-    assert margins(setting, law).delay == pytest.approx(min(turned, default=np.inf), rel=1e-5)
+    assert margins(setting, law)[1] == pytest.approx(min(turned, default=np.inf), rel=1e-5)
 
 
 @pytest.mark.parametrize("setting", [s for s in SETTINGS if len(s.inputs) == 1], ids=lambda setting: setting.name)
@@ -158,13 +158,13 @@ def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
         law = control.tf([Kp + Kd * N, Kp * N + Ki, Ki * N], [1, N, 0])
         # poles on the axis, as all gains are small: rounding moves a double one by its root
         assert control.feedback(plant * law).poles().real.max() > -1e-7
-    assert findings._masses().kind == "holds"
+    assert findings.mass_finding().kind == "holds"
 
 
 def test_two_pi_tell_the_hard_tanks_from_the_easy_ones():
     slow = {name: -sensitivity(cut(BY_NAME[name], PID)).poles().real.max() for name in (EASY, HARD)}
     assert 5.0 < slow[EASY] / slow[HARD] < 20.0  # the publication: settling times ten times as long
-    assert f"decays {slow[EASY] / slow[HARD]:.0f} times more slowly" in findings._tanks().statement
+    assert f"decays {slow[EASY] / slow[HARD]:.0f} times more slowly" in findings.tank_finding().statement
 
 
 @EACH
@@ -193,4 +193,5 @@ def test_a_case_is_a_plant_a_law_and_a_machine_and_its_factors_are_numbers_of_th
 def test_poles_are_told_once_each_with_the_slowest_first():
     assert pages.spots(np.array([-2.0, -1 + 3j, -1 - 3j, 0.5])) == "0.5, \N{MINUS SIGN}1 ± 3i, \N{MINUS SIGN}2"
     assert pages.spots(np.array([])) is None
-    assert pages.operating(BY_NAME["buck converter"]) == "i = 5 A, v = 15 V, d = 0.5357"
+    operating = {row[0]: row[1] for row in pages.plants_table().rows}
+    assert operating["buck converter"] == "i = 5 A, v = 15 V, d = 0.5357"

@@ -161,7 +161,7 @@ HOSTILE = """
 import codecs, sys
 sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
-from studies.performance import processes
+from studies.performance.processes import most_memory
 from workbench.robots import urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)
@@ -178,7 +178,7 @@ for text, _ in STRANGE.values():
         continue
     raise SystemExit('read')
 found = list(opened)
-print(len(found), processes._most_memory(), found)
+print(len(found), most_memory(), found)
 """
 
 

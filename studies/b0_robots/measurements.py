@@ -1,4 +1,4 @@
-"""What is measured of the catalogue: operations, seconds of a core, and errors against other roads."""
+"""Measurements of the catalogue: operations, seconds of a core, and errors against other roads."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import importlib.util
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 from statistics import median
 from time import process_time
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -37,8 +37,8 @@ class Robot:
     operations
         Of M, C, G, of all three together, of those with numbers for letters, and of tau; equal ones count once.
     made, derived, differentiated
-        Seconds to make the arm with its checks, to derive M, C, G and tau up to functions, and to add all
-        first derivatives of inverse and forward dynamics; None where it fails.
+        Seconds to make the arm with its checks, to derive M, C, G and tau up to functions, and with all first
+        derivatives of inverse and forward dynamics.
     by_energies, by_mujoco
         The largest error over random states, relative to the largest term.
     """
@@ -54,37 +54,26 @@ class Robot:
     by_mujoco: float | None
 
 
-def seconds(what: Callable[[], object]) -> float:
+def seconds(work: Callable[[], object]) -> float:
     """The seconds of a core that a call takes: the median of several."""
-    return median(process_time() - begin for begin in _begun(what))
-
-
-def _begun(what: Callable[[], object]) -> Iterator[float]:
+    spent = []
     for _ in range(REPETITIONS):
         begin = process_time()
-        what()
-        yield begin
+        work()
+        spent.append(process_time() - begin)
+    return median(spent)
 
 
-def derivation(arm: Arm) -> tuple[float, float]:
-    """The seconds to numbers of M, C and G over letters, and those to all first derivatives too: medians."""
-    whiles = []
-    rest = np.zeros(arm.dof)
-    for _ in range(REPETITIONS):
-        begin = process_time()
-        dynamics = Dynamics.of(arm)
-        dynamics.matrices(rest, rest)
-        middle = process_time()
-        dynamics.acceleration(rest, rest, rest)  # its function holds the derivatives of both directions
-        whiles.append((middle - begin, process_time() - begin))
-    first, both = zip(*whiles, strict=True)
-    return median(first), median(both)
+def differentiate(arm: Arm) -> object:
+    """M, C and G over letters, their function, and the one that holds the derivatives of both directions."""
+    rest, dynamics = np.zeros(arm.dof), Dynamics.of(arm)
+    return dynamics.matrices(rest, rest), dynamics.acceleration(rest, rest, rest)
 
 
 def robot(name: str) -> Robot:
     """Everything of one arm."""
     arm = CATALOGUE[name]()
-    letters, numbers = Dynamics.of(arm, name), Dynamics.of(arm, name, symbolic=False)
+    rest, letters, numbers = np.zeros(arm.dof), Dynamics.of(arm, name), Dynamics.of(arm, name, symbolic=False)
     matrices = (letters.M, letters.C, letters.G)
     together = [ca.horzcat(*matrices), ca.horzcat(numbers.M, numbers.C, numbers.G), letters.tau]
     return Robot(
@@ -92,10 +81,11 @@ def robot(name: str) -> Robot:
         arm.dof,
         letters.p.size,
         tuple(map(operations, (*matrices, *together))),
-        seconds(CATALOGUE[name]),
-        *derivation(arm),
-        by_energies(arm, numbers),
-        by_mujoco(arm, numbers) if mujoco_arm.INSTALLED else None,
+        made=seconds(CATALOGUE[name]),
+        derived=seconds(lambda: Dynamics.of(arm).matrices(rest, rest)),
+        differentiated=seconds(lambda: differentiate(arm)),
+        by_energies=by_energies(arm, numbers),
+        by_mujoco=by_mujoco(arm, numbers) if mujoco_arm.INSTALLED else None,
     )
 
 
@@ -137,7 +127,7 @@ def by_mujoco(arm: Arm, dynamics: Dynamics) -> float:
 
 
 def chain_function(joints: int) -> ca.Function:
-    """M, C and G of the chain as a function, all its numbers being arguments: what SymPy is held against."""
+    """M, C and G of the chain as a function, all its numbers being arguments: the rival of SymPy's."""
     lifted = lift(planar(joints))
     q, qd = (Layout((Entry(letter, np.zeros(joints)),)).symbols() for letter in ("q", "qd"))
     arm = lifted.block
@@ -146,36 +136,39 @@ def chain_function(joints: int) -> ca.Function:
 
 
 @dataclass(frozen=True)
-class Answer:
-    """SymPy's: seconds to M and the bias C qd + G, those to M, C and G, and how far these are from ours."""
-
-    bias: float
-    matrices: float
-    error: float
-
-
-@dataclass(frozen=True)
 class Chain:
-    """A planar chain of so many links: our seconds to M, C and G, and what SymPy answers by each of its methods."""
+    """A planar chain of so many links: our seconds to M, C and G, and those of SymPy, method by method.
+
+    `bias` are its seconds to M and C qd + G, `matrices` to M, C and G; None where it has no answer. `error` is the
+    largest difference between both at one state, relative to the largest entry.
+    """
 
     links: int
     ours: float
-    sympy: Mapping[str, Answer | None]
+    bias: tuple[float | None, ...]
+    matrices: tuple[float | None, ...]
+    error: float | None
 
     @property
     def ratio(self) -> float | None:
         """How many times as fast we are as the faster of SymPy's methods."""
-        known = [answer.matrices for answer in self.sympy.values() if answer is not None]
+        known = [found for found in self.matrices if found is not None]
         return min(known) / self.ours if known else None
 
 
 def chain(links: int) -> Chain:
     """Everything of one length."""
-    return Chain(links, seconds(partial(chain_function, links)), {m: by_sympy(m, links) for m in sympy_chain.METHODS})
+    answers = [by_sympy(method, links) for method in sympy_chain.METHODS]
+    ours, errors = Dynamics.of(planar(links)).matrices(*sympy_chain.values(links)), []
+    for answer in filter(None, answers):
+        theirs = (np.array(answer["at"][letter]) for letter in "MCG")
+        errors += [np.max(np.abs(x - y)) / np.max(np.abs(x)) for x, y in zip(ours, theirs, strict=True)]
+    bias, matrices = (tuple(answer and answer[part] for answer in answers) for part in ("bias", "matrices"))
+    return Chain(links, seconds(lambda: chain_function(links)), bias, matrices, max(map(float, errors), default=None))
 
 
-def by_sympy(method: str, links: int) -> Answer | None:
-    """What `sympy_chain` measures, in a process of its own; None where SymPy is missing, or beyond our patience."""
+def by_sympy(method: str, links: int) -> dict[str, Any] | None:
+    """The answer of `sympy_chain` in a process of its own; None where SymPy is missing, or beyond our patience."""
     if importlib.util.find_spec("sympy") is None:
         return None
     line = [sys.executable, sympy_chain.__file__, method, str(links)]
@@ -183,8 +176,5 @@ def by_sympy(method: str, links: int) -> Answer | None:
         done = subprocess.run(line, stdout=subprocess.PIPE, check=True, text=True, timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         return None
-    found = json.loads(done.stdout)
-    ours = Dynamics.of(planar(links)).matrices(*sympy_chain.values(links))
-    pairs = zip(ours, (np.array(found["at"][letter]) for letter in "MCG"), strict=True)
-    error = max(float(np.max(np.abs(x - y)) / np.max(np.abs(x))) for x, y in pairs)
-    return Answer(found["bias"], found["matrices"], error)
+    found: dict[str, Any] = json.loads(done.stdout)
+    return found

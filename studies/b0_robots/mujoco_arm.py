@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,7 @@ LEAST = 2e-15
 
 
 def engine(arm: PlanarArm | SpatialArm) -> Callable[[Array, Array], tuple[Array, Array]]:
-    """What gives M (n, n) and the bias C qd + G (n,) at a state (q, qd), by MuJoCo."""
+    """A function to M (n, n) and the bias C qd + G (n,) at a state (q, qd), by MuJoCo."""
     import mujoco
 
     model: Any = mujoco.MjModel.from_xml_string(mjcf(arm))
@@ -36,49 +36,44 @@ def engine(arm: PlanarArm | SpatialArm) -> Callable[[Array, Array], tuple[Array,
 
 def mjcf(arm: PlanarArm | SpatialArm) -> str:
     """The arm in MuJoCo's language."""
-    bodies = _planar(arm) if isinstance(arm, PlanarArm) else _spatial(arm)
+    held = list(bodies(arm))
 
-    def opened(parent: int) -> str:
-        return "".join(f"{body}{opened(i)}</body>" for i, (carrier, body) in enumerate(bodies) if carrier == parent)
+    def below(parent: int) -> str:
+        return "".join(f"{text}{below(i)}</body>" for i, (carrier, text) in enumerate(held) if carrier == parent)
 
     return (
         f'<mujoco><compiler angle="radian"/><option gravity="0 0 {-arm.gravity!r}"/>'
-        f"<worldbody>{opened(-1)}</worldbody></mujoco>"
+        f"<worldbody>{below(-1)}</worldbody></mujoco>"
     )
 
 
-def _planar(arm: PlanarArm) -> list[tuple[int, str]]:
-    """The plane is x to the right, z upward; hinges turn from x to z."""
+def bodies(arm: PlanarArm | SpatialArm) -> Iterator[tuple[int, str]]:
+    """Each body with the number of its carrier; the plane is x to the right, z upward, and hinges turn from x to z."""
+    if isinstance(arm, SpatialArm):
+        for link in arm.links:
+            xx, xy, xz, yy, yz, zz = link.inertia
+            joint = "slide" if link.joint == "prismatic" else "hinge"
+            pose = (link.position, np.asarray(link.rotation), joint, link.axis)
+            yield link.parent, body(*pose, link.mass, link.com, (xx, yy, zz), (xy, xz, yz))
+        return
     right, up = DIRECTIONS[arm.zero]
-    along, left = np.array([right, 0.0, up]), np.array([-up, 0.0, right])
-    bodies, place = [], np.zeros(3)
-    for i, link in enumerate(arm.links):
-        com, inertia = link.com * along + link.offset * left, [max(link.inertia, LEAST)] * 3
-        bodies.append((i - 1, _body(place, np.eye(3), "hinge", [0, -1, 0], link.mass, com, [*inertia, 0, 0, 0])))
-        place = link.length * along
-    return bodies
+    along, left, place = np.array([right, 0.0, up]), np.array([-up, 0.0, right]), np.zeros(3)
+    for i, rod in enumerate(arm.links):
+        com = rod.com * along + rod.offset * left
+        yield i - 1, body(place, np.eye(3), "hinge", (0, -1, 0), rod.mass, com, (rod.inertia,) * 3, (0, 0, 0))
+        place = rod.length * along
 
 
-def _spatial(arm: SpatialArm) -> list[tuple[int, str]]:
-    bodies = []
-    for link in arm.links:
-        xx, xy, xz, yy, yz, zz = link.inertia
-        moments = [max(xx, LEAST), max(yy, LEAST), max(zz, LEAST), xy, xz, yz]
-        joint = "slide" if link.joint == "prismatic" else "hinge"
-        body = _body(link.position, link.rotation, joint, link.axis, link.mass, link.com, moments)
-        bodies.append((link.parent, body))
-    return bodies
+def body(place: Any, rotation: Array, joint: str, axis: Any, mass: float, com: Any, moments: Any, products: Any) -> str:
+    """One body with its joint, not yet closed."""
 
+    def row(*vectors: Any) -> str:
+        return " ".join(repr(float(x)) for vector in vectors for x in vector)
 
-def _body(place: Any, rotation: Any, joint: str, axis: Any, mass: float, com: Any, moments: Any) -> str:
-    x, y = np.asarray(rotation)[:, 0], np.asarray(rotation)[:, 1]
-    # what is diagonal already is not diagonalised, which for a point mass would be refused
-    inertia = f'fullinertia="{_row(moments)}"' if any(moments[3:]) else f'diaginertia="{_row(moments[:3])}"'
+    moments = [max(moment, LEAST) for moment in moments]
+    # a diagonal matrix is not diagonalised, which for a point mass would be refused
+    inertia = f'fullinertia="{row(moments, products)}"' if any(products) else f'diaginertia="{row(moments)}"'
     return (
-        f'<body pos="{_row(place)}" xyaxes="{_row([*x, *y])}"><joint type="{joint}" axis="{_row(axis)}"/>'
-        f'<inertial pos="{_row(com)}" mass="{mass!r}" {inertia}/>'
+        f'<body pos="{row(place)}" xyaxes="{row(*rotation.T[:2])}"><joint type="{joint}" axis="{row(axis)}"/>'
+        f'<inertial pos="{row(com)}" mass="{mass!r}" {inertia}/>'
     )
-
-
-def _row(vector: Any) -> str:
-    return " ".join(repr(float(x)) for x in vector)

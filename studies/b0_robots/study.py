@@ -1,4 +1,4 @@
-"""How long does it take to derive an arm, how many operations are its equations, and are they right?
+"""The cost of deriving an arm, in time and in operations, and the errors of its equations.
 
 Runs in about two minutes on two cores. It measures time: the page is not the same twice.
 """
@@ -7,86 +7,68 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import Literal
 
 import numpy as np
 
-from studies.b0_robots.measurements import LINKS, PATIENCE, Chain, Robot, chain, robot
+from studies.b0_robots.measurements import LINKS, PATIENCE, chain, robot
 from workbench.robots import CATALOGUE
-from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Strong, Table
-from workbench.study.processor import machine
+from workbench.study.document.document import Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
 from workbench.study.study import Results, Study
+from workbench.study.writeup import testbed
 
-METHODS = {"kane": "Kane", "lagrange": "Lagrange"}
-LOOKS: tuple[Literal["line", "marks"], ...] = ("line", "marks")
+METHODS = ("Kane", "Lagrange")
 SEVEN_JOINTS, LONGEST, FASTER = "panda", 0.3, 50.0
-
-
-@cache
-def robots() -> tuple[Robot, ...]:
-    """The catalogue, measured once."""
-    return tuple(robot(name) for name in CATALOGUE)
-
-
-@cache
-def chains() -> tuple[Chain, ...]:
-    """Planar chains, measured once."""
-    return tuple(map(chain, LINKS))
+robots = cache(lambda: tuple(map(robot, CATALOGUE)))
+chains = cache(lambda: tuple(map(chain, LINKS)))
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """What the report says."""
+    """The bars with their picture, the catalogue, and SymPy."""
     del results
     return (
-        Section("The bars", (Paragraph(where()), bars())),
-        Section("The catalogue", (counts(), oracles(), Paragraph(errors()))),
-        Section("Beside SymPy", (peers(), times(), Paragraph(fairness()))),
+        Section("What was found", (times(), *findings(), Paragraph(testbed()))),
+        Section("The catalogue", (counts(), oracles())),
+        Section("Beside SymPy", (peers(), Paragraph(fairness()))),
     )
 
 
-def where() -> str:
-    """The processor, the versions, and what the page cannot promise."""
-    about = machine()
-    versions = ", ".join(f"{name} {about[name]}" for name in ("python", "casadi", "numpy"))
+def findings() -> tuple[Verdict, Verdict, Verdict]:
+    """The two bars, and the largest errors."""
+    seven = next(one for one in robots() if one.name == SEVEN_JOINTS).differentiated
+    ratio = chains()[-1].ratio
+    energies = max(one.by_energies for one in robots())
+    engine = max((one.by_mujoco for one in robots() if one.by_mujoco is not None), default=None)
     return (
-        f"Measured on {about['cpu']} with {versions}. These are times: another run of this study gives other digits, "
-        "and another machine other numbers."
+        Verdict(
+            "holds" if seven <= LONGEST else "fails",
+            f"Seven joints ({SEVEN_JOINTS}) with all derivatives take at most {LONGEST:g} s.",
+            f"{seven:.3g} s of one core.",
+        ),
+        Verdict(
+            "open" if ratio is None else "holds" if ratio >= FASTER else "fails",
+            f"M, C and G of six links are derived at least {FASTER:g} times as fast as by SymPy.",
+            "SymPy is not installed." if ratio is None else f"{ratio:.3g} times as fast as its faster method.",
+        ),
+        Verdict(
+            "found",
+            f"The largest error against the energies is {energies:.1g} of the largest term.",
+            f"Against MuJoCo {engine:.1g}; a point mass has a moment of 2e-15 kg m\N{SUPERSCRIPT TWO} there."
+            if engine
+            else "MuJoCo is not installed.",
+        ),
     )
-
-
-def bars() -> Table:
-    """What was asked, and what was measured."""
-    columns = (Column("what"), Column("measured", digits=3), Column("bar"), Column("verdict"))
-    derivatives, beside = (Strong("MISSED") if verdict == "missed" else verdict for verdict in reached())
-    rows = (
-        ("7 joints (panda) with all derivatives, in s", seven().differentiated, f"at most {LONGEST:g}", derivatives),
-        ("6 links, M, C and G: times as fast as SymPy", chains()[-1].ratio, f"at least {FASTER:g}", beside),
-    )
-    return Table("bars", "What was asked of the derivation, and what was measured.", columns, rows)
-
-
-def seven() -> Robot:
-    """The arm of seven joints."""
-    return next(found for found in robots() if found.name == SEVEN_JOINTS)
-
-
-def reached() -> tuple[str, str]:
-    """Whether each bar is reached."""
-    faster = chains()[-1].ratio
-    second = "not measured" if faster is None else "reached" if faster >= FASTER else "missed"
-    return "reached" if seven().differentiated <= LONGEST else "missed", second
 
 
 def counts() -> Table:
     """Operations of the equations."""
-    heads = ("M", "C", "G", "M, C, G", "in numbers", "torque")
-    columns = (Column("robot"), Column("joints"), Column("letters"), *(Column(head) for head in heads))
-    rows: tuple[tuple[Cell, ...], ...] = tuple((r.name, r.joints, r.letters, *r.operations) for r in robots())
+    heads = ("robot", "joints", "letters", "M", "C", "G", "M, C, G", "in numbers", "torque")
+    rows = tuple((r.name, r.joints, r.letters, *r.operations) for r in robots())
     notes = (
         "M, C, G: all three together; in numbers: the same with the arm's numbers in place of letters; torque: inverse "
         "dynamics, which the spatial arms have by recursion.",
     )
-    return Table("operations", "Additions, products, sines and so on, equal ones once.", columns, rows, notes)
+    caption = "Additions, products, sines and so on, equal ones once."
+    return Table("operations", caption, tuple(map(Column, heads)), rows, notes)
 
 
 def oracles() -> Table:
@@ -94,10 +76,8 @@ def oracles() -> Table:
     columns = (
         Column("robot"),
         Column("made", unit="ms", digits=2),
-        Column("derived", unit="ms", digits=3),
-        Column("with derivatives", unit="ms", digits=3),
-        Column("error by energies", digits=2),
-        Column("error by MuJoCo", digits=2),
+        *(Column(head, unit="ms", digits=3) for head in ("derived", "with derivatives")),
+        *(Column(head, digits=2) for head in ("error by energies", "error by MuJoCo")),
     )
     rows = tuple(
         (r.name, 1e3 * r.made, 1e3 * r.derived, 1e3 * r.differentiated, r.by_energies, r.by_mujoco) for r in robots()
@@ -110,61 +90,38 @@ def oracles() -> Table:
     return Table("oracles", "Seconds of a core to each arm, and its largest errors.", columns, rows, notes)
 
 
-def errors() -> str:
-    """What an error of that size is."""
-    worst = max(r.by_energies for r in robots())
-    return (
-        f"The largest error against the energies is {worst:.1g}, of the size of rounding. MuJoCo asks for positive "
-        "moments of inertia: those of point masses are raised there to 2e-15 kg m\N{SUPERSCRIPT TWO}, which shows in "
-        "the paper's arm."
-    )
-
-
 def peers() -> Table:
     """SymPy beside us."""
+    times = [f"{name}: {what}" for what in ("M, C qd + G", "M, C, G") for name in METHODS]
     columns = (
         Column("links"),
-        Column("ours: M, C, G", unit="s", digits=3),
-        *(Column(f"{name}: M, C qd + G", unit="s", digits=3) for name in METHODS.values()),
-        *(Column(f"{name}: M, C, G", unit="s", digits=3) for name in METHODS.values()),
+        *(Column(head, unit="s", digits=3) for head in ("ours: M, C, G", *times)),
         Column("times as fast", digits=3),
         Column("difference", digits=2),
     )
-    rows = []
-    for row in chains():
-        answers = [row.sympy[method] for method in METHODS]
-        known = [answer.error for answer in answers if answer is not None]
-        bias = (None if answer is None else answer.bias for answer in answers)
-        whole = (None if answer is None else answer.matrices for answer in answers)
-        rows.append((row.links, row.ours, *bias, *whole, row.ratio, max(known, default=None)))
+    rows = tuple((one.links, one.ours, *one.bias, *one.matrices, one.ratio, one.error) for one in chains())
     note = f"A dash: SymPy is not installed, or had no answer in {PATIENCE:g} s. The factor is to the faster method."
-    return Table("sympy", "Seconds of a core to the equations of a planar chain.", columns, tuple(rows), (note,))
+    return Table("sympy", "Seconds of a core to the equations of a planar chain.", columns, rows, (note,))
 
 
 def times() -> Figure:
     """The seconds over the links."""
-    curves = {"workbench": [(row.links, row.ours) for row in chains()]}
-    for method, name in METHODS.items():
-        answers = ((row.links, row.sympy[method]) for row in chains())
-        curves[f"SymPy, {name}"] = [(links, answer.matrices) for links, answer in answers if answer is not None]
+    curves = {"workbench": [one.ours for one in chains()]}
+    curves |= {f"SymPy, {name}": [one.matrices[i] for one in chains()] for i, name in enumerate(METHODS)}
     series = []
-    for style, (label, points) in enumerate(curves.items()):
+    for style, (label, spent) in enumerate(curves.items()):
+        points = [(links, one) for links, one in zip(LINKS, spent, strict=True) if one is not None]
         if points:
-            x, y = np.array(points, dtype=float).T
-            series += [Series(label, x, y, style=style, look=look) for look in LOOKS]
+            series += [Series(label, *np.array(points, dtype=float).T, style, look) for look in ("line", "marks")]
     panel = Panel("time to M, C and G [s]", tuple(series), xlabel="links", yscale="log")
     return Figure("chains", "Seconds of a core to M, C and G of a planar chain, over its links.", (panel,))
 
 
 def fairness() -> str:
-    """What each side has to do."""
+    """The work of either side."""
     longest = chains()[-1]
-    bias = min((answer.bias for answer in longest.sympy.values() if answer is not None), default=None)
-    less = (
-        ""
-        if bias is None
-        else f" M and the bias alone, less than we give, take it {bias / longest.ours:.0f} times as long."
-    )
+    bias = [one / longest.ours for one in longest.bias if one is not None]
+    less = f" M and the bias alone, less than we give, take it {min(bias):.0f} times as long." if bias else ""
     return (
         "Ours is counted up to a function that can be called with any numbers, SymPy's up to expressions: to "
         "simplify or compile them would come on top. Its methods give M and the whole bias; for the matrix C the "
@@ -175,17 +132,9 @@ def fairness() -> str:
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The bars, and the largest errors."""
+    """The verdicts in a line each."""
     del results
-    faster = chains()[-1].ratio
-    beside = "SymPy is not installed" if faster is None else f"{faster:.0f} times as fast as SymPy on six links"
-    known = [r.by_mujoco for r in robots() if r.by_mujoco is not None]
-    engine = f", against MuJoCo {max(known):.1g}" if known else ""
-    derivatives, peers = reached()
-    return (
-        f"Seven joints with all derivatives: {seven().differentiated:.2f} s ({derivatives}); {beside} ({peers}).",
-        f"Largest error: against the energies {max(r.by_energies for r in robots()):.1g}{engine}.",
-    )
+    return tuple(f"{one.kind}: {one.statement} {one.evidence}" for one in findings())
 
 
 study = Study(

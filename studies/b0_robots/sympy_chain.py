@@ -78,18 +78,16 @@ METHODS: dict[str, Callable[[int], tuple[Any, Any, Chain]]] = {"kane": kane, "la
 def coriolis(M: Any, made: Chain) -> list[list[Any]]:
     """C of the Christoffel symbols, which no method of the package gives; each derivative of M is taken once."""
     n, q, qd = len(made.q), made.q, made.qd
-    D = {(i, j): [M[i, j].diff(angle) for angle in q] for i in range(n) for j in range(i, n)}
-
-    def symbol(i: int, j: int, k: int) -> Any:
-        return D[min(i, j), max(i, j)][k]
-
-    def entry(i: int, j: int) -> Any:
-        return sum((symbol(i, j, k) + symbol(i, k, j) - symbol(j, k, i)) * qd[k] for k in range(n)) / 2
-
-    return [[entry(i, j) for j in range(n)] for i in range(n)]
+    D = {}
+    for i in range(n):
+        for j in range(i, n):
+            D[i, j] = D[j, i] = [M[i, j].diff(angle) for angle in q]
+    return [
+        [sum((D[i, j][k] + D[i, k][j] - D[j, k][i]) * qd[k] for k in range(n)) / 2 for j in range(n)] for i in range(n)
+    ]
 
 
-def measured(name: str, joints: int) -> dict[str, Any]:
+def measure(name: str, joints: int) -> dict[str, Any]:
     """The seconds of a core to M and C qd + G, those to M, C and G, and all of these at the state of `values`."""
     import sympy.physics.mechanics  # noqa: F401  (its import is not counted)
 
@@ -100,13 +98,10 @@ def measured(name: str, joints: int) -> dict[str, Any]:
     potential = sum(body.potential_energy for body in made.bodies)
     G = [potential.diff(angle) for angle in made.q]
     end = process_time()
-    known = _numbers(made)
-    at = {
-        "M": [[_value(x, known) for x in M.row(i)] for i in range(joints)],
-        "C": [[_value(x, known) for x in row] for row in C],
-        "G": [_value(x, known) for x in G],
-        "bias": [_value(x, known) for x in bias],
-    }
+    parts = {"M": M.tolist(), "C": C, "G": [G], "bias": [list(bias)]}
+    known = numbers(made)
+    at = {letter: [[float(x.subs(known)) for x in row] for row in rows] for letter, rows in parts.items()}
+    at |= {letter: at[letter][0] for letter in ("G", "bias")}
     return {"bias": middle - begin, "matrices": end - begin, "at": at}
 
 
@@ -115,7 +110,7 @@ def values(joints: int) -> tuple[list[float], list[float]]:
     return [0.3 + 0.5 * i for i in range(joints)], [1.0 - 0.4 * i for i in range(joints)]
 
 
-def _numbers(made: Chain) -> dict[Any, float]:
+def numbers(made: Chain) -> dict[Any, float]:
     """The speeds come first: where they are derivatives of q they would vanish with it."""
     q, qd = values(len(made.q))
     known = dict(zip([*made.qd, *made.q], [*qd, *q], strict=True)) | {made.g: 9.81}
@@ -124,9 +119,5 @@ def _numbers(made: Chain) -> dict[Any, float]:
     return known
 
 
-def _value(expression: Any, known: dict[Any, float]) -> float:
-    return float(expression.subs(known))
-
-
 if __name__ == "__main__":
-    sys.stdout.write(json.dumps(measured(sys.argv[1], int(sys.argv[2]))))
+    sys.stdout.write(json.dumps(measure(sys.argv[1], int(sys.argv[2]))))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -11,12 +11,14 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import DiskMargin, LoopMargins, broken_loop, disk_margin, freeze, loop_margins
+from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
-from workbench.study import Case, Factor, Run, SobolDesign, Sweep, Uniform
+from workbench.study import Case, Factor, Results, Run, SobolDesign, Sweep, Uniform, sobol
+from workbench.study.uncertainty import SobolIndices
+from workbench.validation.refusals import Array
 
 LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
@@ -44,28 +46,14 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     return ClosedLoop(plant, observer, regulator, reference)
 
 
-@dataclass(frozen=True, eq=False)
-class Margins:
-    """What a loop that is cut at the inputs of its plant stands: each input by itself, and all at once."""
-
-    channels: tuple[LoopMargins, ...]
-    disk: DiskMargin
-
-    @property
-    def delay(self) -> float:
-        """The least delay margin of an input, in s."""
-        return min(channel.delay for channel in self.channels)
-
-
 def cut(setting: Setting, law: str) -> Any:
     """The loop gain at the inputs of the plant about the operating point, a `StateSpace` of python-control."""
     plant, point, model = setting.plant, setting.point, setting.model
     if law == LQR:
-        seen = LinearPlant(
-            LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(len(model.A)))
-        )
-        law_of_all = Regulator.of(seen, setting.design.regulator.K)
-        return broken_loop(ClosedLoop(seen, controller=law_of_all).broken(), 0.0, np.zeros(len(model.A)))
+        n = len(model.A)
+        seen = LinearPlant(LinearSystem(plant.states, plant.inputs, plant.states, model.A, model.B, np.eye(n)))
+        closed = ClosedLoop(seen, controller=Regulator.of(seen, setting.design.regulator.K))
+        return broken_loop(closed.broken(), 0.0, np.zeros(n))
     closed = loop(setting, law)
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
@@ -79,10 +67,10 @@ def cut(setting: Setting, law: str) -> Any:
 
 
 @cache
-def margins(setting: Setting, law: str) -> Margins:
-    """The margins of a loop at the inputs of the plant."""
+def margins(setting: Setting, law: str) -> tuple[float, float]:
+    """The disk margin of all inputs at once, and the least delay margin of an input by itself, in s."""
     opened = cut(setting, law)
-    return Margins(loop_margins(opened), disk_margin(opened))
+    return disk_margin(opened).alpha, min(channel.delay for channel in loop_margins(opened))
 
 
 def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:
@@ -101,38 +89,27 @@ def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS)
 def cases() -> tuple[Case, ...]:
     """Each plant with either law, in continuous time and in a computer."""
     return tuple(
-        Case(
-            setting.name,
-            f"{law} {COMPUTER}" if computer else law,
-            run(setting, law, computer=computer),
-            LAWS.index(law),
-        )
+        Case(setting.name, f"{law} {COMPUTER}" if computer else law, run(setting, law, computer=computer), style)
         for setting in SETTINGS
         for computer in (False, True)
-        for law in LAWS
+        for style, law in enumerate(LAWS)
     )
 
 
 def called(setting: Setting, law: str) -> str:
     """The name of the sweep of a plant and a law."""
-    return f"{setting.name}_{law}".lower().translate(
-        str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
-    )
+    signs = str.maketrans({" ": "_", "-": "_", "\N{MINUS SIGN}": "m", "+": "p"})
+    return f"{setting.name}_{law}".lower().translate(signs)
 
 
 def sweeps() -> tuple[Sweep, ...]:
-    """Each plant with either law in continuous time, over the parameters of the plant alone."""
-    return tuple(
-        Sweep(
-            called(setting, law),
-            replace(run(setting, law, computer=False, substeps=COARSE), every=None),
-            factors(setting),
-            design(setting),
-            halved=HALVED,
-        )
-        for setting in SETTINGS
-        for law in LAWS
-    )
+    """Each plant with either law in continuous time, over the parameters of the plant alone, at the same points."""
+    made = []
+    for setting in SETTINGS:
+        for law in LAWS:
+            ends = replace(run(setting, law, computer=False, substeps=COARSE), every=None)
+            made.append(Sweep(called(setting, law), ends, factors(setting), design(setting), halved=HALVED))
+    return tuple(made)
 
 
 def factors(setting: Setting) -> tuple[Factor, ...]:
@@ -145,3 +122,15 @@ def factors(setting: Setting) -> tuple[Factor, ...]:
 def design(setting: Setting) -> SobolDesign:
     """The same points for both laws."""
     return SobolDesign(len(setting.spread), BASE, seed=SEED)
+
+
+def errors(results: Results, setting: Setting, law: str) -> Array:
+    """The RMSE of each run of the sweep of a plant and a law."""
+    return results.sample(called(setting, law)).outputs(f"RMSE of {setting.main}")
+
+
+def indices(setting: Setting, results: Results) -> SobolIndices:
+    """Sobol indices of the RMSE, an output a law."""
+    sample = results.sample(called(setting, LQG))
+    outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
+    return sobol(sample.design, outputs, LAWS, factors=sample.factors, control=True)

@@ -32,26 +32,13 @@ SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of
 
 @dataclass(frozen=True, eq=False)
 class Setting:
-    """A plant that starts off its operating point, and what is chosen about its two loops.
+    """A plant that starts off its operating point, and the choices about its two loops.
 
-    Attributes
-    ----------
-    plant, at
-        With its states where a run starts, and the states or inputs that name the operating point.
-    main
-        The output that is looked at.
-    states, inputs
-        By how much each state and each input may be off, in LQG's cost; infinite where a state costs nothing.
-    push
-        The deviation of white noise at the inputs over a period, for which the Kalman filter is made.
-    noise, limit
-        The deviation of each reading, and the lowest and the highest command.
-    period, until
-        Of the computer, and the horizon, in s.
-    words, pid
-        The second law, in words and as a block.
-    spread
-        For each parameter that is varied the least and the largest share of its own value.
+    The states of `plant` are those where a run starts; `at` names the operating point, `main` the output that is
+    looked at. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
+    nothing; its filter is made for white noise at the inputs of deviation `push` over a period, and for the `noise` of
+    each reading. `limit` bounds the commands; the computer's `period` and the horizon `until` are in s. `words` and
+    `pid` are the second law, `spread` the least and the largest share of each parameter that is varied.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""What only a process of its own can tell: the time from its start, and the most memory it held."""
+"""Measurements that need a process of their own: the time from its start, and the most memory it held."""
 
 from __future__ import annotations
 
@@ -8,48 +8,53 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
 from typing import Any
 
-from studies.performance.workload import HORIZON, H
+import numpy as np
+
+from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
+from workbench.core import Step, rk4
 
 
 def first_result() -> dict[str, Any]:
-    """Eight runs of W, and what all of it took of this process, imports included."""
-    from studies.performance.effort import ours, rows_of
-
-    ours(rows_of(8), HORIZON)
+    """Eight runs of W, and the seconds of a core that all of this process took, imports included."""
+    run(rows_of(8), HORIZON)
     return {"cpu": process_time()}
 
 
 def kernel_load() -> dict[str, Any]:
-    """How long it takes to have the kernel of W, once its IR is there."""
-    from studies.performance.effort import rows_of
-    from studies.performance.kernels import ir, varied
-    from studies.performance.workload import workload
-    from workbench.simulate.kernel.llvm import compiled
+    """The seconds to have the kernel of W, once its IR is there."""
+    from studies.performance.arithmetic import llvm, time_loop
 
-    text = ir(workload(), varied(rows_of(8)))
+    text = time_loop(workload(), VARIED_COLUMNS)
     begin = process_time()
-    compiled(text)
+    llvm.compiled(text)
     return {"load": process_time() - begin}
+
+
+def chain(n: int) -> Step:
+    """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
+    import workbench as wb
+    from workbench.robots.arm_catalogue import planar
+
+    ones, rest = np.ones(n), np.zeros(n)
+    arm = wb.Manipulator(planar(n), q=rest)
+    law = wb.PID(Kp=400 * ones, Ki=rest, Kd=80 * ones)
+    return rk4(wb.ClosedLoop(arm, wb.FullState(n), law, wb.Hold(rest)).ode(), H)
 
 
 def compilation(*links: int) -> dict[str, Any]:
     """For arms of so many links the operations of a step, and the seconds from the step to machine code."""
-    from studies.performance.kernels import flops, ir
-    from studies.performance.links import chain
-    from workbench.core import rk4
-    from workbench.simulate.kernel.llvm import compiled
+    from studies.performance.arithmetic import flops, llvm, time_loop
 
     found: dict[str, list[float]] = {"flops": [], "cpu": []}
-    compiled(ir(rk4(chain(1), H), (0,)))  # LLVM's own beginnings
+    llvm.compiled(time_loop(chain(1), (0,)))  # LLVM's own beginnings
     for n in links:
-        step = rk4(chain(n), H)
+        step = chain(n)
         _ = step.F
         begin = process_time()
-        compiled(ir(step, (0,)))
+        llvm.compiled(time_loop(step, (0,)))
         found["cpu"].append(process_time() - begin)
         found["flops"].append(flops(step, (0,)))
     return found
@@ -57,24 +62,18 @@ def compilation(*links: int) -> dict[str, Any]:
 
 def many_runs(runs: int) -> dict[str, Any]:
     """The most memory, in bytes, that this process held while it ran so many runs for 200 steps."""
-    from studies.performance.effort import ours, rows_of
-
-    ours(rows_of(runs), 200 * H)
-    return {"bytes": _most_memory()}
+    run(rows_of(runs), 200 * H)
+    return {"bytes": most_memory()}
 
 
-def _most_memory() -> float:
-    status = Path("/proc/self/status")
-    if status.exists():  # as what `getrusage` says may be that of the process which started this one
-        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
-        return 1024.0 * int(line.split()[1])
-    import resource
-
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+def most_memory() -> float:
+    """The most memory of this process, in bytes, by Linux; `getrusage` may tell that of the one which started it."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return 1024.0 * int(next(line for line in lines if line.startswith("VmHWM")).split()[1])
 
 
 def in_a_process(probe: Callable[..., dict[str, Any]], *numbers: int, cache: str) -> dict[str, Any]:
-    """What a function of this file finds in a process of its own, with its whole `wall` time in s.
+    """The findings of a function of this file in a process of its own, with its whole `wall` time in s.
 
     Parameters
     ----------
@@ -83,17 +82,7 @@ def in_a_process(probe: Callable[..., dict[str, Any]], *numbers: int, cache: str
     """
     call = f"import json, sys; from {__name__} import {probe.__name__} as probe; "
     call += f"sys.stdout.write(json.dumps(probe(*{list(numbers)})))"
+    environment = {**os.environ, "WORKBENCH_CACHE": cache}
     begin = perf_counter()
-    done = subprocess.run(
-        [sys.executable, "-c", call],
-        env={**os.environ, "WORKBENCH_CACHE": cache},
-        stdout=subprocess.PIPE,
-        check=True,
-        text=True,
-    )
+    done = subprocess.run([sys.executable, "-c", call], env=environment, stdout=subprocess.PIPE, check=True, text=True)
     return {"wall": perf_counter() - begin, **json.loads(done.stdout)}
-
-
-def fresh() -> TemporaryDirectory[str]:
-    """An empty folder of kernels."""
-    return TemporaryDirectory(prefix="workbench-bench-")

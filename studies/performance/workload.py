@@ -9,9 +9,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Step, rk4
+from workbench.simulate import simulate
 from workbench.validation.refusals import Array
 
 H, HORIZON = 1e-3, 10.0  # s
+SEED = 20  # of all parameters that are drawn
 
 STATES = Layout(
     (
@@ -63,7 +65,7 @@ VARIED: Mapping[str, tuple[float, float]] = {
     "gamma": (0.5, 1.5),
     "sigma": (0.5, 1.5),
 }
-VARIED_NUMBERS = sum(PARAMETERS[name].size for name in VARIED)
+VARIED_COLUMNS = tuple(i for name in VARIED for i in range(PARAMETERS.size)[PARAMETERS.slice(name)])
 MEMORY = Layout((Entry("tau_before", np.zeros(2), "N m"), Entry("variation", np.zeros(()), "N m")))
 
 
@@ -144,10 +146,11 @@ def workload(h: float = H) -> Step:
     return step.extended(MEMORY, symbols, MEMORY.flatten({"tau_before": tau, "variation": z["variation"] + change}))
 
 
-def draw(rng: np.random.Generator, runs: int) -> Array:
-    """Parameters of so many runs, (B, 40), ten of them varied."""
+def rows_of(runs: int) -> Array:
+    """Parameters (B, 40) of the first so many runs, the same ones in every measurement."""
     rows, column = np.tile(PARAMETERS.default, (runs, 1)), 0
-    even = rng.random((runs, VARIED_NUMBERS))  # row by row, so that more runs begin with the same ones
+    # drawn row by row, so that more runs begin with the same ones
+    even = np.random.default_rng(SEED).random((runs, len(VARIED_COLUMNS)))
     for name, (low, high) in VARIED.items():
         size = PARAMETERS[name].size
         rows[:, PARAMETERS.slice(name)] *= low + (high - low) * even[:, column : column + size]
@@ -158,3 +161,8 @@ def draw(rng: np.random.Generator, runs: int) -> Array:
 def rmse(x: Array, horizon: float) -> Array:
     """The root of the mean square error of each joint (..., 2) from states (..., >= 21) at the horizon [s]."""
     return np.asarray(np.sqrt(x[..., STATES.slice("ise")] / horizon))
+
+
+def run(p: Array, horizon: float, h: float = H) -> Array:
+    """The RMSE (B, 2) by the engine at the step h [s], with nothing kept but the end."""
+    return rmse(simulate(workload(h), p, until=horizon, every=horizon).x[:, -1], horizon)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import platform
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import Any
 
 from workbench import __version__
@@ -15,6 +16,7 @@ from workbench.study.document.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 from workbench.validation.refusals import several
 
+TIMED = ("control-workbench", "casadi", "control", "jax", "llvmlite", "numba", "numpy", "scipy")
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")
 
 
@@ -71,3 +73,20 @@ def _said(part: str, function: Callable[[Results], Any], results: Results) -> An
     call = f"Study({part}=...)(results)"
     found = answer(call, function, results)
     return answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
+
+
+def testbed() -> str:
+    """The processor and the versions that times were measured with, in words: nothing else of the machine is told."""
+    table = Path("/proc/cpuinfo")
+    lines = table.read_text().splitlines() if table.exists() else []
+    models = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    versions = [f"python {platform.python_version()}"]
+    for package in TIMED:
+        try:
+            versions.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            continue
+    return (
+        f"Measured on {next(models, platform.processor() or platform.machine())} with {', '.join(versions)}. These are "
+        "times: another run of this study gives other digits, and a machine that others use too gives longer ones."
+    )

@@ -19,10 +19,9 @@ def test_equal_operations_are_counted_once():
 
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_the_catalogue_obeys_lagranges_equation_of_its_energies(name):
-    measured = measurements
     arm = named(name)
     # rounding of some hundred operations, relative to the largest term
-    assert measured.by_energies(arm, Dynamics.of(arm, symbolic=False)) < 1e-14
+    assert measurements.by_energies(arm, Dynamics.of(arm, symbolic=False)) < 1e-14
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -43,7 +42,7 @@ def test_sympy_derives_the_same_chain(method):
     pytest.importorskip("sympy")
     from studies.b0_robots import sympy_chain as chain
 
-    found = chain.measured(method, 2)
+    found = chain.measure(method, 2)
     for letter, ours in zip("MCG", Dynamics.of(planar(2)).matrices(*chain.values(2)), strict=True):
         # numbers of size 1 to 20, a dozen operations each
         np.testing.assert_allclose(found["at"][letter], ours, rtol=0, atol=1e-13)

@@ -1,0 +1,214 @@
+"""The study of speed: the workload, its right-hand sides, and the table; no time is asserted."""
+
+import re
+import subprocess
+import sys
+import tomllib
+from dataclasses import replace
+
+import casadi as ca
+import house_rules as rules
+import numpy as np
+import pytest
+
+from studies.performance import measurements, study
+from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
+from studies.performance.figures import speed_figure
+from studies.performance.measurements import Effort, Row
+from studies.performance.peers import PEERS, Peer, casadi_cvodes
+from studies.performance.processes import chain
+from studies.performance.right_hand_sides import in_matrices, in_scalars
+from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
+from workbench.core import Dynamics, Entry, Layout, Ode, rk4
+from workbench.robots import paper_arm
+from workbench.simulate import simulate
+from workbench.study.document.document import Strong
+
+TINY = Effort(
+    horizon=0.01,
+    repetitions=1,
+    processes=1,
+    seconds=1e-9,
+    runs=8,
+    batch=8,
+    samples=4,
+    sizes=(8,),
+    fallback=8,
+    many=8,
+    links=(2, 3),
+)
+
+
+def test_w_has_21_states_and_40_parameters_of_which_10_vary():
+    p = rows_of(50)
+    assert (loop().states.size, loop().parameters.size) == (21, 40)
+    assert (p != p[0]).any(axis=0).sum() == 10
+    for name, (low, high) in VARIED.items():
+        times = p[:, PARAMETERS.slice(name)] / PARAMETERS[name].default
+        assert low <= times.min() < times.max() <= high
+
+
+def test_more_runs_begin_with_the_same_ones():
+    np.testing.assert_array_equal(rows_of(20)[:7], rows_of(7))
+
+
+def test_w_is_stable_and_its_error_is_that_of_its_prototype():
+    step = workload()
+    runs = simulate(step, np.vstack([PARAMETERS.default, rows_of(63)]), until=10.0, every=10.0)
+    assert not runs.diverged.any()
+    # the prototype left out the friction, which damps the first swing of joint 1 by a few percent
+    np.testing.assert_allclose(rmse(runs.x[0, -1], 10.0), (0.83, 0.94), rtol=0.08)
+
+
+def test_the_arm_of_w_is_that_of_the_paper():
+    q, qd, mass, length, gravity = (ca.SX.sym(name, size) for name, size in zip("qvmlg", (2, 2, 2, 2, 1), strict=True))
+    ours = ca.Function("arm", [q, qd, mass, length, gravity], list(arm(q, qd, mass, length, gravity)))
+    state = [0.4, -1.1], [0.7, 1.9]
+    derived = Dynamics.of(paper_arm()).matrices(*state)
+    for mine, theirs in zip(ours(*state, [1, 1], [1, 1], 9.81), derived, strict=True):
+        # sums of some ten terms of size 1 to 20
+        np.testing.assert_allclose(np.array(mine).reshape(theirs.shape), theirs, rtol=0, atol=1e-13)
+
+
+def by_hand(rate, steps):
+    """State and total variation after so many steps of RK4."""
+    x, before, variation = STATES.default, None, 0.0
+    for k in range(steps):
+        t = k * H
+        k1, tau = rate(t, x)
+        k2, _ = rate(t + H / 2, x + H / 2 * k1)
+        k3, _ = rate(t + H / 2, x + H / 2 * k2)
+        k4, _ = rate(t + H, x + H * k3)
+        x = x + H / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
+        variation += 0.0 if before is None else np.abs(tau - before).sum()
+        before = tau
+    return x, variation
+
+
+def scalars(p):
+    rate = in_scalars(np)
+
+    def both(t, x):
+        parts = np.array(rate(t, x, p))
+        return parts[: STATES.size], parts[STATES.size :]
+
+    return both
+
+
+@pytest.mark.parametrize("written", [in_matrices, scalars])
+def test_the_right_hand_side_written_by_hand_is_that_of_casadi(written):
+    p, steps = rows_of(3)[2], 300
+    step = workload()
+    x = step.states.default
+    for k in range(steps):
+        x = np.array(step.F(k, x, p, [])).ravel()
+    state, variation = by_hand(written(p), steps)
+    # rounding of 300 steps, which a loop that forgets its past does not amplify
+    np.testing.assert_allclose(state, x[: STATES.size], rtol=1e-11, atol=1e-12)
+    np.testing.assert_allclose(variation, x[-1], rtol=1e-10)
+
+
+@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.package)
+def test_a_peer_runs_the_same_loop(peer):
+    if not peer.installed:
+        pytest.skip("not installed")
+    p, horizon = rows_of(3), 0.2
+    # RK4 at the same step differs by rounding, a solver of variable step by its tolerance
+    tolerance = {"control": 1e-2, "scipy": 1e-4}.get(peer.package, 1e-12)
+    np.testing.assert_allclose(peer.runner(horizon)(p), run(p, horizon), rtol=tolerance)
+
+
+def test_cvodes_comes_nearer_to_the_fine_reference_as_its_tolerance_shrinks():
+    p, horizon = rows_of(3), 0.2
+    wanted = run(p, horizon, 1e-5)
+    errors = [measurements.error(casadi_cvodes(horizon, tolerance)(p), wanted) for tolerance in (1e-3, 1e-5, 1e-8)]
+    assert errors[0] > 10 * errors[1] > 100 * errors[2]
+
+
+def test_the_peak_kernel_adds_one_in_every_chain():
+    rounds = 1000
+    np.testing.assert_array_equal(peak_sum(rounds), rounds * UNROLLED * CHAINS)
+
+
+def decays(n):
+    """So many numbers that decay, each at its own rate."""
+    states, parameters = (Layout((Entry(name, np.ones(n)),)) for name in ("x", "rate"))
+    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+    return rk4(Ode.of("decays", states, parameters, (t, x, p), {"x": -p * ca.sin(x)}, {"e": x}), 0.1)
+
+
+def test_twice_the_equations_are_twice_the_operations():
+    assert 4 * 10 < flops(decays(1), (0,)) < 4 * 60  # four sines by polynomials, and what is around them
+    assert flops(decays(6), range(6)) == 6 * flops(decays(1), (0,))
+
+
+def test_the_coarsest_setting_within_the_error_is_found_from_above():
+    found = measurements.coarsest(lambda h: h**2, 1e-4, 1e-5, 1.0)
+    assert found <= 1e-2 * (1 + 1e-9) < found * 10 ** (1 / measurements.STEPS_A_DECADE) * (1 + 2e-9)
+    with pytest.raises(ValueError, match="has a larger error at every setting down to 0.1"):
+        measurements.coarsest(lambda h: h, 1e-3, 0.1, 1.0)
+
+
+def test_a_run_that_is_lost_counts_as_infinitely_wrong():
+    assert measurements.error(np.array([[np.nan, 1.0]]), np.ones((1, 2))) == np.inf
+
+
+def test_the_table_has_a_row_for_each_bar():
+    there = Peer("one that is there", "numpy", 1e9, 2, lambda horizon: lambda p: run(p, horizon))
+    absent = Peer("one that is not", "no_such_package", 7.0, 2, lambda horizon: pytest.fail("it is not there"))
+    first, second, *rest = measurements.table_rows(TINY, (there, absent))
+    assert len(rest) == len(measurements.EQUAL) + 8
+    assert (first.reached, first.runs_per_s > 0, first.error < 1) == (False, True, True)
+    assert (second.reached, second.value, second.note[:13]) == (None, None, "not installed")
+    assert {row.name for row in rest if row.reached is None} <= {"two threads over one"}  # which needs two
+
+
+def test_the_peers_are_needed_anyhow_or_named_by_the_extra_that_installs_them():
+    project = tomllib.loads((rules.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named_there = project["dependencies"] + project["optional-dependencies"]["peers"]
+    assert {peer.package for peer in PEERS} <= {re.match(r"[\w-]+", line)[0] for line in named_there}
+
+
+def test_compile_time_is_fitted_over_the_size(monkeypatch):
+    monkeypatch.setattr(measurements, "compilation", lambda effort: tuple((n, 10.0 * n, n**2 / 9) for n in (2, 4, 8)))
+    assert measurements.growth(TINY).value == pytest.approx(2.0)
+
+
+def test_the_loop_of_n_links_comes_to_rest_where_it_hangs():
+    step = chain(3)
+    runs = simulate(step, x0=step.states.pack({"plant.q": [0.3, -0.2, 0.1]}), until=4.0, every=4.0)
+    assert np.abs(runs["q"][0, -1]).max() < 0.01
+
+
+def test_the_report_tells_of_every_row():
+    rows = [
+        Row("slow peer", 10.0, 4.5, runs_per_s=3.0, error=1e-3),
+        Row("absent peer", 14.0, note="not installed"),
+        Row("memory", 1.0, 0.25, "GB", at_most=True, note="in 3 s"),
+    ]
+    assert study.bars(rows).rows == (
+        ("slow peer", "3", "4.5 x", "≥ 10 x", "1.0e-03", Strong("MISSED")),
+        ("absent peer", None, None, "≥ 14 x", None, "not measured"),
+        ("memory", None, "0.25 GB", "≤ 1 GB", None, "reached"),
+    )
+    (panel,) = speed_figure(rows).panels
+    assert "slow peer" in [series.label for series in panel.series]
+    assert "absent peer" not in [series.label for series in panel.series]
+
+
+def test_a_peer_is_imported_by_its_own_file_alone_and_only_when_it_runs():
+    assert rules.open_side_doors({"studies/performance/peers.py": "import control"}) == []
+    assert rules.open_side_doors({"studies/performance/study.py": "import control"})
+    code = "import sys, studies.performance.study; sys.exit(bool({'jax', 'numba'} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_pilot_chooses_steps_with_the_error_asked_for_in_the_runs_of_a_call(monkeypatch):
+    effort = replace(TINY, horizon=0.1, batch=12, samples=6)
+    runner, _ = measurements.by_pilot(1e-4, effort)
+    found = runner(rows_of(effort.batch))
+    assert found.shape == (12, 2)
+    assert measurements.error(found, measurements.reference(effort)) <= 1e-4
+    monkeypatch.setattr(measurements, "OURS", (1e-2, 1e-1))  # a search that finds nothing tries all there is
+    with pytest.raises(ValueError, match="has a larger error at every setting down to"):
+        measurements.by_pilot(1e-15, effort)
