@@ -3,9 +3,9 @@
 Runs in about six minutes on two cores.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, Computed, Scenario
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
 from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, CARD, CARDED, DRAWN, contenders, name_of, sweep
 from studies.a8_fair_comparison.objective import metrics, objective
@@ -32,46 +32,33 @@ def trials(entrant: Entrant) -> tuple[Trial, ...]:
 def tunings() -> tuple[Tuning, ...]:
     """The same search for all."""
     return equal_budget(
-        {one.key: (trials(one), one.factors) for one in ALL},
+        {one.key: (trials(one), tuple(number.factor for number in one.tuned)) for one in ALL},
         objective,
         evaluations_per_number=EVALUATIONS,
         seeds=SEEDS,
-        starts={one.key: one.starts for one in ALL},
-        physical={one.key: one.physical for one in ALL},
+        starts={one.key: {number.name: (number.low, number.high) for number in one.tuned} for one in ALL},
+        physical={
+            one.key: {(number.name, end): number.why for number in one.tuned if number.ends for end in ("low", "high")}
+            for one in ALL
+        },
         settle=SETTLED,
     )
 
 
 def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     """Every law behind all that it is given in every scenario; and what is asked of some of them beside."""
-    return tuple(
-        sweep(name_of(scenario, key), loop, scenario)
-        for scenario in HELD_OUT
-        for key, loop in (*_tuned(scenario, tuned), *_again(scenario, tuned), *_beside(scenario, tuned))
-    )
-
-
-def _tuned(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Iterator[tuple[str, Computed]]:
-    """All laws with the best of their numbers."""
-    for one in ALL:
-        yield one.key, one.loop(scenario, tuned[one.key].best)
-
-
-def _again(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Iterator[tuple[str, Computed]]:
-    """The laws of least training cost as another search tuned them, and with half of the budget."""
-    for entrants in ENTRANTS.values():
-        for one in contenders(entrants, tuned):
-            for key, numbers in AGAIN.items():
-                yield one.key + key, one.loop(scenario, numbers(tuned[one.key]))
-
-
-def _beside(scenario: Scenario, tuned: Mapping[str, Tuned]) -> Iterator[tuple[str, Computed]]:
-    """In some scenarios all laws by the card, and AOSMC-RGS less each of its parts."""
-    if scenario.name == CARDED:
-        for one in ENTRANTS[BOTH.key]:
-            yield one.key + CARD, one.loop(scenario, one.card)
-    if scenario.name in ABLATED:
-        yield from PROPOSAL.loop(scenario, tuned[PROPOSAL.key].best).ablations().items()
+    made = []
+    for scenario in HELD_OUT:
+        loops = {one.key: one.loop(scenario, tuned[one.key].best) for one in ALL}
+        for entrants in ENTRANTS.values():
+            for one in contenders(entrants, tuned):
+                loops |= {one.key + kind: one.loop(scenario, best(tuned[one.key])) for kind, (_, best) in AGAIN.items()}
+        if scenario.name == CARDED:
+            loops |= {one.key + CARD: one.loop(scenario, one.card) for one in ENTRANTS[BOTH.key]}
+        if scenario.name in ABLATED:
+            loops |= loops[PROPOSAL.key].ablations()
+        made += [sweep(name_of(scenario, key), loop, scenario) for key, loop in loops.items()]
+    return tuple(made)
 
 
 study = Study(
