@@ -71,8 +71,8 @@ def winner(evidence: Evidence, given: Given) -> Verdict:
         f"once with {100 * FAMILY:g} %, a difference counts beyond {100 * MARGIN:g} %.",
         given=f"To each law {given.words}{', and to all but PID a model' if given in (READINGS, FILTER) else ''}; its "
         "numbers by searches with one budget a number.",
-        reversal=f"{turned or 'Nothing that was tried'}, of the other statistics, all scenarios together, another "
-        "search and half of the budget.",
+        reversal=f"{turned or 'Nothing'}. Tried were the other statistics, all scenarios together, another search and "
+        "half of the budget.",
     )
 
 

@@ -69,16 +69,12 @@ study = Study(
         "given, the search, the budget? Which part of AOSMC-RGS makes the difference?"
     ),
     method=(
-        "All laws run on a computer, with the same noisy readings, torque limit and wrong model. Each stands behind "
-        "each of four: the readings, a filter of the velocity, observer (10), and that with an observer of the "
-        "disturbance. Each of these pairs is tuned for one objective in two training scenarios, by three searches "
-        "of their own noise, with a budget for each number; a search ends once a quarter of its budget gained at "
-        "most 1 %, or at its budget, and its ranges have far limits. Then each is run in ten other scenarios over "
-        "the same draws of masses, lengths, friction, disturbance and start. Laws are compared where they are given "
-        "the same. The statistic asked is the mean cost, as costs add up over many uses; median, 90 % quantile, "
-        "mean of the worst tenth and rate of success stand beside it, and where one of them turns a verdict round, "
-        "that is the verdict. Intervals hold for all pairs and all scenarios at once. The laws of least training "
-        "cost are run again as another search tuned them, and with half of the budget."
+        "Twelve laws run on a computer with the same noisy readings, torque limit and wrong model, each behind each of "
+        "four: raw readings, a filter, observer (10), and that with an observer of the disturbance. Each pair is tuned "
+        "for one cost in two training scenarios, by three searches of one budget a number, and judged in ten others "
+        "over the same draws of arm, disturbance and start. Laws are compared where they are given the same. The mean "
+        "cost is asked, as costs add up; what another statistic, search or budget turns round depends. Intervals hold "
+        "for all pairs and all scenarios at once."
     ),
     cases=cases,
     tunings=tunings(),
