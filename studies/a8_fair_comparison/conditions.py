@@ -1,4 +1,4 @@
-"""What every law of a8 is put into: an arm that is not the model's, instruments with noise, a computer, scenarios."""
+"""The conditions of every law of a8: an arm that is not the model's, instruments with noise, a computer, scenarios."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Scenario:
     limit
         (2,), of the torque, in N m.
     slow
-        How many milliseconds a period of the computer lasts; from 2 on its torque comes a period late.
+        The milliseconds of a period of the computer; from 2 on its torque comes a period late.
     """
 
     name: str
@@ -68,7 +68,7 @@ class Scenario:
 
     @property
     def jumps(self) -> bool:
-        """Whether the reference does."""
+        """True if the reference does."""
         return isinstance(self.reference, SquareWave)
 
     @property
@@ -89,9 +89,9 @@ class Scenario:
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
-    def loop(self, observer: AbstractObserver, law: AbstractController) -> Computed:
+    def loop(self, observer: AbstractObserver, controller: AbstractController) -> Computed:
         """A law under these conditions."""
-        closed = ClosedLoop(self.plant, observer, law, self.reference)
+        closed = ClosedLoop(self.plant, observer, controller, self.reference)
         instruments = Instruments.of(
             closed.plant,
             noise={"q": self.noise * NOISE_Q, "qd": self.noise * NOISE_QD},
@@ -115,12 +115,6 @@ class Computed:
         """The loop between instants, and at them."""
         how = {"delay": self.delay, "integrator": self.integrator, "name": name}
         return self.loop.digital(self.period, self.instruments, **how)
-
-    @property
-    def estimates(self) -> tuple[str, ...]:
-        """The paths of the first positions of a state observer, if there is one: they are the first reading."""
-        names = self.loop.observer.memory.names
-        return tuple(f"observer.{name}" for name in names if name.split(".")[-1] == "q_hat")
 
     def ablations(self) -> dict[str, Computed]:
         """The loop less each of its parts."""
@@ -151,26 +145,30 @@ HELD_OUT = (
 )
 
 
+SHARES = (  # of the arm's own numbers: name, paths, lowest and highest
+    ("first mass", ("plant.arm.links[0].mass",), 0.8, 1.2),
+    ("second mass", ("plant.arm.links[1].mass",), 0.8, 1.2),
+    ("first length", ("plant.arm.links[0].length",), 0.97, 1.03),
+    ("second length", ("plant.arm.links[1].length",), 0.97, 1.03),
+    ("friction", ("plant.friction.viscous", "plant.friction.coulomb"), 0.0, 2.0),
+    ("disturbance amplitude", ("plant.disturbance.amplitude",), 0.0, 2.0),
+    ("disturbance frequency", ("plant.disturbance.frequency",), 0.5, 2.0),
+)
+
+
+def first_estimates(observer: AbstractObserver) -> list[str]:
+    """The paths of the first positions of a state observer, if there is one: they are the first reading."""
+    return [name for name in observer.memory.names if name.split(".")[-1] == "q_hat"]
+
+
 def uncertain(scenario: Scenario, loop: Computed) -> tuple[Factor, ...]:
-    """What is drawn anew in each run of a loop."""
-    friction = ("plant.friction.viscous", "plant.friction.coulomb")
-    shares = (
-        ("first mass", ("plant.arm.links[0].mass",), 0.8, 1.2),
-        ("second mass", ("plant.arm.links[1].mass",), 0.8, 1.2),
-        ("first length", ("plant.arm.links[0].length",), 0.97, 1.03),
-        ("second length", ("plant.arm.links[1].length",), 0.97, 1.03),
-        ("friction", friction, 0.0, 2.0),
-        ("disturbance amplitude", ("plant.disturbance.amplitude",), 0.0, 2.0),
-        ("disturbance frequency", ("plant.disturbance.frequency",), 0.5, 2.0),
+    """The factors that are drawn anew in each run of a loop."""
+    starts = ("plant.q", *(f"observer.{path}" for path in first_estimates(loop.loop.observer)))
+    return (
+        *(Factor(name, paths, Uniform(low, high), share=True) for name, paths, low, high in SHARES),
+        *(Factor(f"phase {j + 1}", (f"plant.disturbance.phase[{j}]",), Uniform(0.0, 2 * np.pi)) for j in (0, 1)),
+        *(
+            Factor(f"start {j + 1}", tuple(f"{path}[{j}]" for path in starts), Uniform(q - 0.2, q + 0.2))
+            for j, q in enumerate(scenario.start)
+        ),
     )
-    phases = tuple(
-        Factor(f"phase {j + 1}", (f"plant.disturbance.phase[{j}]",), Uniform(0.0, 2 * np.pi)) for j in (0, 1)
-    )
-    starts = tuple(
-        Factor(
-            f"start {j + 1}", (f"plant.q[{j}]", *(f"{path}[{j}]" for path in loop.estimates)), Uniform(q - 0.2, q + 0.2)
-        )
-        for j, q in enumerate(scenario.start)
-    )
-    spread = tuple(Factor(name, paths, Uniform(low, high), share=True) for name, paths, low, high in shares)
-    return spread + phases + starts

@@ -1,87 +1,74 @@
-"""What a law is given in a8, and each law behind it: laws are compared where they are given the same."""
+"""All that a law is given in a8, and each law behind it: laws are compared where they are given the same."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
-from studies.a8_fair_comparison.conditions import Computed, Scenario
-from studies.a8_fair_comparison.laws import LAWS, PROPOSED, I, Law, Numbers, Sought, diagonal
+import numpy as np
+
+from studies.a8_fair_comparison.conditions import Computed, Scenario, first_estimates
+from studies.a8_fair_comparison.laws import DIAGONAL, LAWS, PROPOSED, Law, Sought, one
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from workbench.controllers import WithCompensation
-from workbench.loop import AbstractController, AbstractObserver
+from workbench.loop import AbstractObserver
 from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, VelocityFilter, WithDisturbance
-from workbench.study.uncertainty.factors import Factor
 
-Position = tuple[float, float]
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
 class Given:
-    """What stands between the instruments and a law.
-
-    Attributes
-    ----------
-    key
-        Part of the names of files.
-    name
-        As the head of a column.
-    make
-        From its numbers by name and the arm's first position to the observer.
-    estimates_d
-        Whether D_hat is estimated, and therefore added to the torque of each law.
-    """
+    """All that stands between the instruments and a law: in files by its `key`, in columns by its `name`."""
 
     key: str
     name: str
     words: str
-    make: Callable[[Numbers, Position], AbstractObserver]
+    observer: AbstractObserver
     tuned: tuple[Sought, ...] = ()
-    estimates_d: bool = False
 
-
-def luenberger(x: Numbers, start: Position) -> Luenberger:
-    """(10) in Cayley steps, from the position that a first reading without noise gives."""
-    return Luenberger(ARM, x["L1"] * I, x["L2"] * I, q_hat=start, integrator="cayley")
+    @property
+    def estimates_d(self) -> bool:
+        """True if D_hat is estimated, and therefore added to the torque of each law."""
+        return isinstance(self.observer, WithDisturbance)
 
 
 def gains(path: str) -> tuple[Sought, Sought]:
     """The gains of (10) below a path."""
     return (
-        Sought("L1", diagonal(f"{path}.L1"), 1.0, 400.0, 30.0, "1/s"),
-        Sought("L2", diagonal(f"{path}.L2"), 50.0, 40000.0, 50.0, "1/s^2"),
+        one(f"{path}.L1", 1.0, 400.0, 30.0, "1/s", DIAGONAL),
+        one(f"{path}.L2", 50.0, 40000.0, 50.0, "1/s^2", DIAGONAL),
     )
 
 
-CUT_OFF = Sought(
-    "omega", ("observer.omega",), 10.0, 1000.0, 200.0, "rad/s", (0.01, 10000.0), "the filter passes what it reads on"
-)
-PACE = Sought("l", ("observer.disturbance.l",), 1.0, 100.0, CARD["l"], "1/s")
-READINGS = Given("readings", "raw readings", "positions and velocities as read", lambda x, start: FullState(2))
+PASSES = "the filter passes what it reads on"
+LUENBERGER = Luenberger(ARM, np.eye(2), np.eye(2), q_hat=(0.0, 0.0), integrator="cayley")
+ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, CARD["l"], "1/s"))
+READINGS = Given("readings", "raw readings", "positions and velocities as read", FullState(2))
 FILTER = Given(
     "filter",
     "filtered velocity",
     "positions as read, velocities through a filter of first order",
-    lambda x, start: VelocityFilter(2, x["omega"]),
-    (CUT_OFF,),
+    VelocityFilter(2, 200.0),
+    (one("observer.omega", 10.0, 1000.0, 200.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
-OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", luenberger, gains("observer"))
+OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
 BOTH = Given(
     "both",
     "observer (10) and D_hat",
     "positions, observer (10), and an observer of the momentum for D",
-    lambda x, start: WithDisturbance(luenberger(x, start), MomentumObserver(ARM, x["l"])),
-    (*gains("observer.state"), PACE),
-    estimates_d=True,
+    WithDisturbance(LUENBERGER, MomentumObserver(ARM, CARD["l"])),
+    ALL_GAINS,
 )
 ORACLE = Given(
     "oracle",
     "oracle",
     "positions, observer (10), and the true disturbance through a filter: (24) as repaired",
-    lambda x, start: WithDisturbance(luenberger(x, start), OracleFilter(2, x["l"])),
-    (*gains("observer.state"), PACE),
-    estimates_d=True,
+    WithDisturbance(LUENBERGER, OracleFilter(2, CARD["l"])),
+    ALL_GAINS,
 )
 GIVEN = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
 
@@ -105,48 +92,51 @@ class Entrant:
 
     @property
     def compensated(self) -> bool:
-        """Whether D_hat is added to the torque of the law from outside."""
+        """True if D_hat is added to the torque of the law from outside."""
         return self.given.estimates_d and not self.law.counts_on_d
 
     @property
     def tuned(self) -> tuple[Sought, ...]:
         """The numbers of the law, then those of what stands before it."""
-        own = tuple(
-            replace(one, paths=tuple(path.replace("controller.", "controller.law.") for path in one.paths))
-            if self.compensated
-            else one
-            for one in self.law.tuned
+        inside = "controller.law." if self.compensated else "controller."
+        own = (
+            replace(sought, paths=tuple(path.replace("controller.", inside) for path in sought.paths))
+            for sought in self.law.tuned
         )
         return (*own, *self.given.tuned)
 
     @property
-    def factors(self) -> tuple[Factor, ...]:
-        """What a tuning varies."""
-        return tuple(one.factor for one in self.tuned)
-
-    @property
-    def starts(self) -> dict[str, tuple[float, float]]:
-        """Where a search begins."""
-        return {one.name: (one.low, one.high) for one in self.tuned}
-
-    @property
-    def physical(self) -> dict[tuple[str, str], str]:
-        """The limits that are physical, in words."""
-        return {(one.name, end): one.why for one in self.tuned if one.ends for end in ("low", "high")}
-
-    @property
     def card(self) -> dict[str, float]:
         """The numbers of the card."""
-        return {one.name: one.card for one in self.tuned}
+        return {sought.name: sought.card for sought in self.tuned}
 
     def loop(self, scenario: Scenario, numbers: Mapping[str, float]) -> Computed:
         """The law with these numbers in a scenario."""
-        law: AbstractController = self.law.make(numbers)
-        observer = self.given.make(numbers, scenario.start)
-        return scenario.loop(observer, WithCompensation(law) if self.compensated else law)
+        law = WithCompensation(self.law.block) if self.compensated else self.law.block
+        observer = self.given.observer
+        for path in first_estimates(observer):
+            observer = with_number(observer, path, scenario.start)
+        blocks = {"controller": law, "observer": observer}
+        for sought in self.tuned:
+            for path in sought.paths:
+                block, _, inside = path.partition(".")
+                blocks[block] = with_number(blocks[block], inside, numbers[sought.name])
+        return scenario.loop(**blocks)
+
+
+def with_number(block: T, path: str, value: float | tuple[float, ...]) -> T:
+    """A block with another number at a path such as `law.K[0,1]`, or at all places of its field."""
+    head, _, rest = path.partition(".")
+    name, *index = re.findall(r"\w+", head)
+    old = getattr(block, name)
+    if rest:
+        return replace(block, **{name: with_number(old, rest, value)})
+    new = np.array(old, dtype=float)
+    new[tuple(map(int, index)) or ...] = value
+    return replace(block, **{name: new if new.shape else float(new)})
 
 
 ENTRANTS = {given.key: tuple(Entrant(law, given) for law in LAWS) for given in GIVEN}
-PROPOSAL = next(one for one in ENTRANTS[BOTH.key] if one.law.name == PROPOSED)
+PROPOSAL = next(entrant for entrant in ENTRANTS[BOTH.key] if entrant.name == PROPOSED)
 TOLD = Entrant(PROPOSAL.law, ORACLE)
-ALL = (*(one for entrants in ENTRANTS.values() for one in entrants), TOLD)
+ALL = (*(entrant for entrants in ENTRANTS.values() for entrant in entrants), TOLD)

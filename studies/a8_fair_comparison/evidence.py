@@ -1,16 +1,17 @@
-"""From the runs of a8 to evidence: which law costs how much in which scenario, draw by draw."""
+"""The evidence of a8: the cost of each law draw by draw, judged by its mean and by all that could turn a verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, Scenario, uncertain
-from studies.a8_fair_comparison.entrants import Entrant
-from studies.a8_fair_comparison.laws import PROPOSED, Numbers
-from studies.a8_fair_comparison.objective import TERMS, Term, both, cost, metrics
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD, Entrant
+from studies.a8_fair_comparison.laws import PROPOSED
+from studies.a8_fair_comparison.objective import TERMS, Term, cost, metrics
 from workbench.study.contract import Run
 from workbench.study.evidence import (
     Judgement,
@@ -31,39 +32,47 @@ from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
-from workbench.validation.refusals import Array
 
+Samples = Mapping[str, Sample]  # by the names of laws
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
-CARD = "_card"  # a kind of sweeps
-CARDED = "paper"  # that in which the numbers of the card are tried
+CARD, CARDED = "_card", "paper"  # a kind of sweeps, and the scenario in which the numbers of the card are tried
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
 ASKED = Mean()
 OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
 MARGIN = 0.02  # of the smaller value: what is closer is no difference to an engineer, however sure
 FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out scenarios
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
-RESAMPLES = 4000
-SEED = 88
+RESAMPLES, SEED = 4000, 88
 DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
 CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
+AS_TUNED = "as tuned, fewer laws"
+WEIGHTS = {
+    "as tuned for": (1.0, 1.0, 1.0, 1.0),
+    "error alone": (1.0, 1.0, 0.0, 0.0),
+    "late error four times": (1.0, 4.0, 1.0, 1.0),
+    "chattering four times": (1.0, 1.0, 4.0, 1.0),
+    "effort four times": (1.0, 1.0, 1.0, 4.0),
+    "late error alone": (0.0, 1.0, 0.0, 0.0),
+    "chattering alone": (0.0, 0.0, 1.0, 0.0),
+}
 
 
-def other_search(tuned: Tuned) -> Numbers:
+def other_search(tuned: Tuned) -> dict[str, float]:
     """The best of the search with the least objective among those that the best numbers of all are not from."""
     own = int(np.searchsorted(np.cumsum(tuned.used), tuned.place, side="right"))
     others = (one for one in tuned.searches if one.search != own)
     return tuned.best_of(min(others, key=lambda one: float(one.bests[-1])).seed)
 
 
-def half_budget(tuned: Tuned) -> Numbers:
+def half_budget(tuned: Tuned) -> dict[str, float]:
     """The best of the first evaluations of each search, half as many as the shortest of them used."""
     return tuned.best_within(min(tuned.used) // 2)
 
 
-AGAIN: Mapping[str, Callable[[Tuned], Numbers]] = {"_other": other_search, "_half": half_budget}
-FEW = "_few"  # the same laws as tuned
-WORDS = {FEW: "as tuned, fewer laws", "_other": "another search", "_half": "half of the budget"}
-TOGETHER = "all scenarios together"
+AGAIN: Mapping[str, tuple[str, Callable[[Tuned], dict[str, float]]]] = {  # a kind of sweeps to its words and numbers
+    "_other": ("another search", other_search),
+    "_half": ("half of the budget", half_budget),
+}
 
 
 def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
@@ -79,64 +88,141 @@ def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
     return Sweep(name, Run(loop, metrics(scenario), HORIZON, h=scenario.period, seed=DRAWN), factors, design)
 
 
-def causes_of(sample: Sample, loop: Computed, scenario: Scenario) -> Causes:
-    """Why runs of a law were lost: by its integrator, if they last where the memories move near their exact flow."""
-    lost = np.flatnonzero(np.isfinite(sample.diverged_at))
-    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
-    return causes_in_sweep(sweep(sample.name, loop, scenario), lost, ways)
-
-
 def name_of(scenario: Scenario, key: str) -> str:
     """The name of a sweep: of a law by its key, or of a part that was left out."""
     return f"{scenario.name}_{''.join(c if c.isalnum() else '_' for c in key.lower())}"
 
 
-def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
-    """The runs of some laws in a scenario, by the laws' names; of a kind, as with the numbers of the card."""
-    return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
-
-
-def cost_of(held: Mapping[str, Sample], name: str = "cost", terms: tuple[Term, ...] = TERMS) -> Paired:
-    """The cost of each run."""
+def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = "") -> Paired:
+    """The cost of each run; its error is the largest of the runs that were run again."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
-    errors = {law: sum(_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
-    return paired(values, metric=name, errors=errors, note=same_draws(held))
+    errors = {law: sum(step_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
+    return paired(values, metric=metric, unit=unit, errors=errors, note=same_draws(held))
 
 
-def metric_of(held: Mapping[str, Sample], term: Term) -> Paired:
-    """One metric of each run, both joints together."""
-    values = {law: both(sample, term.metric) for law, sample in held.items()}
-    errors = {law: _error(sample, term.metric) for law, sample in held.items()}
-    return paired(values, metric=term.metric, unit=term.unit, errors=errors, note=same_draws(held))
-
-
-def judged(values: Paired) -> Judgement:
-    """By the mean and by all else, sure enough for verdicts over all scenarios."""
-    return judge(values, ASKED, OTHERS, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
-
-
-def by_mean(values: Paired) -> Judgement:
-    """By the mean alone: for what stands beside a judgement."""
-    return judge(values, ASKED, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
-
-
-def standings(
-    runs: Mapping[str, Mapping[str, Sample]],
-    judged: Callable[[Paired], Judgement] = judged,
-    values: Callable[[Mapping[str, Sample]], Paired] = cost_of,
-) -> Standings:
-    """The runs of some laws by scenario, judged."""
-    return Standings({scenario: judged(values(held)) for scenario, held in runs.items()})
-
-
-def step_errors(sample: Sample, metric: str) -> Array:
-    """By how much a metric of both joints may change from h to h / 2, in each run that was run again and is finite."""
+def step_error(sample: Sample, metric: str) -> float:
+    """The largest change of a metric of both joints from h to h / 2; NaN if all that were run again diverged."""
     places = [i for i, (name, _, _) in enumerate(sample.columns) if name == metric]
     errors = sample.errors[:, -1, places][np.isnan(sample.diverged_at[sample.again])]
-    return np.hypot(*np.where(np.isnan(errors), np.inf, errors).T) if len(errors) else np.empty(0)
+    return float(np.hypot(*np.where(np.isnan(errors), np.inf, errors).T).max()) if len(errors) else float("nan")
 
 
-def _error(sample: Sample, metric: str) -> float:
-    """The largest of the runs that were run again: no statistic moves farther than its runs; NaN if all diverged."""
-    errors = step_errors(sample, metric)
-    return float(errors.max()) if len(errors) else float("nan")
+def weighted(held: Samples, weights: tuple[float, ...]) -> Paired:
+    """The cost with other weights: a term that counts w times has 1 / w of its acceptable value."""
+    terms = (replace(term, acceptable=term.acceptable / w) for term, w in zip(TERMS, weights, strict=True) if w)
+    return cost_of(held, tuple(terms))
+
+
+def judge_laws(values: Paired, others: Sequence[Median | Quantile | Tail | Success] = OTHERS) -> Judgement:
+    """Laws by the mean and by all else, sure enough for verdicts over all scenarios."""
+    return judge(values, ASKED, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """All judgements, made once from the runs.
+
+    Attributes
+    ----------
+    runs
+        By the key of what a law is given and by scenario.
+    cost
+        The same, judged by cost.
+    together
+        By the same key: the cost of each draw, the mean over the scenarios.
+    again
+        By the same key and by what was done: the laws of least training cost, as tuned and otherwise.
+    weighted
+        The cost of the laws behind both observers with other weights, of runs that were tuned for the first ones.
+    told
+        The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
+    card
+        The cost of the laws behind both observers with the numbers of the card, in one scenario.
+    causes
+        The causes of lost runs, by scenario, name of the law and words of what it was given.
+    parts
+        By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
+    """
+
+    runs: Mapping[str, Mapping[str, Samples]]
+    cost: Mapping[str, Standings]
+    together: Mapping[str, Judgement]
+    again: Mapping[str, Mapping[str, Standings]]
+    weighted: Mapping[str, Standings]
+    told: Mapping[str, Judgement]
+    card: Judgement
+    causes: Mapping[tuple[str, str, str], Causes]
+    parts: Mapping[str, tuple[Judgement, ...]]
+
+
+@lru_cache(maxsize=1)
+def evidence(results: Results) -> Evidence:
+    """All judgements of the runs."""
+
+    def samples(scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
+        return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
+
+    def standings(laws: Sequence[Entrant], kind: str = "") -> Standings:
+        return Standings({s.name: judge_laws(cost_of(samples(s, laws, kind))) for s in HELD_OUT})
+
+    tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
+    kinds = {AS_TUNED: ""} | {words: kind for kind, (words, _) in AGAIN.items()}
+    runs = {key: {s.name: samples(s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
+    ours = runs[BOTH.key]
+    told = {
+        s.name: {PROPOSED: ours[s.name][PROPOSED], f"{PROPOSED}, oracle": results.sample(name_of(s, TOLD.key))}
+        for s in HELD_OUT
+    }
+    carded = next(s for s in HELD_OUT if s.name == CARDED)
+    return Evidence(
+        runs,
+        {key: standings(entrants) for key, entrants in ENTRANTS.items()},
+        {key: judge_laws(mean_cost(held)) for key, held in runs.items()},
+        {
+            key: {words: standings(contenders(entrants, tuned), kind) for words, kind in kinds.items()}
+            for key, entrants in ENTRANTS.items()
+        },
+        {
+            words: Standings({s: judge_laws(weighted(held, weights), ()) for s, held in ours.items()})
+            for words, weights in WEIGHTS.items()
+        },
+        {s: judge_laws(cost_of(held), ()) for s, held in told.items()},
+        judge_laws(cost_of(samples(carded, ENTRANTS[BOTH.key], CARD))),
+        causes_of_losses(results, runs),
+        {s.name: without_parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
+    )
+
+
+def mean_cost(runs: Mapping[str, Samples]) -> Paired:
+    """The mean over the scenarios of each draw, which is the same in all of them."""
+    costs = [cost_of(held) for held in runs.values()]
+    mean = np.mean([one.values for one in costs], axis=0)
+    errors = np.mean([one.errors for one in costs], axis=0)
+    laws = costs[0].laws
+    values = dict(zip(laws, np.where(np.isinf(mean), np.nan, mean).T, strict=True))
+    off = dict(zip(laws, map(float, errors), strict=True))
+    return paired(values, metric="cost", errors=off, note=costs[0].note)
+
+
+def causes_of_losses(results: Results, runs: Mapping[str, Mapping[str, Samples]]) -> dict[tuple[str, str, str], Causes]:
+    """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
+    causes = {}
+    for given in GIVEN:
+        for scenario in HELD_OUT:
+            for one in ENTRANTS[given.key]:
+                sample = runs[given.key][scenario.name][one.name]
+                if sample.failed:
+                    loop = one.loop(scenario, results.tuned(one.key).best)
+                    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
+                    lost = np.flatnonzero(np.isfinite(sample.diverged_at))
+                    again = sweep(sample.name, loop, scenario)
+                    causes[scenario.name, one.name, given.words] = causes_in_sweep(again, lost, ways)
+    return causes
+
+
+def without_parts(results: Results, scenario: Scenario, proposed: Sample) -> tuple[Judgement, ...]:
+    """AOSMC-RGS beside itself less each of its parts: the cost first, then each of its terms."""
+    parts = PROPOSAL.loop(scenario, results.tuned(PROPOSAL.key).best).ablations()
+    held = {PROPOSED: proposed} | {part: results.sample(name_of(scenario, part)) for part in parts}
+    terms = (cost_of(held, (replace(term, acceptable=1.0),), term.metric, term.unit) for term in TERMS)
+    return tuple(judge_laws(values, ()) for values in (cost_of(held), *terms))

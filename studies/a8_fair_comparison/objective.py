@@ -1,4 +1,4 @@
-"""What every law of a8 is tuned for and judged by."""
+"""The cost that every law of a8 is tuned for and judged by."""
 
 from __future__ import annotations
 
@@ -18,22 +18,20 @@ LATE = "late RMSE"
 HALF = 0.5  # of the time, that counts as late
 
 
-def _late(jumps: bool) -> AbstractMetric:
-    """RMSE over the second half: of each level of a square wave, and of the whole run otherwise."""
-    span = LEVEL if jumps else HORIZON
-    where = "of each level" if jumps else "of the run"
-    return Integral(
+def metrics(scenario: Scenario) -> tuple[AbstractMetric, ...]:
+    """Those of a run: late is the second half of each level of a square wave, and of the whole run otherwise.
+
+    The torque is sampled as often as the computer changes it.
+    """
+    span = LEVEL if scenario.jumps else HORIZON
+    late = Integral(
         LATE,
         "rad",
-        f"root mean square of e over the second half {where}",
+        f"root mean square of e over the second half {'of each level' if scenario.jumps else 'of the run'}",
         lambda t, y: ca.if_else(ca.fmod(t, span) >= HALF * span, y["e"] ** 2, 0),
         lambda integral, horizon: np.sqrt(np.maximum(integral, 0) / (HALF * horizon)),
     )
-
-
-def metrics(scenario: Scenario) -> tuple[AbstractMetric, ...]:
-    """Those of a run; the torque is sampled as often as the computer changes it."""
-    return rmse(), _late(scenario.jumps), total_variation(scenario.period), effort()
+    return rmse(), late, total_variation(scenario.period), effort()
 
 
 @dataclass(frozen=True)
