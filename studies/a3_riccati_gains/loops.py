@@ -26,25 +26,19 @@ EVERY = 1e-3 / 12 * 30  # s: the path of P is a spline through the kept states
 def law(scenario: str, variant: str) -> AbstractController:
     """The repaired law with one choice of P; (33) with P = 0 leaves the gain at K(0)."""
     ours = proposed_repaired(scenario).controller
-    frozen = replace(ours, riccati="frozen", Q=None, R=None)
-    choices = {
-        FORWARD: ours,
-        ALGEBRAIC: replace(ours, riccati="algebraic", P=None),
-        AT_START: frozen,
-        NONE: replace(frozen, P=np.zeros((2, 2))),
+    changes: dict[str, dict[str, Any]] = {
+        FORWARD: {},
+        ALGEBRAIC: {"riccati": "algebraic", "P": None},
+        AT_START: {"riccati": "frozen", "Q": None, "R": None},
+        NONE: {"riccati": "frozen", "Q": None, "R": None, "P": np.zeros((2, 2))},
     }
-    return choices[variant]
+    return replace(ours, **changes[variant])
 
 
 @cache
-def regulator() -> Riccati:
-    """The regulator of the arm that hangs at rest, x = [q; qd], without weight on qd.
-
-    With Qp = kappa I and R = I a direction of inertia m alone gets poles of real part -kappa^(1/4) / (2 m)^(1/2);
-    kappa gives the heaviest direction the rate of the surface, as PID has it.
-    """
-    linear = hanging()
-    return lqr(linear, Q=np.diag([weight(), weight(), 0.0, 0.0]), R=np.eye(2))
+def hanging() -> Any:
+    """The arm at rest, by its exact Jacobians."""
+    return linearize(open_loop(Manipulator(ARM, q=np.zeros(2))), 0.0, np.zeros(4), at_rest=True)
 
 
 def weight() -> float:
@@ -54,31 +48,31 @@ def weight() -> float:
 
 
 @cache
-def hanging() -> Any:
-    """The arm at rest, by its exact Jacobians."""
-    return linearize(open_loop(Manipulator(ARM, q=np.zeros(2))), 0.0, np.zeros(4), at_rest=True)
+def regulator() -> Riccati:
+    """The regulator of the arm that hangs at rest, x = [q; qd], without weight on qd.
+
+    With Qp = kappa I and R = I a direction of inertia m alone gets poles of real part -kappa^(1/4) / (2 m)^(1/2);
+    kappa gives the heaviest direction the rate of the surface, as PID has it.
+    """
+    return lqr(hanging(), Q=np.diag([weight(), weight(), 0.0, 0.0]), R=np.eye(2))
 
 
 def cases(scenario: str) -> tuple[Case, ...]:
     """All loops of a scenario, on its horizon."""
-    metrics, until = METRICS[scenario], CARD[f"{scenario}: horizon"]
     loop = proposed_repaired(scenario)
-    ours = (
-        Case(
-            scenario,
-            variant,
-            # a fourth: P left at P(0) lets K grow by half as much again
-            Run(replace(loop, controller=law(scenario, variant)), metrics, until, EVERY, PROPOSED_STEP / 4),
-            style=i,
-        )
-        for i, variant in enumerate((FORWARD, ALGEBRAIC, AT_START, NONE))
-    )
     observed = ClosedLoop(loop.plant, repaired_observer(), RIVALS["ASMC"], loop.reference)
-    feedback = StateFeedback.of(ARM, regulator().K)
-    seventh = ClosedLoop(plant(scenario), FullState(2), feedback, REFERENCES[scenario])
-    others = (
-        Case(scenario, OBSERVED, Run(observed, metrics, until, 0.01, STEPS["ASMC"] / 2), style=4),
-        Case(scenario, ASMC, Run(rival(scenario, "ASMC"), metrics, until, 0.01, STEPS["ASMC"] / 2), style=5),
-        Case(scenario, LQR, Run(seventh, metrics, until, 0.01, STEPS["PID"] / 2), style=6),
+    linear = ClosedLoop(plant(scenario), FullState(2), StateFeedback.of(ARM, regulator().K), REFERENCES[scenario])
+    fine = PROPOSED_STEP / 4  # P left at P(0) lets K grow by half as much again
+    runs = {
+        **{
+            variant: (replace(loop, controller=law(scenario, variant)), EVERY, fine)
+            for variant in (FORWARD, ALGEBRAIC, AT_START, NONE)
+        },
+        OBSERVED: (observed, 0.01, STEPS["ASMC"] / 2),
+        ASMC: (rival(scenario, "ASMC"), 0.01, STEPS["ASMC"] / 2),
+        LQR: (linear, 0.01, STEPS["PID"] / 2),
+    }
+    return tuple(
+        Case(scenario, name, Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], every, h), style=style)
+        for style, (name, (loop, every, h)) in enumerate(runs.items())
     )
-    return (*ours, *others)
