@@ -134,8 +134,8 @@ def printed_section(results: Results) -> Section:
     times = (f"{plant}: {words}" for plant in PLANTS for words in ("K not positive", f"|e| > {FAR:g} rad"))
     about = (
         "Equation (33) multiplies a matrix, a vector and a vector of signs, which has no consistent shape: each "
-        "reading gives it one. With its minus sign the gain falls, while (29) asks it to stay positive definite. The law and "
-        "its observer believe in (3) as printed; what moves is the derived arm, or an arm that itself obeys (3) as "
+        "reading gives it one. With its minus sign the gain falls, while (29) asks it to stay positive definite. The "
+        "law and its observer believe in (3) as printed; what moves is the derived arm, or an arm that obeys (3) as "
         "printed. K is not positive where its symmetric part has an eigenvalue of zero or below. Q and R are not "
         "stated: Q = R = I is assumed, then a smaller Q."
     )

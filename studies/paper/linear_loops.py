@@ -32,12 +32,8 @@ from workbench.validation.refusals import Array
 
 SEVEN = (*LAWS, "super-twisting")
 PROPOSED = "AOSMC-RGS"
-HELD = {
-    PROPOSED: ("controller.K", "controller.P"),
-    "ASMC": ("controller.K",),
-    "Fuzzy-ASMC": ("controller.K",),
-    "RBF-ASMC": ("controller.K",),
-}
+HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))
+HELD[PROPOSED] = ("controller.K", "controller.P")
 POSES = {
     "hanging": (0.0, 0.0),
     "folded down": (0.0, np.pi),
@@ -152,13 +148,13 @@ def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
     path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
-    found = []
+    alphas = []
     for loop in broken_loops(path):
         try:
-            found.append(disk_margin(loop).alpha)
+            alphas.append(disk_margin(loop).alpha)
         except ValueError:
-            found.append(np.nan)
-    return np.array(found)
+            alphas.append(np.nan)
+    return np.array(alphas)
 
 
 def states(outcome: Outcome, ode: Ode) -> Array:
