@@ -9,7 +9,7 @@ from studies.paper.comparison import MARGIN, PROPOSED, SCENARIOS, six
 from studies.paper.laws import rival
 from workbench.loop import ClosedLoop
 from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table
-from workbench.study.evidence.law_tables import Ranking, order, ranking
+from workbench.study.evidence.law_tables import order, ranking
 from workbench.study.study import Outcome, Results
 
 FIRM = {20.0: 1e-4, 50.0: 5e-5}  # gains of SMC in N m, the last at the upper end of the card's range; steps in s
@@ -36,23 +36,11 @@ def smc(results: Results, scenario: str, K: float | None) -> Outcome:
     return results[scenario, "SMC"] if K is None else results[f"{scenario}, SMC", f"K = {K:g} N m"]
 
 
-def rankings(results: Results, K: float | None = None) -> list[Ranking]:
-    """The published rankings, one a scenario and joint, held against ours with a gain of SMC."""
-    laws = {scenario: six(results, scenario) | {"SMC": smc(results, scenario, K)} for scenario in SCENARIOS}
-    return [ranking(column, laws[scenario], MARGIN) for (scenario, _), column in PUBLISHED.items()]
-
-
 def tally(results: Results, K: float | None = None) -> tuple[int, int, int]:
     """Of the printed pairs those that keep their order, are turned round, and are too close, with a gain of SMC."""
-    rows = rankings(results, K)
+    laws = {scenario: six(results, scenario) | {"SMC": smc(results, scenario, K)} for scenario in SCENARIOS}
+    rows = [ranking(column, laws[scenario], MARGIN) for (scenario, _), column in PUBLISHED.items()]
     return sum(len(r.holds) for r in rows), sum(len(r.fails) for r in rows), sum(len(r.undecided) for r in rows)
-
-
-def place(results: Results, scenario: str, joint: int, K: float | None = None) -> int:
-    """The rank of the proposed law among the six by RMSE (43), 1 for the smallest, with a gain of SMC."""
-    laws = six(results, scenario) | {"SMC": smc(results, scenario, K)}
-    values = {law: outcome.score("RMSE (43)", joint)[0] for law, outcome in laws.items()}
-    return 1 + sum(values[law] < values[PROPOSED] for law in LAWS)
 
 
 def reached(outcome: Outcome) -> float:
@@ -109,7 +97,6 @@ def gains(results: Results) -> Table:
                 f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}",
                 *(Measured(*runs[scenario].score("RMSE (43)", joint)) for scenario, joint in PLACES),
                 *(f"{reached(run):.2f}" for run in runs.values()),
-                ", ".join(str(place(results, *where, K)) for where in PLACES),
                 " / ".join(map(str, tally(results, K))),
             )
         )
@@ -117,13 +104,12 @@ def gains(results: Results) -> Table:
         Column("K of SMC, N m"),
         *(Column(f"RMSE, {scenario}, q{joint + 1}", "rad", "right") for scenario, joint in PLACES),
         *(Column(f"layer reached, {scenario}", "s", "right") for scenario in SCENARIOS),
-        Column(f"ranks of {PROPOSED}", align="right"),
         Column("pairs", align="right"),
     )
     caption = "The published ranks with other gains of SMC than the assumed one, all else as before."
     note = (
-        "Layer reached: each |s_i| has been below phi. Ranks: by RMSE (43) alone, in the order of its columns. Pairs: "
-        "of the printed pairs those that keep their order / are turned round / are too close to call."
+        "Layer reached: each |s_i| has been below phi. Pairs: of the "
+        "printed pairs those that keep their order / are turned round / are too close to call."
     )
     return Table("gains_of_smc", caption, columns, tuple(rows), (note,))
 
@@ -135,6 +121,9 @@ def claims_section(results: Results) -> Section:
         f"scenario where the metric exists, by more than {100 * MARGIN:g} % and the errors of the step. Each "
         "comparison is of two runs without noise, under the assumed numbers of the rivals: others can reverse it."
     )
-    pairs = Itemize(tuple(r.sentence(PROPOSED) for r in rankings(results)))
-    blocks = (Paragraph(about), claims(results), gains(results), Paragraph("The printed pairs by RMSE:"), pairs)
+    sentences = tuple(
+        ranking(column, six(results, scenario), MARGIN).sentence(PROPOSED)
+        for (scenario, _), column in PUBLISHED.items()
+    )
+    blocks = (Paragraph(about), claims(results), gains(results), Itemize(sentences))
     return Section("Which of the paper's comparisons hold here", blocks)

@@ -24,34 +24,30 @@ from studies.a1_paper_tables.repairs import (
 from studies.paper.card import CARD, LAWS, PUBLISHED
 from studies.paper.comparison import PROPOSED, SCENARIOS, scenario_section
 from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival, with_change
+from workbench import metrics
 from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.metrics import (
-    effort,
-    energy,
-    iae,
-    ise,
-    itae,
-    late_error,
-    observer_error,
-    overshoot,
-    peak_error,
-    peak_torque,
-    rmse,
-    sampled_rmse,
-    settling_time,
-    total_variation,
-)
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
 from workbench.study.study import Case, Results, Study
 
-PRINTED = sampled_rmse(CARD["sample time of (43)"])
-TRACKING = (PRINTED, rmse(), rmse("e_hat", name="RMSE of e_hat"), iae(), ise(), itae(), peak_error())
-COST = (effort(), energy(), peak_torque(), total_variation(sample=1e-3))
-OBSERVED = (observer_error("q_error"), observer_error("qd_error"), observer_error("d_error"))
-AFTER_STEPS = (overshoot(), settling_time(band=0.05))
-BRIEF = (PRINTED, rmse(), late_error(LATE))
-METRICS = {"FS": (*TRACKING, late_error(LATE), *COST, *OBSERVED), "SS": TRACKING + COST + OBSERVED + AFTER_STEPS}
+PRINTED = metrics.sampled_rmse(CARD["sample time of (43)"])
+TRACKING = (
+    PRINTED,
+    metrics.rmse(),
+    metrics.rmse("e_hat", name="RMSE of e_hat"),
+    metrics.iae(),
+    metrics.ise(),
+    metrics.itae(),
+    metrics.peak_error(),
+)
+COST = (metrics.effort(), metrics.energy(), metrics.peak_torque(), metrics.total_variation(sample=1e-3))
+OBSERVED = (metrics.observer_error("q_error"), metrics.observer_error("qd_error"), metrics.observer_error("d_error"))
+AFTER_STEPS = (metrics.overshoot(), metrics.settling_time(band=0.05))
+BRIEF = (PRINTED, metrics.rmse(), metrics.late_error(LATE))
+METRICS = {
+    "FS": (*TRACKING, metrics.late_error(LATE), *COST, *OBSERVED),
+    "SS": TRACKING + COST + OBSERVED + AFTER_STEPS,
+}
 
 # Steps in s, each below the stability limit that the report prints; values are taken at half of them.
 PROPOSED_STEP = 1e-3 / 12

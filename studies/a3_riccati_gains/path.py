@@ -56,12 +56,12 @@ class Compared:
     ratios: Mapping[str, float]
 
     @property
-    def apart(self) -> float:
+    def largest(self) -> float:
         """The largest distance of (34) from the algebraic equation once P(0) is forgotten."""
         return float(distance(self.P, self.X)[self.t >= SETTLED].max())
 
     @property
-    def usual(self) -> float:
+    def median(self) -> float:
         """The median over time of the same distance."""
         late = self.t >= SETTLED
         return median_in_time(distance(self.P, self.X)[late], self.t[late])
