@@ -49,7 +49,7 @@ METRICS = {
     "SS": TRACKING + COST + OBSERVED + AFTER_STEPS,
 }
 
-# Steps in s, each below the stability limit that the report prints; values are taken at half of them.
+# Steps in s, each below the limit of stability; values are taken at half of them.
 PROPOSED_STEP = 1e-3 / 12
 STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}

@@ -1,4 +1,4 @@
-"""Each law's loop cut at the torque: its linear models at rest and along the first scenario."""
+"""The linearization of each law's loop, cut at the torque: at rest, and along the first scenario."""
 
 from dataclasses import dataclass, replace
 from functools import cache
