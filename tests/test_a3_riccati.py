@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from studies.a3_riccati_gains import loops, path
+from studies.a3_riccati_gains import path
+from studies.a3_riccati_gains.study import FORWARD, cases
 from workbench.metrics import rmse
 from workbench.study.runner import run
 from workbench.study.study import Study
@@ -57,7 +58,7 @@ def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neig
 
 @pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), ("SS", 4.1e-4)])
 def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
-    (case,) = (case for case in loops.cases(scenario) if case.law == loops.FORWARD)
+    (case,) = (case for case in cases(scenario) if case.law == FORWARD)
     case = replace(case, run=replace(case.run, metrics=(rmse(),), until=path.WINDOW))
     (outcome,) = run(Study("s", "t", "q", "m", lambda results: (), cases=(case,))).outcomes
     states = outcome.measurement.trajectories

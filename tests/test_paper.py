@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studies.a1_paper_tables.rankings import firm, reached
+from studies.a1_paper_tables.rankings import firm, reaching_time
 from studies.a1_paper_tables.repairs import with_small_q, with_two_repairs
 from studies.a1_paper_tables.study import study
 from studies.paper.card import CARD, PUBLISHED
@@ -83,7 +83,7 @@ def test_smc_reaches_its_layer_only_after_seconds_with_the_assumed_gain_and_at_o
     cases = tuple(Case("FS", law, Run(loop, (rmse(),), 4.0, 0.01, 2.5e-5)) for law, loop in loops.items())
     for outcome in run(Study("s", "t", "q", "m", lambda results: (), cases=cases)).outcomes:
         s = np.abs(outcome.measurement.trajectories["s"][0])
-        at = reached(outcome)
+        at = reaching_time(outcome)
         assert ((s[outcome.t <= at] < CARD["phi"]).any(axis=0)).all()
         assert not ((s[outcome.t < at - 1e-9] < CARD["phi"]).any(axis=0)).all()
         assert (at > 3) if outcome.case.law == "assumed" else (at < 0.5)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from studies.a1_paper_tables.rankings import FIRM, apart, reached, smc, tally
+from studies.a1_paper_tables.rankings import FIRM, network_gap, reaching_time, smc, tally
 from studies.a1_paper_tables.repairs import (
     FAR,
     LATE,
@@ -122,9 +122,9 @@ def steady(results: Results) -> Verdict:
 def order_of_laws(results: Results) -> Verdict:
     """The printed order of the six laws."""
     holds, turned, close = tally(results)
-    gaps = [apart(results, scenario) for scenario in SCENARIOS]
+    gaps = [network_gap(results, scenario) for scenario in SCENARIOS]
     others = " and ".join(f"{tally(results, K)[0]} ({K:g} N m)" for K in FIRM)
-    first = reached(results["FS", "SMC"]), reached(smc(results, "FS", max(FIRM)))
+    first = reaching_time(results["FS", "SMC"]), reaching_time(smc(results, "FS", max(FIRM)))
     return Verdict(
         "depends",
         "Which printed pairs keep their order depends on the rivals' numbers, which the paper does not state: with "

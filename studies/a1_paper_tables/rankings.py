@@ -43,13 +43,13 @@ def tally(results: Results, K: float | None = None) -> tuple[int, int, int]:
     return sum(len(r.holds) for r in rows), sum(len(r.fails) for r in rows), sum(len(r.undecided) for r in rows)
 
 
-def reached(outcome: Outcome) -> float:
-    """When each |s_i| has been below phi at a kept time, in s; infinite where one never is."""
+def reaching_time(outcome: Outcome) -> float:
+    """The time by which each |s_i| has been below phi, in s; infinite where one never is."""
     inside = np.abs(outcome.measurement.trajectories["s"][0]) < CARD["phi"]
     return float(max(outcome.t[np.argmax(joint)] if joint.any() else np.inf for joint in inside.T))
 
 
-def apart(results: Results, scenario: str) -> float:
+def network_gap(results: Results, scenario: str) -> float:
     """The largest difference of RMSE (43) between RBF-ASMC and ASMC, relative to ASMC, of both joints."""
     pairs = [[results[scenario, law].score("RMSE (43)", j)[0] for law in ("RBF-ASMC", "ASMC")] for j in (0, 1)]
     return max(abs(ours / theirs - 1) for ours, theirs in pairs)
@@ -96,7 +96,7 @@ def gains(results: Results) -> Table:
             (
                 f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}",
                 *(Measured(*runs[scenario].score("RMSE (43)", joint)) for scenario, joint in PLACES),
-                *(f"{reached(run):.2f}" for run in runs.values()),
+                *(f"{reaching_time(run):.2f}" for run in runs.values()),
                 " / ".join(map(str, tally(results, K))),
             )
         )

@@ -4,22 +4,52 @@ Runs in about half a minute on two cores.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from studies.a3_riccati_gains.loops import ALGEBRAIC, AT_START, FORWARD, NONE, cases
+from studies.a1_paper_tables.study import METRICS, PROPOSED_STEP, STEPS
 from studies.a3_riccati_gains.path import RTOL, SETTLED, WINDOW, Compared, compared, distance, median_in_time, rise
 from studies.paper.card import CARD
 from studies.paper.comparison import BOLD, MARGIN, SCENARIOS
+from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
+from workbench.loop import ClosedLoop
 from workbench.notation.formula import symbol
+from workbench.study.contract import Run
 from workbench.study.document.document import Cell, Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
 from workbench.study.document.phrases import raised
 from workbench.study.evidence.law_tables import order, side_by_side
-from workbench.study.study import Results, Study
+from workbench.study.study import Case, Results, Study
 
+FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"
+CHOICES: dict[str, dict[str, Any]] = {  # the fields of the repaired law; (33) with P = 0 leaves the gain at K(0)
+    FORWARD: {},
+    ALGEBRAIC: {"riccati": "algebraic", "P": None},
+    AT_START: {"riccati": "frozen", "Q": None, "R": None},
+    NONE: {"riccati": "frozen", "Q": None, "R": None, "P": np.zeros((2, 2))},
+}
+EVERY = 1e-3 / 12 * 30  # s: the path of P is a spline through the kept states
 SHOWN = ("RMSE (43)", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")
 PLACES = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
 OURS = "P(t) of (34)"
+
+
+def cases(scenario: str) -> tuple[Case, ...]:
+    """All loops of a scenario, on its horizon."""
+    ours = proposed_repaired(scenario)
+    fine = PROPOSED_STEP / 4  # P left at P(0) lets K grow by half as much again
+    runs = {
+        variant: (replace(ours, controller=replace(ours.controller, **fields)), EVERY, fine)
+        for variant, fields in CHOICES.items()
+    }
+    observed = ClosedLoop(ours.plant, repaired_observer(), RIVALS["ASMC"], ours.reference)
+    runs["ASMC, same observer"] = observed, 0.01, STEPS["ASMC"] / 2
+    runs["ASMC"] = rival(scenario, "ASMC"), 0.01, STEPS["ASMC"] / 2
+    return tuple(
+        Case(scenario, name, Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], every, h), style=style)
+        for style, (name, (loop, every, h)) in enumerate(runs.items())
+    )
 
 
 def changes(results: Results, variant: str, metric: str) -> list[float]:

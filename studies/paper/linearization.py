@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.card import CARD, LAWS
+from studies.paper.comparison import PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
 from workbench.design.linear import (
@@ -31,7 +32,6 @@ from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
 SEVEN = (*LAWS, "super-twisting")
-PROPOSED = "AOSMC-RGS"
 HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))
 HELD[PROPOSED] = ("controller.K", "controller.P")
 POSES = {
