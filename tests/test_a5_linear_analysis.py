@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from studies.a5_linear_analysis import arm as linear_arm
-from studies.paper import linear_loops
-from studies.paper.linear_loops import LEVEL, POSES, PROPOSED, SEVEN, at_rest, cut_at_rest, loop_of, still
+from studies.paper import linearization
+from studies.paper.linearization import LEVEL, POSES, PROPOSED, SEVEN, at_rest, cut_at_rest, loop_of, still
 from workbench.core import rk4
 from workbench.plants import Manipulator
 from workbench.simulate import simulate
@@ -19,7 +19,7 @@ def test_each_loop_rests_where_it_is_linearised(law):
     ode = loop.ode()
     x = ode.states.default.copy()
     if law == "PID":
-        x[ode.states.slice("controller.integral")] = -linear_loops.holding(POSES[LEVEL]) / [648.0, 216.0]
+        x[ode.states.slice("controller.integral")] = -linearization.holding(POSES[LEVEL]) / [648.0, 216.0]
     moving = [i for i, label in enumerate(ode.states.labels) if "controller.P" not in label]
     rates = ode.rate_at(0.0, x)[moving]
     np.testing.assert_allclose(rates, 0, atol=1e-11)  # torques of 20 N m over inertias of 0.2 kg m^2, rounded
@@ -31,7 +31,7 @@ def test_the_poles_of_the_cut_loop_closed_are_those_of_the_loop(law):
     ode = still(law, POSES[LEVEL]).ode()
     x = ode.states.default.copy()
     if law == "PID":
-        x[ode.states.slice("controller.integral")] = -linear_loops.holding(POSES[LEVEL]) / [648.0, 216.0]
+        x[ode.states.slice("controller.integral")] = -linearization.holding(POSES[LEVEL]) / [648.0, 216.0]
     keep = [i for i, label in enumerate(ode.states.labels) if "controller.K" not in label]
     whole = np.linalg.eigvals(np.array(ode.A(0.0, x, ode.parameters.default))[np.ix_(keep, keep)])
     ours = np.array([pole.value for pole in rest.poles])
@@ -77,7 +77,7 @@ def test_smc_stands_half_its_delay_and_not_twice_it():
     for share in (0.5, 2.0):
         period = share * margin / 1.5
         sampled = loop.digital(period, delay=True).step(4)
-        waiting = {name: linear_loops.holding(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
+        waiting = {name: linearization.holding(POSES[LEVEL]) for name in ("hold.next", "hold.tau")}
         start = sampled.states.pack({name: tau for name, tau in waiting.items() if name in sampled.states})
         run = simulate(sampled, None, start, until=400 * period, every=400 * period)
         ends[share] = np.abs(run["plant.qd"][0, -1]).max()

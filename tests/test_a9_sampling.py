@@ -15,7 +15,7 @@ from studies.a9_sampling.loops import LATE_ERROR, RMSE, SCENARIOS, TV, Audit, Co
 from studies.a9_sampling.safe_periods import Longest, linear, linear_limit, longest, multipliers
 from studies.a9_sampling.steps import Curve, curve
 from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.linear_loops import LEVEL, POSES, SEVEN, cut, holding, still
+from studies.paper.linearization import LEVEL, POSES, SEVEN, cut, holding, still
 from workbench.design.chattering import BoundaryLayer, harmonic_balance
 from workbench.design.chattering import cut as linear_part
 

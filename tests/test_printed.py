@@ -169,7 +169,7 @@ def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
     assert "Equation (3) is wrong in C[1,2]: printed m_2*(l_2^2 + l_1*l_2*cos(q_2))" in first
     assert "right -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)" in first
     assert second.startswith("9 of 10 entries")
-    assert len(study.sections(None)) == 4
+    assert [type(block).__name__ for block in study.sections(None)[0].blocks[:2]] == ["Figure", "Verdict"]
 
 
 def test_a_sheet_is_compared_with_the_arm_it_was_read_for():

@@ -5,45 +5,51 @@ Runs in some ten seconds on two cores.
 
 from collections.abc import Sequence
 
-from studies.a1_paper_tables.assumptions import FIRM, SMALL_Q, firm, small_q, table, with_small_q
 from studies.a1_paper_tables.equations import laws_section
-from studies.a1_paper_tables.printed import CHANGES, LATE, PLANTS, SHORT, printed_section, repair_section
-from studies.a1_paper_tables.repairs import PAIRS, tracking, with_two_repairs
-from studies.a1_paper_tables.sections import numbers_section, summary, trust_section
-from studies.paper.card import CARD, LAWS, PUBLISHED
-from studies.paper.comparison import claims_section, scenario_section
-from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival, with_change
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import ClosedLoop
-from workbench.metrics import (
-    effort,
-    energy,
-    iae,
-    ise,
-    itae,
-    late_error,
-    observer_error,
-    overshoot,
-    peak_error,
-    peak_torque,
-    rmse,
-    sampled_rmse,
-    settling_time,
-    total_variation,
+from studies.a1_paper_tables.findings import findings_section, numbers_section, trust_section
+from studies.a1_paper_tables.rankings import FIRM, claims_section, firm
+from studies.a1_paper_tables.repairs import (
+    CHANGES,
+    LATE,
+    LONG,
+    PAIRS,
+    PLANTS,
+    SHORT,
+    SMALL_Q,
+    printed_section,
+    repair_section,
+    with_small_q,
+    with_two_repairs,
 )
+from studies.paper.card import CARD, LAWS, PUBLISHED
+from studies.paper.comparison import PROPOSED, SCENARIOS, scenario_section
+from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival, with_change
+from workbench import metrics
+from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
 from workbench.study.study import Case, Results, Study
 
-PRINTED = sampled_rmse(CARD["sample time of (43)"])
-TRACKING = (PRINTED, rmse(), rmse("e_hat", name="RMSE of e_hat"), iae(), ise(), itae(), peak_error())
-COST = (effort(), energy(), peak_torque(), total_variation(sample=1e-3))
-OBSERVED = (observer_error("q_error"), observer_error("qd_error"), observer_error("d_error"))
-AFTER_STEPS = (overshoot(), settling_time(band=0.05))
-BRIEF = (PRINTED, rmse(), late_error(LATE))
-METRICS = {"FS": (*TRACKING, late_error(LATE), *COST, *OBSERVED), "SS": TRACKING + COST + OBSERVED + AFTER_STEPS}
+PRINTED = metrics.sampled_rmse(CARD["sample time of (43)"])
+TRACKING = (
+    PRINTED,
+    metrics.rmse(),
+    metrics.rmse("e_hat", name="RMSE of e_hat"),
+    metrics.iae(),
+    metrics.ise(),
+    metrics.itae(),
+    metrics.peak_error(),
+)
+COST = (metrics.effort(), metrics.energy(), metrics.peak_torque(), metrics.total_variation(sample=1e-3))
+OBSERVED = (metrics.observer_error("q_error"), metrics.observer_error("qd_error"), metrics.observer_error("d_error"))
+AFTER_STEPS = (metrics.overshoot(), metrics.settling_time(band=0.05))
+BRIEF = (PRINTED, metrics.rmse(), metrics.late_error(LATE))
+METRICS = {
+    "FS": (*TRACKING, metrics.late_error(LATE), *COST, *OBSERVED),
+    "SS": TRACKING + COST + OBSERVED + AFTER_STEPS,
+}
 
-# Steps in s, each below the stability limit that the report prints; values are taken at half of them.
+# Steps in s, each below the limit of stability; values are taken at half of them.
 PROPOSED_STEP = 1e-3 / 12
 STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
@@ -51,80 +57,64 @@ STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
 
 def comparison(scenario: str) -> tuple[Case, ...]:
     """The proposed law as repaired, its five rivals, and a seventh law."""
-    horizon = CARD[f"{scenario}: horizon"]
-
-    def run(loop: ClosedLoop, h: float) -> Run:
-        return Run(loop, METRICS[scenario], horizon, 0.01, h / 2)
-
-    ours = Case(scenario, "AOSMC-RGS", run(proposed_repaired(scenario), PROPOSED_STEP), remark="repaired")
-    rivals = (Case(scenario, law, run(rival(scenario, law), STEPS[law]), style=STYLES[law]) for law in RIVALS)
-    return (ours, *rivals)
+    loops = {PROPOSED: proposed_repaired(scenario)} | {law: rival(scenario, law) for law in RIVALS}
+    steps = {PROPOSED: PROPOSED_STEP} | STEPS
+    return tuple(
+        Case(
+            scenario,
+            law,
+            Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], 0.01, steps[law] / 2),
+            style=STYLES[law],
+            remark="repaired" if law == PROPOSED else "",
+        )
+        for law, loop in loops.items()
+    )
 
 
 def readings() -> tuple[Case, ...]:
     """The law as printed, in each reading of (33), in both scenarios, on the derived arm and on the printed one."""
     return tuple(
         Case(f"{scenario} as printed, {plant}", shape, Run(loop, BRIEF, SHORT, 0.01, 5e-5), style=style)
-        for scenario in ("FS", "SS")
+        for scenario in SCENARIOS
         for plant, arm in PLANTS.items()
         for style, shape in enumerate(SHAPES)
         for loop in (proposed_as_printed(scenario, shape, arm),)
     )
 
 
-def other_numbers() -> tuple[Case, ...]:
-    """The law as printed with a small Q, and SMC with firmer gains: numbers that the paper does not state either."""
-    until = {scenario: CARD[f"{scenario}: horizon"] for scenario in ("FS", "SS")}
-    small = (Case(SMALL_Q, shape, Run(with_small_q(shape), BRIEF, until["FS"], 0.01, 5e-5)) for shape in SHAPES)
-    gains = (
-        Case(f"{scenario}, SMC", f"K = {K:g} N m", Run(firm(scenario, K), BRIEF, until[scenario], 0.01, h / 2))
-        for scenario in until
+def variants() -> tuple[Case, ...]:
+    """A small Q, firmer gains of SMC, one slip put back at a time, and two repairs alone."""
+    runs = {(SMALL_Q, shape): (with_small_q(shape), LONG, 5e-5) for shape in SHAPES}
+    runs |= {
+        (f"{scenario}, SMC", f"K = {K:g} N m"): (firm(scenario, K), CARD[f"{scenario}: horizon"], h / 2)
+        for scenario in SCENARIOS
         for K, h in FIRM.items()
-    )
-    return (*small, *gains)
-
-
-def changes() -> tuple[Case, ...]:
-    """The repaired law with one slip of the print put back at a time, or one repair more, in the first scenario."""
-    return tuple(
-        Case("one change", change, Run(with_change("FS", change), BRIEF, SHORT, 0.01, PROPOSED_STEP / 2))
-        for change in CHANGES
-    )
-
-
-def two_repairs() -> tuple[Case, ...]:
-    """The law with (3) and (28) repaired alone, in each reading of (33), with two choices of Q."""
-    until = CARD["FS: horizon"]
-    return tuple(
-        Case(pair, shape, Run(with_two_repairs(shape, Q), BRIEF, until, 0.01, 5e-5))
-        for pair, Q in PAIRS.items()
-        for shape in SHAPES
-    )
+    }
+    runs |= {("one change", change): (with_change("FS", change), SHORT, PROPOSED_STEP / 2) for change in CHANGES}
+    runs |= {(pair, shape): (with_two_repairs(shape, Q), LONG, 5e-5) for pair, Q in PAIRS.items() for shape in SHAPES}
+    return tuple(Case(*name, Run(loop, BRIEF, until, 0.01, h)) for name, (loop, until, h) in runs.items())
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """What the report says."""
+    """The findings first, the numbers and laws behind them last."""
     return (
-        summary(results),
-        numbers_section(),
+        findings_section(results),
+        printed_section(results),
+        repair_section(results),
+        *(scenario_section(results, scenario) for scenario in SCENARIOS),
+        claims_section(results),
         laws_section(),
-        printed_section(results, small_q(results)),
-        repair_section(results, tracking(results)),
-        scenario_section(results, "FS"),
-        scenario_section(results, "SS"),
-        claims_section(results, table(results)),
+        numbers_section(),
         trust_section(results),
     )
 
 
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
-    ours = results["FS", "AOSMC-RGS"]
+    ours, printed = results["FS", PROPOSED], results["FS as printed, derived arm", "outer"]
     pair = [
-        f"{ours.score('RMSE (43)', j)[0]:.4f} (printed {PUBLISHED['FS', j + 1].values['AOSMC-RGS']:.4f})"
-        for j in (0, 1)
+        f"{ours.score('RMSE (43)', j)[0]:.4f} (printed {PUBLISHED['FS', j + 1].values[PROPOSED]:.4f})" for j in (0, 1)
     ]
-    printed = results["FS as printed, derived arm", "outer"]
     lost = f"diverges at {printed.diverged_at:.2f} s" if printed.diverged_at is not None else "does not diverge"
     return (
         f"AOSMC-RGS as printed (reading 'outer' of (33), first scenario) {lost}.",
@@ -145,7 +135,7 @@ study = Study(
         "printed in each reading of (33), with two choices of Q; then repaired, with each slip put back alone; with "
         "(3) and (28) repaired alone; SMC with three gains."
     ),
-    cases=(*comparison("FS"), *comparison("SS"), *readings(), *other_numbers(), *changes(), *two_repairs()),
+    cases=(*comparison("FS"), *comparison("SS"), *readings(), *variants()),
     sections=sections,
     headlines=headlines,
 )

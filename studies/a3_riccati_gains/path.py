@@ -17,6 +17,7 @@ from workbench.validation.refusals import Array, Integers
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
+SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
@@ -36,8 +37,6 @@ class Compared:
         (34) as the loop integrated it, and the algebraic equation at each instant: the state-dependent one for (31).
     backward, forward
         (32) minimised from each time to the end of the window, and (34) solved again.
-    growth
-        The largest real part of an eigenvalue of A = -M^-1 K at each time, in 1/s.
     memory
         The longest time in which a difference of two solutions of (34) near X falls to 1/e, in s, over the instants.
     residual
@@ -52,10 +51,20 @@ class Compared:
     X: Array
     backward: RiccatiFlow
     forward: RiccatiFlow
-    growth: Array
     memory: float
     residual: float
     ratios: Mapping[str, float]
+
+    @property
+    def largest(self) -> float:
+        """The largest distance of (34) from the algebraic equation once P(0) is forgotten."""
+        return float(distance(self.P, self.X)[self.t >= SETTLED].max())
+
+    @property
+    def median(self) -> float:
+        """The median over time of the same distance."""
+        late = self.t >= SETTLED
+        return median_in_time(distance(self.P, self.X)[late], self.t[late])
 
 
 @cache
@@ -84,7 +93,6 @@ def compared(outcome: Outcome) -> Compared:
         X,
         backward,
         fpre(path, B, Q, R, P[0], t[kept], rtol=RTOL),
-        np.linalg.eigvals(A[kept]).real.max(axis=1),
         -0.5 / float(np.linalg.eigvals(A[kept] - G @ X).real.max()),
         max(found.certificate.residual for found in solved),
         {name: worst(cost(path, choice, t[kept]), backward.P[0]) for name, choice in choices.items()},
@@ -99,16 +107,15 @@ def instants(states: int) -> Integers:
 
 def cost(path: Callable[[float], Array], choice: Callable[[float], Array], t: Array) -> Array:
     """Y (2, 2): s' Y s is J of (32) over the times from s with u = -R^-1 B' P s, by a linear equation backward."""
-    flow = rde(
-        lambda time: path(time) - G @ choice(time),
-        ZERO,
-        lambda time: symmetric(Q + choice(time) @ G @ choice(time)),
-        R,
-        ZERO,
-        t,
-        rtol=RTOL,
-    )
-    return flow.P[0]
+
+    def closed(time: float) -> Array:
+        return path(time) - G @ choice(time)
+
+    def weight(time: float) -> Array:
+        W = Q + choice(time) @ G @ choice(time)
+        return np.asarray((W + W.T) / 2)
+
+    return rde(closed, ZERO, weight, R, ZERO, t, rtol=RTOL).P[0]
 
 
 def worst(Y: Array, least: Array) -> float:
@@ -131,11 +138,6 @@ def rise(K: Array, t: Array) -> float:
     """The first time at which the norm of K - K(0) is 1 - 1/e of its largest, in s."""
     moved = np.linalg.norm(K - K[0], axis=(1, 2))
     return float(t[np.argmax(moved >= (1 - np.exp(-1)) * moved.max())])
-
-
-def symmetric(X: Array) -> Array:
-    """The symmetric part."""
-    return np.asarray((X + np.swapaxes(X, -1, -2)) / 2)
 
 
 def inertia(q: Array) -> Array:

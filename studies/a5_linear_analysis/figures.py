@@ -3,7 +3,7 @@
 import numpy as np
 
 from studies.a1_paper_tables.study import STYLES
-from studies.paper.linear_loops import PROPOSED, SEVEN, at_rest, on_path
+from studies.paper.linearization import PROPOSED, SEVEN, at_rest, on_path
 from workbench.design.linear import frequency_response, one_loop, sensitivity
 from workbench.study.document.document import Figure, Panel, Series
 from workbench.study.study import Results

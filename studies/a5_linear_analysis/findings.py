@@ -4,7 +4,7 @@ import numpy as np
 
 from studies.a5_linear_analysis.arm import BOX, deviations, rests
 from studies.paper.card import CARD
-from studies.paper.linear_loops import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
+from studies.paper.linearization import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
 from workbench.design.linear import sensitivity
 from workbench.study.document.document import Section, Verdict
 from workbench.study.study import Outcome, Results

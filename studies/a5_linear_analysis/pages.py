@@ -7,7 +7,7 @@ import numpy as np
 from studies.a5_linear_analysis.arm import arm_section, shown
 from studies.a5_linear_analysis.figures import bode, margins_on_path, poles_on_path, sensitivities
 from studies.a5_linear_analysis.findings import alpha, delay, findings, slow_gain, thinnest
-from studies.paper.linear_loops import LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
+from studies.paper.linearization import LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
 from workbench.study.document.document import Cell, Column, Paragraph, Section, Table
 from workbench.study.study import Results
 

@@ -12,7 +12,7 @@ from studies.a9_sampling.loops import RMSE, SCENARIOS, SWITCHING, TV, WAYS, Audi
 from studies.a9_sampling.safe_periods import Longest, exact_limit, frozen, longest, rule_of_thumb
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.comparison import MARGIN
-from studies.paper.linear_loops import PROPOSED, SEVEN
+from studies.paper.linearization import PROPOSED, SEVEN
 from workbench.study.evidence.causes import Causes
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results

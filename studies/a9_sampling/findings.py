@@ -12,7 +12,7 @@ from studies.a9_sampling.loops import RMSE, SWITCHING, TV, Audit, Computer
 from studies.a9_sampling.steps import Curve
 from studies.paper.card import LAWS
 from studies.paper.comparison import MARGIN
-from studies.paper.linear_loops import PROPOSED, SEVEN
+from studies.paper.linearization import PROPOSED, SEVEN
 from workbench.study.document.document import Section, Verdict
 
 MS = f"{1e3 * REALISTIC:g} ms"

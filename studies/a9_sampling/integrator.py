@@ -6,7 +6,7 @@ from studies.a9_sampling.card import NOISY, PERIODS
 from studies.a9_sampling.evidence import APART, PLACES, Evidence
 from studies.a9_sampling.loops import RMSE, SCENARIOS, TV, WAYS
 from studies.a9_sampling.sections import UNITS, cell
-from studies.paper.linear_loops import PROPOSED, SEVEN
+from studies.paper.linearization import PROPOSED, SEVEN
 from workbench.study.document.document import Cell, Column, Paragraph, Section, Table, Verdict
 
 GIVEN = "AOSMC-RGS: positions and the true disturbance. Others: positions and velocities. All: exact model."

@@ -7,7 +7,7 @@ import numpy as np
 from studies.a9_sampling.card import QUIET, RULE
 from studies.a9_sampling.evidence import Evidence
 from studies.a9_sampling.integrator import GIVEN
-from studies.paper.linear_loops import SEVEN
+from studies.paper.linearization import SEVEN
 from workbench.study.document.document import Verdict
 
 FORESEEN = 1.15  # the factor within which a foreseen period is right: searches end 1.12 apart, if they resolve

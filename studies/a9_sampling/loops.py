@@ -9,7 +9,7 @@ import numpy as np
 from studies.a9_sampling.card import CARD, LATE, NOISY, SEED
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import plant
-from studies.paper.linear_loops import PROPOSED, SEVEN, loop_of
+from studies.paper.linearization import PROPOSED, SEVEN, loop_of
 from workbench.core import Sampled
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation

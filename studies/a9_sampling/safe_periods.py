@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import ARM
-from studies.paper.linear_loops import cut, loop_of, states
+from studies.paper.linearization import cut, loop_of, states
 from workbench.core import Ode, Signals
 from workbench.design.linear import along
 from workbench.design.linear.linear_path import LinearPath

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.a9_sampling.loops import TV, switched
-from studies.paper.linear_loops import PROPOSED
+from studies.paper.linearization import PROPOSED
 from workbench.core import Step
 from workbench.metrics import measured, total_variation
 from workbench.metrics.accumulators import final_values

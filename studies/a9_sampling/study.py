@@ -16,7 +16,7 @@ from studies.a9_sampling.integrator import apart_section
 from studies.a9_sampling.loops import RMSE, horizon, metrics
 from studies.a9_sampling.sections import computer_section, periods_section, places_section, safe_section
 from studies.a9_sampling.steps import curves
-from studies.paper.linear_loops import SEVEN, loop_of
+from studies.paper.linearization import SEVEN, loop_of
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
 from workbench.study.study import Case, Results, Study

@@ -1,21 +1,43 @@
-"""How the laws compare in a1: tables, figures, and the paper's claims held against them."""
+"""The paper's two scenarios: its tables and figures 3 to 18 beside ours, and the order of the six laws."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+
+import numpy as np
 
 from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.figures import figures
-from workbench.study.document.document import Cell, Column, Itemize, Paragraph, Reference, Section, Table, Verdict
-from workbench.study.evidence.law_tables import Ranking, against_published, order, ranking, side_by_side
+from workbench.notation.formula import symbol
+from workbench.study.document.document import Bars, Figure, Panel, Paragraph, Section
+from workbench.study.evidence.law_tables import against_published, side_by_side
+from workbench.study.pictures.traces import Window, components, traces
 from workbench.study.study import Outcome, Results
 
 PROPOSED = "AOSMC-RGS"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
 MARGIN = 0.02  # of the smaller value: closer pairs are too close to call, as other assumed numbers turn them
 BOLD = f"Bold: smaller than all others by more than {100 * MARGIN:g} % and both errors."
-SQUARES = ("RMSE (43)", "RMSE", "RMSE of e_hat")
+
 ERRORS = ("IAE", "ISE", "ITAE", "peak error")
 COST = ("effort", "peak torque", "energy", "TV")
-AFTER_STEPS = ("overshoot", "settling time")
+GROUPS = {  # the tables of a scenario: words and metrics
+    "rmse": ("Root mean squares of the error", dict.fromkeys(SCENARIOS, ("RMSE (43)", "RMSE", "RMSE of e_hat"))),
+    "errors": ("Other errors", {"FS": (*ERRORS, "late error"), "SS": ERRORS}),
+    "cost": ("Torque", dict.fromkeys(SCENARIOS, COST)),
+    "steps": ("After the jumps of the reference: motion", {"SS": ("overshoot", "settling time")}),
+}
+
+FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
+TORQUE = {"FS": (-60.0, 60.0), "SS": (-150.0, 150.0)}  # N m, the part of a torque that is drawn
+EARLY = 3.0  # s, where the left panel ends and the right one begins
+CURVES = (  # signal, joint, letter, unit, words: six figures in the paper's order
+    ("q", 0, "q_1", "rad", "Angle of joint 1"),
+    ("e", 0, "e_1", "rad", "Tracking error of joint 1"),
+    ("q", 1, "q_2", "rad", "Angle of joint 2"),
+    ("e", 1, "e_2", "rad", "Tracking error of joint 2"),
+    ("tau", 0, "tau_1", "N m", "Torque of joint 1"),
+    ("tau", 1, "tau_2", "N m", "Torque of joint 2"),
+)
+ERRORS_SEEN = tuple((symbol(f"q_{j + 1}"), "q_error", j) for j in (0, 1))
+GAINS = tuple((symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
 
 
 def six(results: Results, scenario: str) -> dict[str, Outcome]:
@@ -23,135 +45,72 @@ def six(results: Results, scenario: str) -> dict[str, Outcome]:
     return {law: results[scenario, law] for law in LAWS}
 
 
-def rankings(results: Results, scenario: str) -> tuple[Ranking, ...]:
-    """The published rankings of a scenario, one a joint, held against ours."""
-    return tuple(ranking(PUBLISHED[scenario, joint], six(results, scenario), MARGIN) for joint in (1, 2))
+def rmse_figure(results: Results) -> Figure:
+    """The two published tables as bars, beside ours."""
+    rows, start = np.arange(len(LAWS)), np.zeros(len(LAWS))
+    panels = []
+    for (scenario, joint), column in PUBLISHED.items():
+        printed = np.array([column.values[law] for law in LAWS])
+        ours = np.array([run.score("RMSE (43)", joint - 1)[0] for run in six(results, scenario).values()])
+        bars = (
+            Bars("printed", rows - 0.2, printed, start, 0, thick=0.35),
+            Bars("ours", rows + 0.2, ours, start, 1, thick=0.35),
+        )
+        panels.append(Panel("", bars, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
+    return Figure("rmse", "The published tables: RMSE (43) as printed, and ours.", tuple(panels), columns=2)
+
+
+def figures(shown: Sequence[Outcome], ours: Outcome, scenario: str) -> tuple[Figure, ...]:
+    """The figures of one scenario: the laws, then the observer's errors and the gains of the proposed law."""
+    key, title, number, end = scenario.lower(), SCENARIOS[scenario], FIRST[scenario], float(ours.t[-1])
+    whole = Window(0, EARLY), Window(EARLY, end)
+    drawn = Window(0, EARLY, TORQUE[scenario]), Window(EARLY, end, TORQUE[scenario] if scenario == "SS" else None)
+    laws = (
+        traces(
+            f"{key}_figure_{number + place}",
+            f"{words}, {title} (the paper's figure {number + place}).",
+            shown,
+            signal,
+            joint,
+            (symbol(letter), f" [{unit}]"),
+            drawn if signal == "tau" else whole,
+            reference="q_ref" if signal == "q" else "",
+        )
+        for place, (signal, joint, letter, unit, words) in enumerate(CURVES)
+    )
+    observed = f"Estimation errors q - q_hat of (10), {title} (the paper's figure {number + 6})."
+    adapted = f"Gains K of the repaired law, {title} (the paper's figure {number + 7})."
+    return (
+        *laws,
+        components(f"{key}_figure_{number + 6}", observed, ours, ERRORS_SEEN, "estimation error [rad]", whole),
+        components(f"{key}_figure_{number + 7}", adapted, ours, GAINS, (symbol("K"), " [N m]"), whole),
+    )
 
 
 def scenario_section(results: Results, scenario: str) -> Section:
-    """Tables and figures of one scenario."""
-    title, key = SCENARIOS[scenario], scenario.lower()
-    shown, laws = results.scenario(scenario), six(results, scenario)
-    groups = [
-        ("rmse", "Root mean squares of the error", SQUARES),
-        ("errors", "Other errors", (*ERRORS, "late error") if scenario == "FS" else ERRORS),
-        ("cost", "Torque", COST),
-    ]
-    if scenario == "SS":
-        groups.append(("steps", "After the jumps of the reference: motion", AFTER_STEPS))
-    measured = (
-        side_by_side(
-            f"{key}_all_{what}_q{j}", f"{words} of joint {j}, {title}.", shown, metrics, j - 1, (BOLD,), MARGIN
-        )
-        for what, words, metrics in groups
-        for j in (1, 2)
+    """Figures and tables of one scenario."""
+    title, key, shown = SCENARIOS[scenario], scenario.lower(), results.scenario(scenario)
+    about = Paragraph(
+        "(43), the paper's only metric, is a mean over samples that begins with the initial error; the column RMSE is "
+        f"the integral. Errors are those of the step, not of the assumed numbers. {BOLD} A torque that leaves its "
+        "frame is in the tables as peak torque."
     )
     published = (
         against_published(
             f"{key}_rmse_q{j}",
             f"RMSE of joint {j} in the {title}: printed, ours by (43), and the difference.",
             PUBLISHED[scenario, j],
-            laws,
+            six(results, scenario),
         )
         for j in (1, 2)
     )
-    return Section(
-        f"The {title}",
-        (
-            Paragraph(
-                (
-                    "The paper's tables hold RMSE alone: ",
-                    Reference(f"{key}_rmse_q1"),
-                    " and ",
-                    Reference(f"{key}_rmse_q2"),
-                    " hold ours beside it. (43) is a mean over samples, which begins with the initial error; the "
-                    "column RMSE of the tables behind is the integral. The errors are those of the step, not of the "
-                    "assumed numbers.",
-                )
-            ),
-            *published,
-            *measured,
-            *figures(shown, results[scenario, PROPOSED], scenario, title),
-        ),
+    measured = (
+        side_by_side(
+            f"{key}_all_{group}_q{j}", f"{words} of joint {j}, {title}.", shown, of[scenario], j - 1, margin=MARGIN
+        )
+        for group, (words, of) in GROUPS.items()
+        if scenario in of
+        for j in (1, 2)
     )
-
-
-CLAIMS: Mapping[str, str] = {
-    "superior tracking": "RMSE (43)",
-    "lower steady-state error": "late error",
-    "smaller control amplitudes": "peak torque",
-    "lower control effort": "effort",
-    "reduced chattering": "TV",
-    "reduced overshoot": "overshoot",
-    "faster settling": "settling time",
-}
-
-
-def claims_section(results: Results, gains: Table) -> Section:
-    """The paper's words held against the six laws here, and what the ranks owe to assumed gains."""
-    sentences = tuple(r.sentence(PROPOSED) for scenario in SCENARIOS for r in rankings(results, scenario))
-    places = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
-    rows: list[tuple[Cell, ...]] = [
-        (words, metric, *(_rank(results, metric, *place) for place in places)) for words, metric in CLAIMS.items()
-    ]
-    columns = (
-        Column("the proposed law has"),
-        Column("metric"),
-        *(Column(f"{scenario}, joint {joint + 1}", align="center") for scenario, joint in places),
-    )
-    return Section(
-        "Which of the paper's comparisons hold here",
-        (
-            Paragraph(
-                "A claim holds if the proposed law (repaired) is below each of the five rivals, at both joints, in "
-                f"each scenario where the metric exists, by more than {100 * MARGIN:g} % and the errors of the step. "
-                "Each comparison is of two runs without noise. The rivals are given exact positions and velocities, "
-                "the proposed law positions and the true disturbance. The paper states no number of a "
-                "rival: each count below is under the assumed ones, and others can reverse it."
-            ),
-            *(_verdict(results, words, metric) for words, metric in CLAIMS.items()),
-            Table(
-                "claims",
-                "Rank of the proposed law among the six by each metric: 1 is the smallest value.",
-                columns,
-                tuple(rows),
-                ("A range, as in 2-3, where a rival is too close to call.",),
-            ),
-            gains,
-            Paragraph("The printed rankings by RMSE, pair by pair:"),
-            Itemize(sentences),
-        ),
-    )
-
-
-def _against(results: Results, metric: str, scenario: str, joint: int) -> list[str]:
-    """How the proposed law stands to each rival: below, above or undecided; nothing where the metric does not exist."""
-    ours = results[scenario, PROPOSED]
-    if metric not in ours.measurement.scores:
-        return []
-    others = (results[scenario, law].score(metric, joint) for law in LAWS if law != PROPOSED)
-    return [order(ours.score(metric, joint), other, MARGIN) for other in others]
-
-
-def _rank(results: Results, metric: str, scenario: str, joint: int) -> str | None:
-    stands = _against(results, metric, scenario, joint)
-    first, last = 1 + stands.count("above"), 1 + stands.count("above") + stands.count("undecided")
-    return None if not stands else str(first) if first == last else f"{first}-{last}"
-
-
-def _verdict(results: Results, words: str, metric: str) -> Verdict:
-    stands = {
-        (scenario, joint): _against(results, metric, scenario, joint) for scenario in SCENARIOS for joint in (0, 1)
-    }
-    where = [SCENARIOS[s] for s in SCENARIOS if stands[s, 0]]
-    judged = [stand for place in stands.values() for stand in place]
-    below, above, close = (judged.count(stand) for stand in ("below", "above", "undecided"))
-    return Verdict(
-        "found",
-        f"{words[0].upper()}{words[1:]}: AOSMC-RGS has the smaller {metric} in {below} of {len(judged)} comparisons.",
-        f"Larger in {above}, too close to call in {close}. "
-        + ("The claim holds" if below == len(judged) else "The claim does not hold" if above else "The claim is open")
-        + " under the assumed numbers.",
-        estimand=f"{metric[0].upper()}{metric[1:]} of one run a law, at both joints, {' and '.join(where)}, against "
-        "five rivals.",
-    )
+    curves = figures(shown, results[scenario, PROPOSED], scenario)
+    return Section(f"The {title}", (about, *curves, *published, *measured))

@@ -79,19 +79,9 @@ def rival(scenario: str, law: str) -> ClosedLoop:
 
 def proposed_as_printed(scenario: str, shape: str = "outer", arm: AbstractArm = ARM) -> ClosedLoop:
     """AOSMC-RGS letter by letter: (3) in model and observer, (24), (28) and the minus of (33) as printed."""
-    printed = PRINTED_ARM
-    law = AosmcRgs(
-        printed,
-        CARD["Lambda"],
-        CARD["phi"],
-        CARD["K(0)"],
-        CARD["P(0)"],
-        CARD["Q as printed"],
-        CARD["R as printed"],
-        gain_shape=shape,
-    )
-    state = Luenberger(printed, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
-    observer = WithDisturbance(state, PrintedFilter(2, CARD["l"]))
+    weights = {"Q": CARD["Q as printed"], "R": CARD["R as printed"]}
+    law = AosmcRgs(**SURFACE | {"model": PRINTED_ARM}, K=CARD["K(0)"], P=CARD["P(0)"], **weights, gain_shape=shape)
+    observer = WithDisturbance(paper_observer(PRINTED_ARM), PrintedFilter(2, CARD["l"]))
     return ClosedLoop(plant(scenario, arm), observer, law, REFERENCES[scenario])
 
 
@@ -113,11 +103,10 @@ def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -
 def with_change(scenario: str, change: str) -> ClosedLoop:
     """The repaired law with one slip of the print put back, or with one repair more: a key of `CHANGES`."""
     loop = proposed_repaired(scenario)
-    printed = PRINTED_ARM
     law, observer = loop.controller, loop.observer
     match change:
         case "(3)":
-            law, observer = replace(law, model=printed), replace(observer, state=replace(observer.state, model=printed))
+            law, observer = replace(law, model=PRINTED_ARM), replace(observer, state=paper_observer(PRINTED_ARM))
         case "(24)":
             observer = replace(observer, disturbance=PrintedFilter(2, CARD["l"]))
         case "(28)":
@@ -134,6 +123,6 @@ def repaired_observer() -> WithDisturbance:
     return WithDisturbance(paper_observer(), OracleFilter(2, CARD["l"]))
 
 
-def paper_observer() -> Luenberger:
-    """(10) on the right model, with the gains of section 5."""
-    return Luenberger(ARM, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])
+def paper_observer(model: AbstractArm = ARM) -> Luenberger:
+    """(10), on the right model if not said otherwise, with the gains of section 5."""
+    return Luenberger(model, CARD["L1"], CARD["L2"], CARD["q_hat(0)"], CARD["qd_hat(0)"])

@@ -1,4 +1,4 @@
-"""Each law's loop cut at the torque: its linear models at rest and along the first scenario."""
+"""The linearization of each law's loop, cut at the torque: at rest, and along the first scenario."""
 
 from dataclasses import dataclass, replace
 from functools import cache
@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.card import CARD, LAWS
+from studies.paper.comparison import PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
 from workbench.design.linear import (
@@ -31,13 +32,8 @@ from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
 SEVEN = (*LAWS, "super-twisting")
-PROPOSED = "AOSMC-RGS"
-HELD = {
-    PROPOSED: ("controller.K", "controller.P"),
-    "ASMC": ("controller.K",),
-    "Fuzzy-ASMC": ("controller.K",),
-    "RBF-ASMC": ("controller.K",),
-}
+HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))
+HELD[PROPOSED] = ("controller.K", "controller.P")
 POSES = {
     "hanging": (0.0, 0.0),
     "folded down": (0.0, np.pi),
@@ -152,13 +148,13 @@ def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
     path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
-    found = []
+    alphas = []
     for loop in broken_loops(path):
         try:
-            found.append(disk_margin(loop).alpha)
+            alphas.append(disk_margin(loop).alpha)
         except ValueError:
-            found.append(np.nan)
-    return np.array(found)
+            alphas.append(np.nan)
+    return np.array(alphas)
 
 
 def states(outcome: Outcome, ode: Ode) -> Array:
