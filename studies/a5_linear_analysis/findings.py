@@ -139,13 +139,16 @@ def adaptation() -> Verdict:
 def frozen(results: Results) -> Verdict:
     """The frozen poles along the first scenario, and within the layer alone."""
     rate, worst = max((growth(results["FS", law]), law) for law in SEVEN)
+    paths = {law: on_path(results["FS", law]) for law in SEVEN}
+    shares = ", ".join(f"{law} {100 * path.inside.mean():.1f} %" for law, path in paths.items() if law != "PID")
+    least = ", ".join(f"{law} {np.nanmin(path.alpha):.3g}" for law, path in paths.items())
     left, within = max((growth(results["FS", law], within=True), law) for law in SEVEN)
     return Verdict(
         "found",
         f"Along the first scenario the largest real part of a frozen pole is {rate:+.1f} 1/s, of {worst}; within the "
         f"layer it is {left:+.1f} 1/s, of {within}.",
         "Outside of the layer the saturation has no slope, and the law no feedback of s. Frozen poles do not decide "
-        "the stability of a loop that moves.",
+        f"the stability of a loop that moves. Time within the layer: {shares}. Least disk margin there: {least}.",
         estimand=f"Poles of the whole linear loop every 0.1 s of one run without noise for each of {len(SEVEN)} laws.",
         given=f"AOSMC-RGS: positions and the true disturbance. All others: {EXACT}.",
         reversal="Other gains of the law or of its observer: none was tried along this path.",

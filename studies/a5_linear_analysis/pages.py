@@ -49,8 +49,9 @@ def along_path(results: Results) -> Figure:
         Panel("decay of the fastest [1/s]", tuple(fast), yscale="log", title="fastest pole"),
     )
     caption = (
-        "The disk margin at the torques and the poles of the whole loop, frozen along the first scenario. A gain that "
-        "is free to stay where it is leaves a pole at 0."
+        "The disk margin at the torques, every second within the layer, with the adaptive gains held, and the poles of "
+        "the whole loop, every 0.1 s, frozen along the first scenario. A gain that is free to stay where it is leaves "
+        "a pole at 0."
     )
     return Figure("frozen", caption, panels, columns=3)
 
@@ -195,27 +196,3 @@ def _margins(loops: dict[str, AtRest]) -> Table:
         rows.append((name, *ends, phase, delay(rest), rest.disk.alpha, *rest.disk.gain, rest.disk.phase))
     caption = "Margins at the torque, at rest at the level of the second scenario."
     return Table("margins", caption, columns, tuple(rows))
-
-
-def path_section(results: Results) -> Section:
-    """Frozen poles and margins along the first scenario."""
-    columns = (
-        Column("law"),
-        Column("within the layer", "%", digits=3),
-        Column("slowest frozen pole, at most", "1/s", digits=3),
-        Column("fastest frozen pole", "1/s", digits=3),
-        Column("least disk margin", digits=3),
-        Column("largest", digits=3),
-    )
-    rows: list[tuple[Cell, ...]] = []
-    for law in SEVEN:
-        path = on_path(results["FS", law])
-        share = None if law == "PID" else 100 * float(path.inside.mean())
-        real, least, most = path.eigenvalues.real, np.nanmin(path.alpha), np.nanmax(path.alpha)
-        rows.append((law, share, float(real.max()), float(real.min()), float(least), float(most)))
-    words = (
-        "The linear models of each whole loop, frozen at instants of its run: poles every 0.1 s, margins every second. "
-        "A disk margin is taken within the layer alone, with the adaptive gains held at their values."
-    )
-    table = Table("path", "Frozen poles and margins along the first scenario.", columns, tuple(rows))
-    return Section("Along the first scenario", (Paragraph(words), table))

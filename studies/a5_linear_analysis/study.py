@@ -24,12 +24,8 @@ def sections(results: Results) -> Sequence[Section]:
         findings.adaptation(),
         findings.frozen(results),
     )
-    return (
-        Section("What was found", (pages.along_path(results), pages.responses(), *verdicts)),
-        pages.arm_section(),
-        pages.at_rest_section(results),
-        pages.path_section(results),
-    )
+    first = Section("What was found", (pages.along_path(results), pages.responses(), *verdicts))
+    return (first, pages.arm_section(), pages.at_rest_section(results))
 
 
 def headlines(results: Results) -> Sequence[str]:
