@@ -94,7 +94,7 @@ def periods_section(evidence: Evidence) -> Section:
             | {head: evidence.at(metric, REALISTIC, way, *how) for head, how in rough.items()}
             for way in PAIR
         }
-        tables.append(_scores(metric, f"{name}_periods", f"{metric} over the sampling period.", over))
+        tables.append(_scores(metric, f"{name}_table", f"{metric} over the sampling period.", over))
         tables.append(_scores(metric, f"rough_{name}", f"{metric} at {MS}, with delay and noise.", late))
     words = (
         "In brackets: the change by half the substep of the plant, and with noise twice the standard error of the "
