@@ -46,7 +46,7 @@ PAIR = {"euler": "Euler", "cayley": "Cayley"}
 
 def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
     """A metric over the sampling period."""
-    panels, x = [], 1e3 * np.array(PERIODS)
+    panels, x, what = [], 1e3 * np.array(PERIODS), metric if metric == RMSE else "Total variation (TV) of the torque"
     for scenario, joint in PLACES:
         series = []
         for law, way, label in ROWS:
@@ -58,7 +58,7 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
         axes = f"{metric} [{unit}]", tuple(series), "sampling period [ms]"
         panels.append(Panel(*axes, xscale="log", yscale="log", title=title))
     caption = (
-        f"{metric} over the sampling period, with exact readings and without delay. Marks at the left edge: in "
+        f"{what} over the sampling period, with exact readings and no delay. Marks at the left edge: in "
         "continuous time. A line ends where the run diverges."
     )
     return Figure(name, caption, tuple(panels), columns=2)
