@@ -1,14 +1,21 @@
-"""What a5 found of the laws at rest and along the first scenario, each sentence made of its figures."""
+"""The verdicts of a5 on the arm and its laws, at rest and along the first scenario."""
+
+from functools import cache
 
 import numpy as np
 
-from studies.a5_linear_analysis.arm import BOX, deviations, rests
 from studies.paper.card import CARD
+from studies.paper.laws import ARM
 from studies.paper.linearization import FINE, LEVEL, POSES, PROPOSED, SEVEN, AtRest, at_rest, late_gain, on_path
-from workbench.design.linear import sensitivity
-from workbench.study.document.document import Section, Verdict
+from workbench.core import Ode
+from workbench.design.linear import Equilibria, equilibria, forward_differences, linearize, sensitivity
+from workbench.loop import open_loop
+from workbench.plants import Manipulator
+from workbench.study.document.document import Verdict
 from workbench.study.study import Outcome, Results
 
+SEED = 1
+BOX = {"q": (-1.0, 4.0), "qd": (-5.0, 5.0)}
 STIFFER = 4.0  # of an observer, to see what its gain is to blame for
 WEAKER = 0.9  # of the torque that is commanded
 SLOW = 1e-3  # rad/s
@@ -16,21 +23,31 @@ HERE = "at rest at the level of the second scenario"
 EXACT = "exact positions and velocities"
 
 
-def findings(results: Results) -> Section:
-    """The answers first."""
-    return Section(
-        "What was found",
-        (_rests(), _delay(results), _observer(), _slow(), _twisting(), _adaptation(), _frozen(results)),
-    )
+@cache
+def arm() -> Ode:
+    """The paper's arm, driven by its torque, from the state of FS."""
+    return open_loop(Manipulator(ARM, q=np.array([np.pi, -np.pi]) + 0.1))
 
 
-def _rests() -> Verdict:
-    worst = deviations()["python-control's linearize"]
-    low, high = BOX["q"]
+@cache
+def rest_points() -> Equilibria:
+    """Its rest points without torque."""
+    return equilibria(arm(), BOX, seed=SEED)
+
+
+def rests() -> Verdict:
+    """The number of rest points, and the error of A and B by forward differences in place of exact Jacobians."""
+    rng, worst = np.random.default_rng(SEED), 0.0
+    for _ in range(20):
+        x, u = rng.uniform(-2, 2, 4), rng.uniform(-5, 5, 2)
+        ours, theirs = (
+            np.hstack([G.A, G.B]) for G in (of(arm(), 0.0, x, u=u) for of in (linearize, forward_differences))
+        )
+        worst = max(worst, float(np.abs(theirs - ours).max() / np.abs(ours).max()))
     return Verdict(
-        "holds" if rests().complete else "open",
-        f"The arm without torque has {len(rests().points)} rest points with both joints between {low:g} and {high:g} "
-        "rad.",
+        "holds" if rest_points().complete else "open",
+        f"The arm without torque has {len(rest_points().points)} rest points with both joints between "
+        f"{BOX['q'][0]:g} and {BOX['q'][1]:g} rad.",
         "Intervals prove that there are no others. Linear models here are exact Jacobians; python-control's own "
         f"linearize, a forward difference, is off by up to {worst:.0e} of the largest entry of A and B (worst of 20 "
         "random states).",
@@ -38,7 +55,8 @@ def _rests() -> Verdict:
     )
 
 
-def _delay(results: Results) -> Verdict:
+def delays(results: Results) -> Verdict:
+    """The delay that SMC stands, and ASMC with the gain that it has learned."""
     first, late = delay(at_rest("SMC")), delay(at_rest("ASMC", LEVEL, late_gain(results["FS", "ASMC"])))
     return Verdict(
         "found",
@@ -52,11 +70,11 @@ def _delay(results: Results) -> Verdict:
     )
 
 
-def _observer() -> Verdict:
+def observer() -> Verdict:
+    """The margin that the observer of the repaired law leaves."""
     rest, thin = at_rest(PROPOSED), thinnest()
     weak = at_rest(PROPOSED, thin)
     firm = {pose: alpha(at_rest(PROPOSED, pose, stiffer=STIFFER)) for pose in POSES}
-    still = "still the least" if firm[thin] == min(firm.values()) else "no longer the least"
     pole = float(np.linalg.eigvals(weak.loop.A - WEAKER * weak.loop.B @ weak.loop.C).real.max())
     return Verdict(
         "found",
@@ -67,12 +85,13 @@ def _observer() -> Verdict:
         f"torque, that of SMC {delay(at_rest('SMC')):.2f} ms.",
         estimand="The disk margin of both torques at once, of the linear loop at rest with the first gain K(0).",
         given=f"AOSMC-RGS: positions alone. SMC: {EXACT}.",
-        reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the margin {thin} is {firm[thin]:.2f}, "
-        f"{still} of the {len(POSES)} poses.",
+        reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the margin {thin} is {firm[thin]:.2f}, the "
+        f"least of the {len(POSES)} poses {min(firm.values()):.2f}.",
     )
 
 
-def _slow() -> Verdict:
+def slow() -> Verdict:
+    """The gain of slow torques that no block is given."""
     ours, pid, smc = (slow_gain(at_rest(law)) for law in (PROPOSED, "PID", "SMC"))
     return Verdict(
         "found",
@@ -85,14 +104,14 @@ def _slow() -> Verdict:
     )
 
 
-def _twisting() -> Verdict:
+def twisting() -> Verdict:
+    """The linear model of super-twisting in its layer."""
     rest = at_rest("super-twisting")
-    margin = f"a disk margin of {alpha(rest):.2f}" if rest.disk else "no disk margin"
     return Verdict(
         "found",
-        f"With its sign spread over the boundary layer, the linear model of super-twisting at rest has {margin}: its "
-        f"slowest poles are at {abs(rest.poles[0].value):.1f} rad/s with a damping of "
-        f"{max(rest.poles[0].damping, 0.0):.2g}.",
+        "With its sign spread over the boundary layer, the linear model of super-twisting at rest has "
+        f"{f'a disk margin of {alpha(rest):.2f}' if rest.disk else 'no disk margin'}: its slowest poles are at "
+        f"{abs(rest.poles[0].value):.1f} rad/s with a damping of {max(rest.poles[0].damping, 0.0):.2g}.",
         "The linear model at s = 0 lacks the term with the root of |s|, which is of higher order; without it the loop "
         "oscillates at the root of k2 / phi. That term may damp the loop: the linear model cannot say.",
         estimand=f"Poles and the disk margin of both torques of the linear loop {HERE}.",
@@ -101,7 +120,8 @@ def _twisting() -> Verdict:
     )
 
 
-def _adaptation() -> Verdict:
+def adaptation() -> Verdict:
+    """The margins of laws that differ by adaptation alone."""
     same = [abs(alpha(at_rest(law)) - alpha(at_rest("SMC"))) for law in ("ASMC", "Fuzzy-ASMC", "RBF-ASMC")]
     network, plain = (slow_gain(at_rest(law)) for law in ("RBF-ASMC", "SMC"))
     return Verdict(
@@ -116,22 +136,26 @@ def _adaptation() -> Verdict:
     )
 
 
-def _frozen(results: Results) -> Verdict:
-    worst, rate = max(((law, _growth(results["FS", law])) for law in SEVEN), key=lambda pair: pair[1])
-    within, left = max(((law, _growth(results["FS", law], True)) for law in SEVEN), key=lambda pair: pair[1])
+def frozen(results: Results) -> Verdict:
+    """The frozen poles along the first scenario, and within the layer alone."""
+    rate, worst = max((growth(results["FS", law]), law) for law in SEVEN)
+    paths = {law: on_path(results["FS", law]) for law in SEVEN}
+    shares = ", ".join(f"{law} {100 * path.inside.mean():.1f} %" for law, path in paths.items() if law != "PID")
+    least = ", ".join(f"{law} {np.nanmin(path.alpha):.3g}" for law, path in paths.items())
+    left, within = max((growth(results["FS", law], within=True), law) for law in SEVEN)
     return Verdict(
         "found",
         f"Along the first scenario the largest real part of a frozen pole is {rate:+.1f} 1/s, of {worst}; within the "
         f"layer it is {left:+.1f} 1/s, of {within}.",
         "Outside of the layer the saturation has no slope, and the law no feedback of s. Frozen poles do not decide "
-        "the stability of a loop that moves.",
+        f"the stability of a loop that moves. Time within the layer: {shares}. Least disk margin there: {least}.",
         estimand=f"Poles of the whole linear loop every 0.1 s of one run without noise for each of {len(SEVEN)} laws.",
         given=f"AOSMC-RGS: positions and the true disturbance. All others: {EXACT}.",
         reversal="Other gains of the law or of its observer: none was tried along this path.",
     )
 
 
-def _growth(outcome: Outcome, within: bool = False) -> float:
+def growth(outcome: Outcome, within: bool = False) -> float:
     """The largest real part of a frozen pole, of all instants or of those within the layer."""
     path = on_path(outcome)
     largest = path.eigenvalues.real.max(axis=1)

@@ -6,37 +6,47 @@ from functools import cache
 
 import numpy as np
 
-from studies.a9_sampling.card import CARD, LATE, NOISY, SEED
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import plant
-from studies.paper.linearization import PROPOSED, SEVEN, loop_of
-from workbench.core import Sampled
+from studies.paper.linearization import loop_of
+from workbench.core import Sampled, Step
 from workbench.loop import ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, late_error, measured, sampled_rmse, total_variation
 from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
+from workbench.study.provenance import Card, assumed
 from workbench.validation.refusals import Array, Integers
 
+CARD = Card(
+    (
+        assumed("realistic period", 1e-3, "s", "a usual rate of robot controllers, 1 kHz", 2.5e-4, 4e-3),
+        assumed("delay", "one period", "", "the torque is computed while the one before acts"),
+        assumed("steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint", 1e-6, 1e-3),
+        assumed("noise of q", 5e-5, "rad", "half a step of the encoder", 1e-6, 1e-3),
+        assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point", 0.0, 1e-2),
+        assumed("noise of qd", 5e-3, "rad/s", "half of the boundary layer; a plain difference has more", 5e-4, 0.1),
+    )
+)
+REALISTIC = float(CARD["realistic period"])
+LATE = 15.0  # s: from then on the late error of the first scenario is taken
+NOISY = 7  # runs with noise, beside the one without: what a vector register or two holds
+SEED = 20_09
+SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
 RMSE, TV, LATE_ERROR = "RMSE (43)", "TV", "late error"
 SCENARIOS = ("FS", "SS")
-SWITCHING = {
-    "sign": tuple(law for law in SEVEN if law != "PID"),
-    "implicit": tuple(law for law in SEVEN if law not in ("PID", PROPOSED)),
-}
-SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth
+HORIZON = {scenario: float(PAPER[f"{scenario}: horizon"]) for scenario in SCENARIOS}  # s
 ROUGH = Instruments.of(
     plant("FS"),
     noise={"q": CARD["noise of q"], "qd": CARD["noise of qd"]},
     quantum={"q": CARD["steps of q"], "qd": CARD["steps of qd"]},
 )
-
-
 WAYS = {
     "euler": "explicit Euler",
     "cayley34": "Cayley step of (34)",
     "cayley": "Cayley steps of (34) and (10)",
     "fine": "16 Runge-Kutta steps",
 }
+Values = Mapping[str, Array]
 
 
 @dataclass(frozen=True)
@@ -53,7 +63,7 @@ class Computer:
 
     @property
     def substeps(self) -> int:
-        """Into how many Runge-Kutta steps of the plant a period is cut."""
+        """The number of Runge-Kutta steps of the plant in a period."""
         return int(np.ceil(self.period / SUBSTEP - 1e-9))
 
 
@@ -67,32 +77,24 @@ class Audit:
         By metric (2,): with exact readings, and by how much half the substep changes them. NaN if the run diverged.
     noisy
         By metric (runs, 2): the same with noise and steps in the readings, fresh ones in each run.
-    diverged_at
-        In s, of the run with exact readings; None if it stayed finite.
     """
 
-    values: Mapping[str, Array]
-    errors: Mapping[str, Array]
-    noisy: Mapping[str, Array]
-    diverged_at: float | None
+    values: Values
+    errors: Values
+    noisy: Values
 
     @property
     def lost(self) -> Integers:
         """(1 + runs,): 1 for a run that diverged, that with exact readings first."""
-        return np.array([self.diverged_at is not None, *np.isnan(self.noisy[RMSE][:, 0])], dtype=int)
+        return np.isnan([self.values[RMSE][0], *self.noisy[RMSE][:, 0]]).astype(int)
 
-    def score(self, metric: str, joint: int) -> tuple[float, float]:
-        """The value with exact readings and its error; infinite where the run diverged."""
-        if self.diverged_at is not None:
-            return float("inf"), 0.0
-        return float(self.values[metric][joint]), float(self.errors[metric][joint])
-
-    def noisy_score(self, metric: str, joint: int) -> tuple[float, float]:
-        """The mean over the runs with noise and twice its standard error; infinite where one of them diverged."""
-        runs = self.noisy[metric][:, joint]
-        if np.isnan(runs).any():
-            return float("inf"), 0.0
-        return float(runs.mean()), float(2 * runs.std(ddof=1) / np.sqrt(len(runs)))
+    def score(self, metric: str, joint: int, noisy: bool = False) -> tuple[float, float]:
+        """The value with its error, or the mean with noise and twice its standard error; infinite if a run diverged."""
+        value, error = float(self.values[metric][joint]), float(self.errors[metric][joint])
+        if noisy:
+            runs = self.noisy[metric][:, joint]
+            value, error = float(runs.mean()), float(2 * runs.std(ddof=1) / np.sqrt(len(runs)))
+        return (float("inf"), 0.0) if np.isnan(value) else (value, error)
 
 
 def metrics(scenario: str, period: float) -> tuple[AbstractMetric, ...]:
@@ -101,8 +103,8 @@ def metrics(scenario: str, period: float) -> tuple[AbstractMetric, ...]:
     return (*both, late_error(LATE)) if scenario == "FS" else both
 
 
-def switched(law: str, scenario: str, switching: str = "clip", stepping: str = "euler") -> ClosedLoop:
-    """The loop of a law as in a1, which has a layer and steps by Euler, or one that switches or steps otherwise."""
+def switched(law: str, scenario: str, switching: str, stepping: str = "euler") -> ClosedLoop:
+    """The loop of a law as in a1, with another switching or other steps of its memories."""
     loop = loop_of(law, scenario)
     if stepping.startswith("cayley"):
         loop = replace(loop, controller=replace(loop.controller, integrator="cayley"))
@@ -121,11 +123,6 @@ def digital(law: str, scenario: str, computer: Computer, instruments: Instrument
     return loop.digital(computer.period, instruments, delay=computer.delay, integrator=integrator, name=law)
 
 
-def horizon(scenario: str) -> float:
-    """That of the card, in s."""
-    return float(PAPER[f"{scenario}: horizon"])
-
-
 @cache
 def audit(law: str, scenario: str, computer: Computer) -> Audit:
     """A law run by a computer at two lengths of its substep, with and without noise."""
@@ -134,43 +131,30 @@ def audit(law: str, scenario: str, computer: Computer) -> Audit:
     for sensor in (0, 1):
         for name in ("noise", "quantum"):
             rows[0, sampled.parameters.slice(f"instruments.sensors[{sensor}].{name}")] = 0.0
-    asked = metrics(scenario, computer.period)
-    x0, until = start(law, scenario, computer), horizon(scenario)
-    fine, lost = ends(sampled, asked, rows, x0, until, 2 * computer.substeps)
-    coarse, _ = ends(sampled, asked, rows[:1], x0, until, computer.substeps)
+    fine = ends(sampled, law, scenario, computer, rows, 2 * computer.substeps)
+    coarse = ends(sampled, law, scenario, computer, rows[:1], computer.substeps)
     errors = {name: np.abs(value[0] - coarse[name][0]) for name, value in fine.items()}
-    noisy = {name: value[1:] for name, value in fine.items()}
-    at = float(lost[0]) if np.isfinite(lost[0]) else None
-    return Audit({name: value[0] for name, value in fine.items()}, errors, noisy, at)
-
-
-def start(law: str, scenario: str, computer: Computer) -> Mapping[str, Array]:
-    """States that do not begin as the loop says: where the torque is late, the first waits already, and none is 0."""
-    if not computer.delay:
-        return {}
-    ode = loop_of(law, scenario).ode()
-    return {"hold.next": ode.outputs_at(0.0, ode.states.default)["tau"]}
-
-
-def ends(
-    sampled: Sampled,
-    asked: tuple[AbstractMetric, ...],
-    rows: Array,
-    x0: Mapping[str, Array],
-    until: float,
-    substeps: int,
-) -> tuple[Mapping[str, Array], Array]:
-    """The metrics (B, 2) at the horizon by name, and when each run diverged."""
-    step = measured(sampled, asked, sampled.period / substeps)
-    runs = simulate(step, rows, step.states.pack(x0), until=until, every=until, seed=SEED)
-    return final_values(runs, asked), runs.diverged_at
+    return Audit({name: value[0] for name, value in fine.items()}, errors, {n: value[1:] for n, value in fine.items()})
 
 
 @cache
-def exact(law: str, scenario: str, computer: Computer) -> Mapping[str, Array]:
+def exact(law: str, scenario: str, computer: Computer) -> Values:
     """The metrics (2,) with exact readings alone, for a search; NaN where the run diverged."""
     sampled = digital(law, scenario, computer)
-    asked = metrics(scenario, computer.period)
-    row, x0 = sampled.parameters.default[np.newaxis], start(law, scenario, computer)
-    values, _ = ends(sampled, asked, row, x0, horizon(scenario), computer.substeps)
+    values = ends(sampled, law, scenario, computer, sampled.parameters.default[np.newaxis], computer.substeps)
     return {name: value[0] for name, value in values.items()}
+
+
+def ends(sampled: Sampled, law: str, scenario: str, computer: Computer, rows: Array, substeps: int) -> Values:
+    """The metrics (B, 2) at the horizon; where the torque is late, the first one waits already, and none is 0."""
+    asked, ode = metrics(scenario, computer.period), loop_of(law, scenario).ode()
+    first = {"hold.next": ode.outputs_at(0.0, ode.states.default)["tau"]} if computer.delay else {}
+    step = measured(sampled, asked, computer.period / substeps)
+    return last(step, asked, HORIZON[scenario], rows, step.states.pack(first))
+
+
+def last(
+    step: Step, asked: tuple[AbstractMetric, ...], until: float, rows: Array | None = None, x0: Array | None = None
+) -> Values:
+    """The metrics (B, 2) of runs at their end, by name."""
+    return final_values(simulate(step, rows, x0, until=until, every=until, seed=SEED), asked)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from typing import Any
 
@@ -16,49 +17,35 @@ from workbench.core import Ode, Signals
 from workbench.design.linear import along
 from workbench.design.linear.linear_path import LinearPath
 from workbench.loop import ClosedLoop
+from workbench.notation.formula import Number, Product, Quotient, symbol
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
+RULE = Quotient(Product((Number(Fraction(2)), symbol("phi"), symbol("lambda_min"))), symbol("K"))  # of thumb, in s
 GRID = 1e-2  # s, that of (43), which every period divides
 PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods where a search begins
 CLOSE = 1.12  # how far apart the longest safe period and the next one tried may be
-FINE = 25  # every which kept state, of one in 10 ms, is linearised
+EVERY = 25  # a state in so many of those of a run, one in 10 ms, is linearised
 LONGEST, HALVINGS = 0.1, 30  # s; of the bisection for multipliers, 1e-6 of the period
-Complexes = np.ndarray[Any, np.dtype[np.complex128]]
 
 
 @dataclass(frozen=True)
 class Longest:
-    """The longest period found safe and the shortest found not to be, in s; None where none was found."""
+    """The longest period found safe, 0 if none, and the shortest found not to be, infinite if none; in s."""
 
-    safe: float | None
-    unsafe: float | None
+    safe: float
+    unsafe: float
 
     @property
     def text(self) -> str:
         """In ms, as a table has it."""
-        if self.safe is None:
-            return f"below {1e3 * self.unsafe:.2g}" if self.unsafe else "none"
-        return f"{1e3 * self.safe:.2g}" if self.unsafe else f"{1e3 * self.safe:.2g} or more"
-
-    @property
-    def ends(self) -> str:
-        """As a sentence has what the search leaves."""
-        if self.safe is None:
-            return f"{self.text} ms"
-        return f"{1e3 * self.safe:.2g} " + (f"to {1e3 * self.unsafe:.2g} ms" if self.unsafe else "ms or more")
-
-    def within(self, factor: float) -> bool:
-        """Whether both ends were found, so close to one another."""
-        return self.safe is not None and self.unsafe is not None and self.unsafe <= factor * self.safe
-
-    def holds(self, period: float) -> bool:
-        """Whether a period lies between the ends."""
-        return (self.safe or 0.0) <= period <= (self.unsafe or np.inf)
+        if not self.safe:
+            return f"below {1e3 * self.unsafe:.2g}"
+        return f"{1e3 * self.safe:.2g}" + (" or more" if np.isinf(self.unsafe) else "")
 
     def meets(self, period: float, factor: float) -> bool:
-        """Whether a period is that close to the longest safe one, wherever this lies between the ends."""
-        return (self.unsafe or np.inf) / factor <= period <= factor * (self.safe or 0.0)
+        """True if a period is that close to the longest safe one, wherever this lies between the ends."""
+        return self.unsafe / factor <= period <= factor * self.safe
 
 
 def longest(safe: Callable[[float], bool]) -> Longest:
@@ -69,9 +56,9 @@ def longest(safe: Callable[[float], bool]) -> Longest:
         middle = (low + high) // 2
         low, high = (middle, high) if asked(PARTS[middle]) else (low, middle)
     if low < 0:
-        return Longest(None, GRID / PARTS[0])
+        return Longest(0.0, GRID / PARTS[0])
     if high == len(PARTS):
-        return Longest(GRID / PARTS[-1], None)
+        return Longest(GRID / PARTS[-1], np.inf)
     good, bad = PARTS[low], PARTS[high]
     while good > CLOSE * bad and good - bad > 1:
         middle = round(np.sqrt(good * bad))
@@ -91,7 +78,7 @@ class Frozen:
     counted: Array
 
 
-def multipliers(loop: Frozen, period: float, delay: bool = False) -> Complexes:
+def multipliers(loop: Frozen, period: float, delay: bool = False) -> np.ndarray[Any, np.dtype[np.complex128]]:
     """The multipliers (N, m) of a loop with a computer, frozen at N states.
 
     The plant moves by exp(A T) while the torque is held; what the computer remembers by one step of explicit Euler.
@@ -111,20 +98,22 @@ def multipliers(loop: Frozen, period: float, delay: bool = False) -> Complexes:
     return np.asarray(np.linalg.eigvals(np.concatenate([np.concatenate([free, driven], axis=2), waiting], axis=1)))
 
 
-def decays(z: Complexes) -> bool:
-    """Whether no mode faster than an eighth of the sampling rate grows; slow ones are those of continuous time too."""
-    fast = np.abs(np.angle(z)) > np.pi / 4
-    return bool((np.abs(z[fast]) <= 1.0).all())
-
-
 def linear_limit(loop: Frozen, delay: bool = False) -> float:
-    """The longest period up to `LONGEST`, in s, at which the layer's modes decay at all states of a path."""
+    """The longest period up to `LONGEST`, in s, at which no mode faster than an eighth of the sampling rate grows.
+
+    Slow modes that grow are those of continuous time too.
+    """
+
+    def decays(period: float) -> bool:
+        z = multipliers(loop, period, delay)
+        return bool((np.abs(z[np.abs(np.angle(z)) > np.pi / 4]) <= 1.0).all())
+
     low, high = 0.0, LONGEST
-    if decays(multipliers(loop, high, delay)):
+    if decays(high):
         return high
     for _ in range(HALVINGS):
         middle = (low + high) / 2
-        low, high = (middle, high) if decays(multipliers(loop, middle, delay)) else (low, middle)
+        low, high = (middle, high) if decays(middle) else (low, middle)
     return low
 
 
@@ -136,8 +125,7 @@ def frozen(outcome: Outcome) -> Frozen:
     values = ode.states.unpack(x[chosen]) | {"drive": run["tau"][0][chosen]}
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
-    x = np.concatenate([x[chosen, place] for place in left], axis=1)
-    return linear(loop, broken, run.t[chosen], x, rows)
+    return linear(loop, broken, run.t[chosen], np.concatenate([x[chosen, place] for place in left], axis=1), rows)
 
 
 def linear(loop: ClosedLoop, broken: Ode, t: Array, x: Array, p: Array) -> Frozen:
@@ -148,42 +136,29 @@ def linear(loop: ClosedLoop, broken: Ode, t: Array, x: Array, p: Array) -> Froze
     est = loop.observer.estimate(now, seen.view(z), y)
     rates = seen.flatten(loop.observer.rate(now, seen.view(z), y, est, Signals(tau=tau)))
     counts = ca.Function("counts", [z], [ca.densify(ca.jacobian(rates, tau))])
-    counted = np.zeros(path.B.shape)
-    observed = slice(plant, plant + seen.size)
+    counted, observed = np.zeros(path.B.shape), slice(plant, plant + seen.size)
     for k in range(len(t) if seen.size else 0):
         counted[k, observed] = np.array(counts(x[k, observed]))
     return Frozen(path, plant, counted)
 
 
 def places(outcome: Outcome) -> np.ndarray[Any, np.dtype[np.intp]]:
-    """Which kept states are linearised: those within the layer, of one in `FINE`; PID, which has none, at all."""
+    """The states that are linearised: those within the layer, of one in `EVERY`; of PID, which has none, each."""
     run = outcome.measurement.trajectories
-    some = np.arange(len(run.t) - 1, 0, -FINE)[::-1]
+    some = np.arange(len(run.t) - 1, 0, -EVERY)[::-1]
     if outcome.case.law == "PID":
         return some
     return np.asarray(some[(np.abs(run["s"][0][some]) < PAPER["phi"]).all(axis=1)])
 
 
-def exact_limit(loops: tuple[Frozen, ...], delay: bool = False) -> float:
-    """The longest period, in s, at which the linear loops along all runs decay."""
-    return min(linear_limit(loop, delay) for loop in loops)
-
-
-def rule_of_thumb(outcomes: tuple[Outcome, ...]) -> float | None:
-    """The least 2 phi lambda_min(M) / K along the runs, in s; K the largest that M sees. None without a K."""
-    if outcomes[0].case.law in ("PID", "super-twisting"):
-        return None
-    return min(_rule(outcome) for outcome in outcomes)
-
-
-def _rule(outcome: Outcome) -> float:
-    run, chosen = outcome.measurement.trajectories, places(outcome)
+def rule_of_thumb(outcome: Outcome) -> float:
+    """The least 2 phi lambda_min(M) / K along a run, in s, with the largest K that M sees; infinite without a K."""
+    law, run, chosen = outcome.case.law, outcome.measurement.trajectories, places(outcome)
+    if law in ("PID", "super-twisting"):
+        return np.inf
     q = ca.SX.sym("q", 2)
     M = ca.Function("M", [q], [ARM.mass_matrix(q)])
     least = np.array([np.linalg.eigvalsh(np.array(M(pose)))[0] for pose in run["q"][0][chosen]])
-    if outcome.case.law == "SMC":
-        K: Array = np.full(len(chosen), float(np.max(PAPER["SMC: K"])))
-    else:
-        kept = run["controller.K"][0][chosen]
-        K = np.linalg.norm(kept, 2, axis=(1, 2)) if kept.ndim == 3 else kept.max(axis=1)
+    K = np.full((1, 1), np.max(PAPER["SMC: K"])) if law == "SMC" else run["controller.K"][0][chosen]
+    K = np.linalg.norm(K, 2, axis=(1, 2)) if K.ndim == 3 else K.max(axis=1)
     return float((2 * PAPER["phi"] * least / K).min())

@@ -1,15 +1,14 @@
 """Chattering over the step of the simulation: what belongs to the computer stays, what belongs to the step moves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from studies.a9_sampling.loops import TV, switched
+from studies.a9_sampling.loops import TV, last, switched
 from studies.paper.linearization import PROPOSED
-from workbench.core import Step
 from workbench.metrics import measured, total_variation
-from workbench.metrics.accumulators import final_values
-from workbench.simulate import simulate
+from workbench.study.document.document import Figure, Panel, Series
 from workbench.validation.refusals import Array
 
 LAWS = ("SMC", PROPOSED)
@@ -29,11 +28,6 @@ class Curve:
     h: Array
     TV: Array
 
-    @property
-    def label(self) -> str:
-        """What a legend says."""
-        return f"{WORDS[self.switching]}, {'computer of 1 ms' if self.digital else 'continuous time'}"
-
 
 def curves() -> tuple[Curve, ...]:
     """Both laws, with layer and relay, in continuous time and run by a computer."""
@@ -43,16 +37,26 @@ def curves() -> tuple[Curve, ...]:
 def curve(law: str, switching: str, digital: bool) -> Curve:
     """One of them; the torque is looked at once a step, or once a period of the computer, which holds it."""
     loop = switched(law, "FS", switching)
-    if digital:
-        sampled, grid = loop.digital(PERIOD), total_variation(PERIOD)
-        h = [PERIOD / m for m in SUBSTEPS]
-        steps = [measured(sampled, (grid,), length) for length in h]
-    else:
-        ode, h = loop.ode(), list(STEPS)
-        steps = [measured(ode, (total_variation(length),), length) for length in h]
-    return Curve(law, switching, digital, np.array(h), np.array([_variation(step, step.h) for step in steps]))
+    equation = loop.digital(PERIOD) if digital else loop.ode()
+    h = [PERIOD / m for m in SUBSTEPS] if digital else list(STEPS)
+    grids = [(total_variation(PERIOD if digital else length),) for length in h]
+    runs = [last(measured(equation, grid, length), grid, UNTIL) for grid, length in zip(grids, h, strict=True)]
+    return Curve(law, switching, digital, np.array(h), np.array([values[TV][0] for values in runs]))
 
 
-def _variation(step: Step, grid: float) -> Array:
-    runs = simulate(step, until=UNTIL, every=UNTIL)
-    return np.asarray(final_values(runs, (total_variation(grid),))[TV][0])
+def figure(curves: Sequence[Curve]) -> Figure:
+    """Total variation over the step of the simulation."""
+    panels = []
+    for law in LAWS:
+        series = []
+        for style, one in enumerate(curve for curve in curves if curve.law == law):
+            label = f"{WORDS[one.switching]}, {'computer of 1 ms' if one.digital else 'continuous time'}"
+            points = label, 1e3 * one.h, one.TV[:, 0], style
+            series += [Series(*points), Series(*points, look="marks")]
+        axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
+        panels.append(Panel(*axes, xscale="log", yscale="log", title=law))
+    caption = (
+        "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
+        "step of the loop, with the computer a step of the plant within its period."
+    )
+    return Figure("tv_steps", caption, tuple(panels), columns=2)

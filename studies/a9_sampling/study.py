@@ -7,55 +7,55 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS, STYLES
-from studies.a9_sampling.card import REALISTIC, SEED
-from studies.a9_sampling.details import rough_section, switching_section, theory_section, trust_section
-from studies.a9_sampling.evidence import Evidence, gathered, printed
-from studies.a9_sampling.findings import findings
-from studies.a9_sampling.folded import PERIODS, row
-from studies.a9_sampling.integrator import apart_section
-from studies.a9_sampling.loops import RMSE, horizon, metrics
-from studies.a9_sampling.sections import computer_section, periods_section, places_section, safe_section
-from studies.a9_sampling.steps import curves
+from studies.a9_sampling import findings, pages, steps
+from studies.a9_sampling.evidence import Evidence, gathered, printed, tally
+from studies.a9_sampling.loops import HORIZON, REALISTIC, RMSE, SCENARIOS, SEED, TV, metrics
 from studies.paper.linearization import SEVEN, loop_of
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
 from workbench.study.study import Case, Results, Study
 
 
-def continuous(scenario: str) -> tuple[Case, ...]:
-    """Each law without a computer, at the steps of a1."""
-    until = horizon(scenario)
-    return tuple(
-        Case(
-            scenario,
-            law,
-            Run(loop_of(law, scenario), metrics(scenario, 1e-3), until, 0.01, STEPS.get(law, PROPOSED_STEP) / 2),
-            STYLES[law],
-        )
-        for law in SEVEN
-    )
+def continuous(scenario: str, law: str) -> Case:
+    """A law without a computer, at the step of a1."""
+    h = STEPS.get(law, PROPOSED_STEP) / 2
+    run = Run(loop_of(law, scenario), metrics(scenario, 1e-3), HORIZON[scenario], 0.01, h)
+    return Case(scenario, law, run, STYLES[law])
 
 
 @cache
 def evidence(results: Results) -> Evidence:
-    """What the computers gave, once for sections and headlines."""
+    """All that was measured, once for sections and headlines."""
     return gathered(results)
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """What the report says."""
-    found, steps = evidence(results), curves()
+    """The whole page."""
+    found, curves = evidence(results), steps.curves()
+    pictures = (pages.over_periods(found, TV, "tv_periods"), pages.over_periods(found, RMSE, "rmse_periods"))
+    verdicts = (
+        findings.finite(found),
+        findings.integrator(found),
+        findings.unseen(found),
+        findings.survives(found),
+        findings.places(found),
+        findings.quieter(found),
+        findings.foreseen(found),
+        findings.thumb(found),
+        findings.halved(found),
+        findings.noisy(found),
+        findings.implicit(found),
+        findings.computers(found, curves),
+    )
     return (
-        findings(found, steps),
-        computer_section(),
-        periods_section(found),
-        apart_section(found),
-        places_section(found),
-        safe_section(found),
-        switching_section(found),
-        rough_section(found),
-        theory_section([row(period, delay) for period in PERIODS for delay in (False, True)]),
-        trust_section(found, steps),
+        Section("What was found", (*pictures, *verdicts)),
+        pages.computer_section(),
+        pages.periods_section(found),
+        pages.apart_section(found),
+        pages.places_section(found),
+        pages.safe_section(found),
+        pages.switching_section(found),
+        pages.trust_section(found, steps.figure(curves)),
     )
 
 
@@ -63,10 +63,10 @@ def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
     found = evidence(results)
     rough = printed(found.at(RMSE, REALISTIC, delay=True, noisy=True))
-    quiet = ", ".join(f"{law} {safe.quiet.text}" for law, safe in found.safe.items())
+    quiet = ", ".join(f"{law} {safe.quiet[0].text}" for law, safe in found.safe.items())
     return (
-        f"Published pairs in continuous time: {printed(found.still(RMSE)).text}.",
-        f"At {1e3 * REALISTIC:g} ms, a period late and noisy: {rough.text}.",
+        f"Published pairs in continuous time: {tally(printed(found.still(RMSE)))}.",
+        f"At {1e3 * REALISTIC:g} ms, a period late and noisy: {tally(rough)}.",
         f"Longest quiet period in ms: {quiet}.",
     )
 
@@ -85,7 +85,7 @@ study = Study(
         "and near their exact flow; a layer, a relay and an implicit relay; delay and noise. Longest safe periods "
         "by bisection on runs, beside the multipliers of the frozen loops and a rule of thumb."
     ),
-    cases=(*continuous("FS"), *continuous("SS")),
+    cases=tuple(continuous(scenario, law) for scenario in SCENARIOS for law in SEVEN),
     sections=sections,
     headlines=headlines,
     seed=SEED,
