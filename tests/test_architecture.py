@@ -24,6 +24,9 @@ LAWS = [
     rules.inherited_final_classes,
     rules.mutable_dataclasses,
     rules.names_without_door,
+    rules.files_of_one_name,
+    rules.participles,
+    rules.question_openings,
 ]
 
 
@@ -82,6 +85,23 @@ def test_public_names_have_doors():
     holds(rules.names_without_door(HOUSE))
 
 
+def test_no_two_files_share_a_name():
+    holds(rules.files_of_one_name(HOUSE))
+
+
+def test_two_files_of_one_name_are_found():
+    (breach,) = rules.files_of_one_name({"workbench/a/x.py": "", "workbench/b/x.py": "", "studies/x.py": ""})
+    assert "workbench/b/x.py" in breach
+
+
+def test_no_file_is_named_by_a_participle():
+    holds(rules.participles(HOUSE))
+
+
+def test_no_docstring_opens_with_a_question_word():
+    holds(rules.question_openings(HOUSE))
+
+
 @pytest.mark.parametrize("text", ["def f(x): ...", "@dataclass(frozen=True)\nclass f: ..."])
 def test_a_public_name_without_a_door_is_found(text):
     room = {"workbench/core/__init__.py": "__all__ = ['f']", "workbench/core/a.py": text}
@@ -122,6 +142,9 @@ BAD = [
     (rules.global_seeds, "workbench/a.py", "rng = np.random.default_rng()", "cannot be repeated"),
     (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
+    (rules.participles, "workbench/core/kept.py", "", "kept"),
+    (rules.question_openings, "workbench/a.py", '"""What marches."""', "What"),
+    (rules.question_openings, "workbench/a.py", 'x = 1\ndef f():\n    """Whether it holds."""', "Whether"),
     (rules.mutable_dataclasses, "workbench/a.py", "@dataclass\nclass A: ...", "frozen"),
     (rules.mutable_dataclasses, "workbench/a.py", "@dataclasses.dataclass(eq=False)\nclass A: ...", "frozen"),
 ]

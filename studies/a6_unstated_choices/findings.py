@@ -86,7 +86,7 @@ def fit_words(law: str, target: str, numbers: Array) -> str:
 
 
 def _determined(every: Mapping[str, Fits]) -> Verdict:
-    """How many numbers differ widely among the choices that meet the first scenario."""
+    """The number of unstated values that differ widely among the choices that meet the first scenario."""
     wide = {
         law: [f.name for f, v in zip(factors_of(law, "FS"), one.close["FS"].T, strict=False) if span_of(f, v) > WIDE]
         for law, one in every.items()
@@ -118,7 +118,7 @@ def span_of(factor: Factor, values: Array) -> float:
 
 
 def horizon_verdict(results: Results) -> Verdict:
-    """How near one horizon brings all laws in the first scenario, as one experiment must."""
+    """The laws that one horizon brings near in the first scenario, as one experiment must."""
     least = []
     sets = {("random", prior) for prior in PRIORS.values()} | {("paired", OF_CARD)}
     for law in LAWS:
@@ -144,7 +144,7 @@ def horizon_verdict(results: Results) -> Verdict:
 
 
 def shared_verdict(one: Shared) -> Verdict:
-    """How many rows of the second scenario one experiment gives."""
+    """The rows of the second scenario that one experiment gives."""
     met = sum(miss <= CLOSE for miss in one.miss.values())
     listed = ", ".join(f"{law} {100 * miss:.2g} %" for law, miss in one.miss.items())
     moved = " and ".join(f"{100 * (now / then - 1):+.1f} %" for now, then in zip(AMPLITUDES, BY_HAND, strict=True))

@@ -1,4 +1,4 @@
-"""How near the runs of a law come to its printed cells, whatever the horizon, and which of them come nearest."""
+"""The distance of a law's runs from its printed cells, whatever the horizon, and the runs that come nearest."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -109,7 +109,7 @@ def cells(every: Mapping[str, Fits]) -> Table:
 
 
 def _counts(every: Mapping[str, Fits], law: str, target: str) -> tuple[str, ...]:
-    """How many draws and points of the search come within 1 % of a target."""
+    """The counts of draws and of searched points within 1 % of a target."""
     return tuple(f"{(part[target] <= CLOSE).sum()}" for part in (every[law].drawn, every[law].sought))
 
 
@@ -187,7 +187,7 @@ def words(factor: Factor) -> str:
 
 
 def open_section(results: Results) -> Section:
-    """What is searched, and what is not."""
+    """The numbers that are searched, and those that are not."""
     laws: dict[str, list[str]] = {}
     rows: dict[str, tuple[Cell, ...]] = {}
     for law in LAWS:

@@ -1,4 +1,4 @@
-"""How probable each published ranking is over all that is open, and which open number decides who wins."""
+"""The probability of each published ranking over all that is open, and the open number that decides who wins."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -60,7 +60,7 @@ def ahead(one: Ranks, rival: str | None = None) -> Triple:
 
 
 def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
-    """How often the laws come in their printed order, two at a time and all six."""
+    """The share of draws in which laws come in their printed order, two at a time and all six."""
     likely, whole = 0, 0.0
     for column, one in columns.items():
         order = sorted(range(len(LAWS)), key=lambda i: PUBLISHED[column].values[LAWS[i]])
@@ -140,7 +140,7 @@ def largest(every: SobolIndices, name: str) -> Sequence[tuple[str, float, float]
 
 
 def step_words(results: Results) -> str:
-    """How far the step moves the proposed law, of which the intervals know nothing."""
+    """The change of the proposed law at half the step, which the intervals leave out."""
     moves: list[tuple[float, str]] = []
     count = 0
     for scenario in SCENARIOS:
@@ -159,7 +159,7 @@ def step_words(results: Results) -> str:
 
 
 def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
-    """How often the proposed law is first, under each prior and in each column."""
+    """The share of draws in which the proposed law is first, under each prior and in each column."""
     parts = {name: [ahead(one) for one in columns.values()] for name, columns in every.items()}
     shares = [part for held in parts.values() for part in held]
     ends = "; ".join(f"{name} {interval(min(held))} to {interval(max(held))}" for name, held in parts.items())
@@ -178,7 +178,7 @@ def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
 
 
 def pairs_verdict(every: Ranked, step: str) -> Verdict:
-    """How often the proposed law is below each rival: one sentence for all, so that none is picked by its number."""
+    """The share of draws in which the proposed law is below each rival, in one sentence for all."""
     ours = {
         rival: {column: [ahead(by[column], rival) for by in every.values()] for column in columns}
         for columns in [next(iter(every.values()))]

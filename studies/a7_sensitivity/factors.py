@@ -1,4 +1,4 @@
-"""What a7 varies of each law: its gains, the arm that is simulated, and the arm that the law believes in.
+"""The factors that a7 varies of each law: its gains, the arm that is simulated, and the arm that the law believes in.
 
 One rule for all laws. A number that the paper states, or that follows from one, is off by up to 10 % either way. A
 number that is assumed lies within a factor of 1.5 of its value, and within the range on the card where that is
@@ -97,7 +97,7 @@ def factor(name: str, card: str, paths: tuple[str, ...]) -> Factor:
 
 
 def spread(given: Given) -> AbstractDistribution:
-    """How a share of a number is spread, by the mark of the number."""
+    """The distribution of a number's share, by the mark of the number."""
     if given.mark != "assumed":
         return Uniform(1 - TOLERANCE, 1 + TOLERANCE)
     largest = float(np.abs(given.value).max())

@@ -151,7 +151,7 @@ class Chain:
 
     @property
     def ratio(self) -> float | None:
-        """How many times as fast we are as the faster of SymPy's methods."""
+        """The ratio of our speed to that of the faster of SymPy's methods."""
         known = [found for found in self.matrices if found is not None]
         return min(known) / self.ours if known else None
 

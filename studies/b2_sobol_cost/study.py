@@ -119,7 +119,7 @@ def record(one: CompiledSweep) -> Sample:
 
 
 def command() -> dict[str, float]:
-    """What the whole command takes, from its start to the report, compilation included."""
+    """The cost of the whole command, from its start to the report, compilation included."""
     with TemporaryDirectory(prefix="workbench-b2-") as folder:
         environment = {**os.environ, "WORKBENCH_CACHE": "off", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         call = [sys.executable, "-c", PROBE, str(SCRIPT), "--out", str(Path(folder) / "report")]

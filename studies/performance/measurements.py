@@ -29,7 +29,7 @@ STEPS_A_DECADE, CELLS = 24, 100  # settings that are tried; of the horizon, whos
 
 @dataclass(frozen=True)
 class Effort:
-    """How much is run: the `horizon` of a run in s, how often a rate is measured, and for how many `seconds` at least.
+    """The size of a measurement: the `horizon` of a run in s, how often a rate is measured, and for how many `seconds` at least.
 
     `runs` are those in one call of ours, `batch` in one whose steps a pilot chooses, `samples` behind a median error,
     `sizes` where the rate shall be flat, `fallback` in NumPy, `many` where memory is looked at; `fine` is the step of
@@ -235,7 +235,7 @@ def rates(effort: Effort) -> dict[int, float]:
 
 
 def flat(effort: Effort) -> Row:
-    """How far the slowest number of runs in a call lies below the fastest."""
+    """The share by which the slowest number of runs in a call lies below the fastest."""
     found = rates(effort)
     spread = 100 * (1 - min(found.values()) / max(found.values()))
     note = "runs/s/core with " + ", ".join(f"{runs:,}: {rate:,.0f}" for runs, rate in found.items())
