@@ -28,8 +28,8 @@ def numbers(law, given):
     ("law", "given", "control", "sensing"),
     [
         ("RBF-ASMC", "readings", Rbf, Readings),
-        ("SMC", "both", Smc, Observers),
-        ("AOSMC-RGS", "both", Aosmc, Observers),
+        pytest.param("SMC", "both", Smc, Observers, marks=pytest.mark.heavy),
+        pytest.param("AOSMC-RGS", "both", Aosmc, Observers, marks=pytest.mark.heavy),
     ],
 )
 def test_a_plain_monte_carlo_agrees_with_mean_median_and_quantile(law, given, control, sensing):

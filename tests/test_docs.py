@@ -22,6 +22,7 @@ def test_the_blocks_of_a_page_run_one_after_the_other(page, tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.heavy
 def test_the_site_is_built_without_a_warning(tmp_path):
     pytest.importorskip("sphinx")
     pytest.importorskip("numpydoc")

@@ -77,6 +77,7 @@ def exam(tmp_path):
     return write
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not SHARED.exists(), reason="the exams are not beside this project")
 def test_no_bar_of_the_shared_exam_is_missed_in_either_language():
     verdicts = list(sit(SHARED))

@@ -143,6 +143,7 @@ def exam(tmp_path):
     return write
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(not EXAMS.exists(), reason="the exams are not beside this project")
 def test_no_bar_of_the_shared_exams_is_missed():
     verdicts = list(sit(EXAMS))

@@ -99,6 +99,7 @@ def acknowledged(stdout):
     return {line.split()[1]: line.split()[2] for line in stdout.splitlines() if line.startswith("ACK ")}
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_machine(cluster, tmp_path):
     address, worker, _ = cluster
@@ -118,6 +119,7 @@ def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_ma
     assert len(there) == 20
 
 
+@pytest.mark.heavy
 def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_path):
     address, worker, _ = cluster
     worker(first="sys.modules['llvmlite'] = None")

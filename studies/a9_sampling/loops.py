@@ -51,7 +51,7 @@ Values = Mapping[str, Array]
 
 @dataclass(frozen=True)
 class Computer:
-    """The way in which a computer runs a law: once in `period` seconds, a period late or not, its switching as the law has it or another.
+    """A law in a computer: once in `period` seconds, a period late or not, its switching as the law has it or another.
 
     `stepping` is the way in which the memories of AOSMC-RGS and its observer step, one of `WAYS`.
     """

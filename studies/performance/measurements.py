@@ -29,7 +29,7 @@ STEPS_A_DECADE, CELLS = 24, 100  # settings that are tried; of the horizon, whos
 
 @dataclass(frozen=True)
 class Effort:
-    """The size of a measurement: the `horizon` of a run in s, how often a rate is measured, and for how many `seconds` at least.
+    """The size of a measurement: the `horizon` of a run in s, repetitions of a rate, and their least `seconds`.
 
     `runs` are those in one call of ours, `batch` in one whose steps a pilot chooses, `samples` behind a median error,
     `sizes` where the rate shall be flat, `fallback` in NumPy, `many` where memory is looked at; `fine` is the step of
