@@ -58,8 +58,8 @@ def rmse_figure(results: Results) -> Figure:
         )
         panels.append(Panel("", bars, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
     caption = (
-        "RMSE (43) as printed, and as run here: AOSMC-RGS with four slips repaired, the rivals with gains of ours, as the "
-        "paper states none."
+        "RMSE (43) as printed, and as run here: AOSMC-RGS with four slips repaired, the rivals with gains of ours, as "
+        "the paper states none."
     )
     return Figure("rmse", caption, tuple(panels), columns=2)
 
