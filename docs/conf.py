@@ -24,6 +24,7 @@ html_css_files = ["site.css"]
 highlight_language = "none"  # an indented block is an equation; examples and files name their language
 default_role = "code"
 html_show_sphinx = False
+html_show_copyright = False
 autosummary_generate = True
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # numpydoc's `Parameters` say shapes and units; the signature has the types

@@ -8,18 +8,22 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[1]
-BLOCK = re.compile(r"^```python\n(.*?)^```$", re.M | re.S)
+BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n```text\n(.*?)^```$)?", re.M | re.S)  # a block, and what it prints
 PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if BLOCK.search(page.read_text(encoding="utf-8")))
+ENDS = "-- the block ends --"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_the_blocks_of_a_page_run_one_after_the_other(page, tmp_path):
-    code = "\n".join(BLOCK.findall(page.read_text(encoding="utf-8")))
+def test_the_blocks_of_a_page_run_one_after_the_other_and_print_what_stands_below_them(page, tmp_path):
+    blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
+    code = "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in blocks)
     environment = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "PATH": ""}
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
+    for (_, wanted), printed in zip(blocks, done.stdout.split(f"{ENDS}\n"), strict=False):
+        assert not wanted or printed == wanted
 
 
 @pytest.mark.heavy
