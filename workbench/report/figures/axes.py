@@ -12,8 +12,7 @@ from workbench.report.figures.pen import Box, Pen
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LINES, MARKS, PAD, POINTS_LOOK, SMALL_LETTERS, TICK, layer_of, line_of
 from workbench.report.figures.tiles import draw_map, draw_tiles
-from workbench.study.document.figure import Panel
-from workbench.study.document.figure_marks import Band, Bars, HeatMap, Mark, Points, Series, Tiles
+from workbench.study.document.figure import Band, Bars, HeatMap, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}

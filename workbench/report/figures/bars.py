@@ -13,7 +13,7 @@ from workbench.report.figures.pen import INK, Box, Pen
 from workbench.report.figures.placing import FAR, placed
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import LINES, POINTS_LOOK, SMALL_LETTERS
-from workbench.study.document.figure_marks import Bars, Points, Style
+from workbench.study.document.figure import Bars, Points, Style
 from workbench.validation.refusals import Array
 
 CAP = 2.0  # points: half of the mark at the end of an interval

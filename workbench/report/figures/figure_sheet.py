@@ -30,8 +30,7 @@ from workbench.report.figures.style import (
     letter_of,
     shares_abscissa,
 )
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Mark, Tiles
+from workbench.study.document.figure import Figure, Mark, Panel, Tiles
 from workbench.validation.refusals import Array
 
 EDGE = 4.0  # points around each panel with all its letters

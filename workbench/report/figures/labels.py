@@ -12,7 +12,7 @@ from matplotlib.textpath import text_to_path
 
 from workbench.notation import latex, text
 from workbench.report.figures.style import RULES, SMALL_LETTERS
-from workbench.study.document.figure_marks import Label
+from workbench.study.document.figure import Label
 
 FAMILY = RULES["font.family"]
 ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter

@@ -12,8 +12,7 @@ from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxN
 
 from workbench.report.figures.labels import NUMBER, block_of, extent, folded, mathtext, unmarked
 from workbench.report.figures.style import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Bars, Label, Points, Series, Spans, Tiles
+from workbench.study.document.figure import Bars, Figure, Label, Panel, Points, Series, Spans, Tiles
 from workbench.validation.refusals import Array
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from workbench.report.figures.style import LINES
 from workbench.simulate import Trajectories
-from workbench.study.document.figure_marks import STYLES
+from workbench.study.document.figure import STYLES
 from workbench.validation.refusals import known, whole
 from workbench.validation.signatures import door
 

@@ -9,8 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Band, Bars, HeatMap, Series, Style, Tiles
+from workbench.study.document.figure import Band, Bars, Figure, HeatMap, Panel, Series, Style, Tiles
 from workbench.validation.refusals import Array
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm

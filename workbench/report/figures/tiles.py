@@ -15,7 +15,7 @@ from workbench.report.figures.labels import extent
 from workbench.report.figures.pen import INK, Box, Pen
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import GREY, SMALL_LETTERS
-from workbench.study.document.figure_marks import HeatMap, Tiles
+from workbench.study.document.figure import HeatMap, Tiles
 
 WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
 TURN = 50.0  # the lightness below which white letters are read better than black ones

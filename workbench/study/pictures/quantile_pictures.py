@@ -8,10 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import STYLES, Band, Label, Series
-from workbench.study.document.phrases import Column, Phrase, Table
-from workbench.study.pictures.captions import captioned, number, scale_of, stretches, times_of
+from workbench.study.document.figure import STYLES, Band, Figure, Label, Panel, Series
+from workbench.study.document.phrases import Column, Phrase
+from workbench.study.pictures.captions import number, picture, scale_of, stretches, times_of
 from workbench.study.uncertainty.quantiles import Quantiles
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -30,18 +29,10 @@ def quantile_bands(
 ) -> Figure:
     """The bands between quantiles of an output of many runs over time, for one law or several.
 
-    The band lies between the lowest and the highest level, the line at the middle one, if their number is odd. More
-    than three laws have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart.
-    From the time on at which a run failed there are no quantiles; the caption says how many failed.
-
-    Parameters
-    ----------
-    t
-        (T,), in s.
-    bands
-        By law, the quantiles of T outputs, all at the same levels.
-    note
-        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
+    By law, `bands` are the quantiles of an output for each of the times t (T,) in s, all at the same levels. A band
+    lies between the lowest and the highest, the line at the middle one, if their number is odd. More than three laws
+    have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart. From the time on
+    at which a run failed there are no quantiles; the caption says how many failed.
 
     Raises
     ------
@@ -62,13 +53,15 @@ def quantile_bands(
     else:
         panels = [Panel(ylabel, tuple(found), title=law, ylim=limits, yscale=scale) for law, found in marks.items()]
     said = (_levels(levels), *(line for law, one in held.items() for line in _failures(law, times, one)))
-    return Figure(
-        name,
-        captioned("quantile_bands", caption, note, *said),
-        tuple(panels),
-        columns=1 if len(panels) == 1 else 2,
-        numbers=_numbers(name, caption, times, held),
+    rows = (
+        (law, float(t[k]), level, *(number(part[k, j]) for part in (one.value, one.low, one.high)), int(one.failed[k]))
+        for law, one in held.items()
+        for k in range(len(t))
+        for j, level in enumerate(one.levels)
     )
+    heads = ("law", Column("time", "s"), "level", "quantile", "from", "to", "failed runs")
+    columns = 1 if len(panels) == 1 else 2
+    return picture("quantile_bands", name, caption, note, panels, heads, rows, said, columns)
 
 
 def _band(law: str, t: Array, one: Quantiles, style: int) -> list[Series | Band]:
@@ -110,14 +103,3 @@ def _failures(law: str, t: Array, one: Quantiles) -> tuple[str, ...]:
     if not lost.size:
         return ()
     return (f"{law} has no quantiles from {t[lost[0]]:g} s on (failed runs: {int(one.failed.max()):,}).",)
-
-
-def _numbers(name: str, caption: Phrase, t: Array, held: Mapping[str, Quantiles]) -> Table:
-    rows = tuple(
-        (law, float(t[k]), level, *(number(part[k, j]) for part in (one.value, one.low, one.high)), int(one.failed[k]))
-        for law, one in held.items()
-        for k in range(len(t))
-        for j, level in enumerate(one.levels)
-    )
-    heads = (Column("law"), Column("time", "s"), *map(Column, ("level", "quantile", "from", "to", "failed runs")))
-    return Table(name, caption, heads, rows)

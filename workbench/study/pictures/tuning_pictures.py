@@ -6,10 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import STYLES, Band, Label, Series
-from workbench.study.document.phrases import Column, Phrase, Table
-from workbench.study.pictures.captions import captioned, scale_of, stretches
+from workbench.study.document.figure import STYLES, Band, Figure, Label, Panel, Series
+from workbench.study.document.phrases import Column, Phrase
+from workbench.study.pictures.captions import picture, scale_of, stretches
 from workbench.validation.refusals import Array, Integers, refusal
 from workbench.validation.signatures import door
 
@@ -28,15 +27,9 @@ def pareto_fronts(
 ) -> Figure:
     """Fronts of two measures that should be small: a point of a front dominates all points above and right of it.
 
-    Of the points given only those that no other of the same law dominates are drawn. An axis whose numbers are
-    positive and far apart is logarithmic.
-
-    Parameters
-    ----------
-    fronts
-        By law, points (B, 2); one with a NaN or an infinite number is left out, and counted in the caption.
-    note
-        Evaluations, failed ones, seeds and step error.
+    Of the points (B, 2) by law only those that no other of the same law dominates are drawn; one with a NaN or an
+    infinite number is left out, and counted in the caption. An axis whose numbers are positive and far apart is
+    logarithmic. The `note` says evaluations, failed ones, seeds and step error.
 
     Raises
     ------
@@ -63,9 +56,9 @@ def pareto_fronts(
     scales = [scale_of(np.concatenate([front[:, axis] for front in found.values()])) for axis in (0, 1)]
     said += [SOME] * any(len(front) > MARKED for front in found.values())
     panel = Panel(ylabel, tuple(marks), xlabel=xlabel, xscale=scales[0], yscale=scales[1])
-    rows = tuple((law, float(x), float(y)) for law, front in found.items() for x, y in front)
-    table = Table(name, caption, (Column("law"), Column(xlabel), Column(ylabel)), rows)
-    return Figure(name, captioned("pareto_fronts", caption, note, *said), (panel,), numbers=table)
+    rows = ((law, float(x), float(y)) for law, front in found.items() for x, y in front)
+    heads = ("law", Column(xlabel), Column(ylabel))
+    return picture("pareto_fronts", name, caption, note, (panel,), heads, rows, said)
 
 
 def _some(points: int) -> Integers:
@@ -91,15 +84,10 @@ def budget_curves(
     """The best so far against the evaluations that it cost, law by law.
 
     Of several searches the line is their median, and the band reaches from the best to the worst. Where a search has
-    nothing admissible yet there is no band, and no line if that holds for half of them. A search that ended before the
-    others goes on at its best, as `Tuned.curves` has it.
+    nothing admissible yet there is no band, and no line if that holds for half of them.
 
-    Parameters
-    ----------
-    curves
-        By law, evaluations (n,) and the best so far, (n,) or (searches, n); infinite or NaN while none is admissible.
-    note
-        Evaluations, failed ones, seeds and step error.
+    By law, `curves` are evaluations (n,) and the best so far, (n,) or (searches, n), infinite or NaN while none is
+    admissible. The `note` says evaluations, failed ones, seeds and step error.
 
     Raises
     ------
@@ -120,9 +108,14 @@ def budget_curves(
     several = any(len(best) > 1 for _, best in held.values())
     said = ["Lines are medians of searches from different seeds; bands reach from the best to the worst."] * several
     panel = Panel(ylabel, tuple(marks), xlabel="evaluations", yscale=scale_of(finite))
-    return Figure(
-        name, captioned("budget_curves", caption, note, *said), (panel,), numbers=_numbers(name, caption, held, ylabel)
+    rows = (
+        (law, search + 1, float(spent[k]), float(best[search, k]))
+        for law, (spent, best) in held.items()
+        for search in range(len(best))
+        for k in range(len(spent))
     )
+    heads = ("law", "search", "evaluations", Column(ylabel))
+    return picture("budget_curves", name, caption, note, (panel,), heads, rows, said)
 
 
 def _band(spent: Array, low: Array, high: Array, style: int) -> Band:
@@ -136,13 +129,3 @@ def _curve(law: str, pair: tuple[Array, Array]) -> tuple[Array, Array]:
     if best.ndim != 2 or spent.shape != best.shape[1:]:
         raise refusal(call, "evaluations (n,) and the best so far, (n,) or (searches, n)", pair)
     return spent, np.where(np.isnan(best), np.inf, best)
-
-
-def _numbers(name: str, caption: Phrase, held: Mapping[str, tuple[Array, Array]], ylabel: Label) -> Table:
-    rows = tuple(
-        (law, search + 1, float(spent[k]), float(best[search, k]))
-        for law, (spent, best) in held.items()
-        for search in range(len(best))
-        for k in range(len(spent))
-    )
-    return Table(name, caption, (*map(Column, ("law", "search", "evaluations")), Column(ylabel)), rows)

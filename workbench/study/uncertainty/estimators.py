@@ -20,9 +20,7 @@ EACH = 4  # runs for each coefficient, below which a fit follows the runs instea
 
 @dataclass(frozen=True, eq=False)
 class ColumnIndices:
-    """The results of some columns: S1, ST, S2, sums of S1 and of ST over groups (c, ...), True where a factor moves
-    nothing (c, d), and the standard deviations (c,).
-    """
+    """S1, ST, S2, sums of S1 and ST over groups (c, ...), True where a factor moves nothing (c, d), deviations (c,)."""
 
     indices: tuple[Estimate, ...]
     unmoved: Flags
@@ -31,13 +29,14 @@ class ColumnIndices:
 
 def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> ColumnIndices:
     """The indices of some columns (N, c), and their sums over groups (G, d) of factors."""
-    runs = _runs(design, y)
+    blocks = (SCRAMBLES, -1, design.block, y.shape[1])
+    runs = y.reshape(blocks)  # (scrambles, pairs of points, block, c)
     unmoved = (runs[:, :, 1 : 1 + design.dimensions] == runs[:, :, :1]).all(axis=(0, 1))
     means_of = _means_of_both if design.second_order else _means
     means = means_of(runs, design.dimensions)
     if control:
         fitted, b = polynomials(design, y)
-        of_fit, known = means_of(_runs(design, fitted), design.dimensions), exact(design, b)
+        of_fit, known = means_of(fitted.reshape(blocks), design.dimensions), exact(design, b)
         means = {name: mean - of_fit[name] + known[name] for name, mean in means.items()}
     order = _of_both if design.second_order else _of_one
     deviation = runs[:, :, [0, -1]].std(axis=(0, 1, 2))
@@ -47,11 +46,6 @@ def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, contr
         return first, total, second, *(np.einsum("gd,...dc->...gc", groups, part) for part in (first, total))
 
     return ColumnIndices(_jackknife(means, statistic, t), unmoved.T, deviation)
-
-
-def _runs(design: SobolDesign, y: Array) -> Array:
-    """Columns (N, c) as (scrambles, pairs of points, block, c)."""
-    return y.reshape(SCRAMBLES, -1, design.block, y.shape[1])
 
 
 def _means(runs: Array, d: int) -> Means:
@@ -95,14 +89,9 @@ def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t:
     with np.errstate(divide="ignore", invalid="ignore"):  # no variance without the one scramble that has all of it
         values = statistic({key: mean.mean(axis=0) for key, mean in means.items()})
         without = statistic({k: (m.sum(axis=0) - m) / (SCRAMBLES - 1) for k, m in means.items()})
-    return tuple(_estimate(v, w, t) for v, w in zip(values, without, strict=True))
-
-
-def _estimate(value: Array, without: Array, t: float) -> Estimate:
-    """An estimate (c, i) from a value (i, c) and those without each scramble, (scrambles, i, c)."""
-    with np.errstate(invalid="ignore"):
-        half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
-    return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)
+        halves = [t * np.sqrt((SCRAMBLES - 1) * part.var(axis=0)) for part in without]
+    bounded = (np.where(np.isfinite(half), half, np.inf) for half in halves)
+    return tuple(Estimate(value.T, half.T) for value, half in zip(values, bounded, strict=True))
 
 
 def terms(dimensions: int) -> int:
