@@ -14,7 +14,6 @@ from workbench.study.document.document import (
     Figure,
     Phrase,
     Reference,
-    Section,
     Table,
     parts,
 )
@@ -55,16 +54,15 @@ class Chapter:
 def chapters(document: Document) -> tuple[Chapter, ...]:
     """The sections in order; each kind of block is counted through the whole document."""
     count: Counter[str] = Counter()
-    return tuple(_chapter(i, section, count) for i, section in enumerate(document.sections, start=1))
-
-
-def _chapter(number: int, section: Section, count: Counter[str]) -> Chapter:
-    placed = []
-    for block in section.blocks:
-        kind = type(block).__name__.lower()
-        count[kind] += 1
-        placed.append(Placed(block, kind, count[kind]))
-    return Chapter(number, section.heading, tuple(placed))
+    found = []
+    for number, section in enumerate(document.sections, start=1):
+        placed = []
+        for block in section.blocks:
+            kind = type(block).__name__.lower()
+            count[kind] += 1
+            placed.append(Placed(block, kind, count[kind]))
+        found.append(Chapter(number, section.heading, tuple(placed)))
+    return tuple(found)
 
 
 def labels(document: Document) -> dict[str, Placed]:

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -37,6 +36,7 @@ BRACKETS = (
 )
 
 UNPADDED = Padding()
+END = r"\\"  # of a row in LaTeX
 
 
 @dataclass(frozen=True)
@@ -84,14 +84,10 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed |
         case Measured():
             return measured(value.value, value.error)
         case Diverged():
-            return f"diverged at {_seconds(value.at)} s"
+            return f"diverged at {printed(float(f'{value.at:.3g}'))} s"
         case str() if numeric:
             return _read(value) or value
     return value
-
-
-def _seconds(at: float) -> str:
-    return str(printed(float(f"{at:.3g}")))
 
 
 def _read(typed: str) -> Printed | None:
@@ -198,6 +194,9 @@ def to_latex(table: Table) -> str:
     """
     notes = (BRACKETS, *table.notes) if measures(table) else table.notes
     letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
+    heads = [
+        _latex(column.header) + (f" {_escaped(unit)}" if (unit := unit_of(column)) else "") for column in table.columns
+    ]
     lines = [
         r"\begin{table}",
         r"  \centering",
@@ -205,24 +204,15 @@ def to_latex(table: Table) -> str:
         rf"  \label{{{table.name}}}",
         rf"  \begin{{tabular}}{{{letters}}}",
         r"    \toprule",
-        f"    {_row(_latex_head(column) for column in table.columns)}",
+        f"    {' & '.join(heads)} {END}",
         r"    \midrule",
-        *(f"    {_row(_latex_cell(cell) for cell in row)}" for row in grid(table)),
+        *(f"    {' & '.join(map(_latex_cell, row))} {END}" for row in grid(table)),
         r"    \bottomrule",
         r"  \end{tabular}",
         *(rf"  \par\smallskip{{\footnotesize {_latex(note)}}}" for note in notes),
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _row(cells: Iterable[str]) -> str:
-    return " & ".join(cells) + r" \\"
-
-
-def _latex_head(column: Column) -> str:
-    unit = unit_of(column)
-    return f"{_latex(column.header)} {_escaped(unit)}" if unit else _latex(column.header)
 
 
 def _latex_cell(shown: Shown) -> str:
