@@ -80,8 +80,8 @@ def draw_interval(
         return []
     with np.errstate(divide="ignore", invalid="ignore"):
         shares = [end if np.isinf(end) else float(ruler.share(end)) for end in (low, high)]
-    share = np.clip(shares, 0, 1)
-    at = box.at(share, share)[upwards]
+    within = np.clip(shares, 0, 1)
+    at = box.at(within, within)[upwards]
 
     def stroke(along: list[float], aside: list[float]) -> None:
         lengthwise, crosswise = np.array(along), beside + np.array(aside)

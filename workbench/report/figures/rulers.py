@@ -12,7 +12,7 @@ from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxN
 
 from workbench.report.figures.pen import NUMBER, block_of, extent, folded, mathtext, unmarked
 from workbench.report.figures.style import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
-from workbench.study.document.figure import Bars, Figure, Label, Panel, Points, Tiles
+from workbench.study.document.figure import Bars, Figure, Label, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
@@ -149,7 +149,7 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
     panel = figure.panels[i]
     # the drawn points of curves, and all numbers of other marks
     held = [(c[:1], c[1:]) if c else mark.spans for c, mark in zip(curves, panel.series, strict=True)]
-    margin = 0.05 if any(isinstance(m, Bars | Points) or getattr(m, "look", "") == "marks" for m in panel.series) else 0
+    margin = 0.05 if any(map(_has_margin, panel.series)) else 0.0
     if panel.xnames:
         least = 1 if any(isinstance(mark, Tiles) for mark in panel.series) else COLUMNS
         x = Ruler.of_names(_column_names(figure, i), least=least)
@@ -162,6 +162,10 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
     else:
         y = Ruler.around(panel.yscale, panel.ylim, [*(part for _, up in held for part in up), panel.hlines], 0.05)
     return x, y
+
+
+def _has_margin(mark: Mark) -> bool:
+    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look == "marks")
 
 
 def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:

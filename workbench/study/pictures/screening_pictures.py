@@ -60,16 +60,9 @@ def morris_plane(
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
     said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(beyond)))
     heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
-    return picture(
-        "morris_plane",
-        name,
-        caption,
-        note,
-        panels,
-        ("output", "factor", *heads),
-        (row for one in single for row in _moments(one)),
-        (*refusals(effects), *key, *said),
-    )
+    rows = (row for one in single for row in _moments(one))
+    remarks = (*refusals(effects), *key, *said)
+    return picture("morris_plane", name, caption, note, panels, ("output", "factor", *heads), rows, remarks)
 
 
 def _uneven(effects: MorrisEffects) -> bool:
@@ -167,21 +160,14 @@ def tornado_figure(
     """
     single = each(tornado)
     levels = [Column(_level(level), unit) for level in tornado.levels]
-    rows = [
+    heads: tuple[str | Column, ...] = ("output", "factor", Column("base", unit), *levels, Column("swing", unit))
+    rows = (
         (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
         for one in single
         for i in one.order
-    ]
-    return picture(
-        "tornado_figure",
-        name,
-        caption,
-        note,
-        (_bars(one, unit, labels) for one in single),
-        ("output", "factor", Column("base", unit), *levels, Column("swing", unit)),
-        rows,
-        refusals(tornado),
     )
+    panels = (_bars(one, unit, labels) for one in single)
+    return picture("tornado_figure", name, caption, note, panels, heads, rows, refusals(tornado))
 
 
 def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:

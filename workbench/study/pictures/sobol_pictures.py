@@ -60,18 +60,11 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     total = np.max([one.ST.value for one in single], axis=0)
     order = np.argsort(-total, kind="stable")
     scale = scale_of_shares([part for one in single for part in (one.S1, one.ST)])
-    rows = tuple((one.names[0], one.factors[i], *_cells(one, (i,))) for one in single for i in order)
-    return picture(
-        "sobol_bars",
-        name,
-        caption,
-        note,
-        (_bars(one, order, scale, labels, titled=len(indices.names) > 1) for one in single),
-        ("output", "factor", *HEADS),
-        rows,
-        (*refusals(indices), *_intervals(single, scale)),
-        columns=2 if len(single) == 4 else min(len(single), 3),
-    )
+    rows = ((one.names[0], one.factors[i], *_cells(one, (i,))) for one in single for i in order)
+    panels = [_bars(one, order, scale, labels, titled=len(indices.names) > 1) for one in single]
+    remarks = (*refusals(indices), *_intervals(single, scale))
+    columns = 2 if len(single) == 4 else min(len(single), 3)
+    return picture("sobol_bars", name, caption, note, panels, ("output", "factor", *HEADS), rows, remarks, columns)
 
 
 def _bars(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
@@ -122,21 +115,14 @@ def second_order_map(
             "`SobolDesign(..., second_order=True)` over two factors or more."
         )
     single = [(one, one.S2) for one in each(indices) if one.S2 is not None]
-    rows = tuple(
+    rows = (
         (one.names[0], one.factors[i], one.factors[j], number(S2.value[k]), number(S2.half[k]))
         for one, S2 in single
         for k, (i, j) in enumerate(one.pairs)
     )
-    return picture(
-        "second_order_map",
-        name,
-        caption,
-        note,
-        (_map(one, S2, labels, titled=len(indices.names) > 1) for one, S2 in single),
-        ("output", "factor", "with", "S2", "S2 (half-interval)"),
-        rows,
-        (*refusals(indices), ALONE),
-    )
+    heads = ("output", "factor", "with", "S2", "S2 (half-interval)")
+    panels = (_map(one, S2, labels, titled=len(indices.names) > 1) for one, S2 in single)
+    return picture("second_order_map", name, caption, note, panels, heads, rows, (*refusals(indices), ALONE))
 
 
 def _map(one: SobolIndices, S2: Estimate, labels: Labels, titled: bool) -> Panel:
@@ -192,7 +178,7 @@ def indices_over_time(
         *_gaps(times, indices.names, indices.refused),
         *_rest(largest[left]),
     )
-    rows = tuple(
+    rows = (
         (float(t[k]), factor, *_cells(indices, (k, i)))
         for k in range(len(t))
         for i, factor in enumerate(indices.factors)

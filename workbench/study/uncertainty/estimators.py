@@ -6,11 +6,10 @@ A quadratic polynomial serves as control variate: what it explains has exact ind
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.sobol_design import SCRAMBLES, SobolDesign
 from workbench.validation.refusals import Array
 
@@ -18,17 +17,10 @@ Means = dict[str, Array]
 EACH = 4  # runs for each coefficient, below which a fit follows the runs instead of the function
 
 
-@dataclass(frozen=True, eq=False)
-class ColumnIndices:
-    """S1, ST, S2, sums of S1 and ST over groups (c, ...), True where a factor moves nothing (c, d), deviations (c,)."""
-
-    indices: tuple[Estimate, ...]
-    unmoved: Flags
-    deviation: Array
-
-
-def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> ColumnIndices:
-    """The indices of some columns (N, c), and their sums over groups (G, d) of factors."""
+def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> tuple[Any, ...]:
+    """Of columns (N, c) the values and halves of intervals (c, ...) of S1, of ST, of S2 and of the sums of S1 and of ST
+    over groups (G, d) of factors; True where a factor moves nothing (c, d); and the standard deviations (c,).
+    """
     blocks = (SCRAMBLES, -1, design.block, y.shape[1])
     runs = y.reshape(blocks)  # (scrambles, pairs of points, block, c)
     unmoved = (runs[:, :, 1 : 1 + design.dimensions] == runs[:, :, :1]).all(axis=(0, 1))
@@ -45,7 +37,7 @@ def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, contr
         first, total, second = order(m)
         return first, total, second, *(np.einsum("gd,...dc->...gc", groups, part) for part in (first, total))
 
-    return ColumnIndices(_jackknife(means, statistic, t), unmoved.T, deviation)
+    return *_jackknife(means, statistic, t), unmoved.T, deviation
 
 
 def _means(runs: Array, d: int) -> Means:
@@ -84,14 +76,14 @@ def _of_both(m: Means) -> tuple[Array, Array, Array]:
     return m["first"] / m["variance"], m["total"] / m["variance"], m["second"] / m["variance of pairs"]
 
 
-def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t: float) -> tuple[Estimate, ...]:
+def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t: float) -> tuple[Array, ...]:
     """A statistic of means with its intervals, from those of the scrambles and of all scrambles but one."""
     with np.errstate(divide="ignore", invalid="ignore"):  # no variance without the one scramble that has all of it
         values = statistic({key: mean.mean(axis=0) for key, mean in means.items()})
         without = statistic({k: (m.sum(axis=0) - m) / (SCRAMBLES - 1) for k, m in means.items()})
         halves = [t * np.sqrt((SCRAMBLES - 1) * part.var(axis=0)) for part in without]
     bounded = (np.where(np.isfinite(half), half, np.inf) for half in halves)
-    return tuple(Estimate(value.T, half.T) for value, half in zip(values, bounded, strict=True))
+    return tuple(part.T for pair in zip(values, bounded, strict=True) for part in pair)
 
 
 def terms(dimensions: int) -> int:

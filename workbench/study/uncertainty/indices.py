@@ -144,30 +144,26 @@ def _indices(
     for row, listed in zip(members, groups.values(), strict=True):
         row[[held.factors.index(known(name, held.factors, "factors")) for name in listed]] = 1.0
     columns = (held.scaled[:, j : j + at_once] for j in range(0, len(held.names), at_once))
-    parts = [column_indices(design, some, t, members, control) for some in columns]
-    S1, ST, S2, *sums = (_joined([part.indices[i] for part in parts], held.known) for i in range(5))
+    parts = (column_indices(design, some, t, members, control) for some in columns)
+    *numbers, unmoved, deviation = map(np.concatenate, zip(*parts, strict=True))
+    for part in numbers:
+        part[~held.known] = np.nan
+    S1, ST, S2, *sums = map(Estimate, numbers[::2], numbers[1::2])
     # Bonferroni: each of the pairs misses so rarely that all hold together
     pairs = max(1, S2.value.shape[1])
     S2 = Estimate(S2.value, S2.half * t_quantile("sobol", 1 - (1 - confidence) / pairs, SCRAMBLES - 1) / t)
-    deviation = np.concatenate([part.deviation for part in parts]) * held.spread
     return SobolIndices(
         held.names,
         held.factors,
         S1,
         ST,
         S2 if design.second_order else None,
-        np.where(held.known, deviation, np.nan),
+        np.where(held.known, deviation * held.spread, np.nan),
         held.refused,
-        held.remarks + _unmoved(held, np.concatenate([part.unmoved for part in parts])),
+        held.remarks + _unmoved(held, unmoved),
         tuple(groups),
         *(sums if groups else (None, None)),
     )
-
-
-def _joined(parts: Sequence[Estimate], known: Flags) -> Estimate:
-    value, half = (np.concatenate([getattr(part, name) for part in parts]) for name in ("value", "half"))
-    value[~known], half[~known] = np.nan, np.nan
-    return Estimate(value, half)
 
 
 def _unmoved(held: Outputs, unmoved: Flags) -> tuple[str, ...]:

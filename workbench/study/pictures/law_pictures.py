@@ -1,19 +1,110 @@
-"""Tunings as pictures: fronts of two measures, and the best point of a search against its cost."""
+"""Laws side by side as curves: quantiles of many runs over time, fronts of two measures, and searches by their cost."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Panel, Series
 from workbench.study.document.phrases import Column, Phrase
-from workbench.study.pictures.captions import picture, scale_of, stretches
-from workbench.validation.refusals import Array, Integers, refusal
+from workbench.study.pictures.captions import number, picture, scale_of, stretches, times_of
+from workbench.study.uncertainty.quantiles import Quantiles
+from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
+TOGETHER = 3  # laws whose bands still can be told apart in one panel
 MARKED = 15  # points of a front, at most, so that marks do not cover one another
 SOME = f"Of a front of more points {MARKED} are marked."
+
+
+@door
+def quantile_bands(
+    name: str,
+    caption: Phrase,
+    t: Array,
+    bands: Mapping[str, Quantiles],
+    note: Phrase,
+    ylabel: Label,
+) -> Figure:
+    """The bands between quantiles of an output of many runs over time, for one law or several.
+
+    By law, `bands` are the quantiles of an output for each of the times t (T,) in s, all at the same levels. A band
+    lies between the lowest and the highest, the line at the middle one, if their number is odd. More than three laws
+    have a panel each, on one scale, which is logarithmic if all quantiles are positive and far apart. From the time on
+    at which a run failed there are no quantiles; the caption says how many failed.
+
+    Raises
+    ------
+    ValueError
+        If the note is empty, there is not one time for each output, or the levels differ.
+    """
+    if len({(one.levels, len(one.names)) for one in bands.values()}) != 1:
+        raise ValueError(
+            "`quantile_bands(bands=...)` needs a law or more, all with the same levels and times, to compare them."
+        )
+    held = dict(bands)
+    first = next(iter(held.values()))
+    times, levels = times_of("quantile_bands", t, len(first.names)), first.levels
+    marks = {law: _band(law, times, one, k % STYLES) for k, (law, one) in enumerate(held.items())}
+    scale, limits = _scale(list(held.values()))
+    if len(held) <= TOGETHER:
+        panels = [Panel(ylabel, tuple(mark for law in marks.values() for mark in law), yscale=scale)]
+    else:
+        panels = [Panel(ylabel, tuple(found), title=law, ylim=limits, yscale=scale) for law, found in marks.items()]
+    said = (_levels(levels), *(line for law, one in held.items() for line in _failures(law, times, one)))
+    rows = (
+        (law, float(t[k]), level, *(number(part[k, j]) for part in (one.value, one.low, one.high)), int(one.failed[k]))
+        for law, one in held.items()
+        for k in range(len(t))
+        for j, level in enumerate(one.levels)
+    )
+    heads = ("law", Column("time", "s"), "level", "quantile", "from", "to", "failed runs")
+    columns = 1 if len(panels) == 1 else 2
+    return picture("quantile_bands", name, caption, note, panels, heads, rows, said, columns)
+
+
+def _band(law: str, t: Array, one: Quantiles, style: int) -> list[Series | Band]:
+    low, high = one.value[:, np.argmin(one.levels)], one.value[:, np.argmax(one.levels)]
+    finite = np.where(np.isfinite(low + high), low + high, np.nan)
+    drawn: list[Series | Band] = [Band("", t[k], low[k], high[k], style) for k in stretches(finite)]
+    if len(one.levels) % 2 and np.isfinite(middle := one.value[:, _middle(one.levels)]).any():
+        drawn.insert(0, Series(law, t, np.where(np.isfinite(middle), middle, np.nan), style))
+    elif drawn:
+        drawn[0] = replace(drawn[0], label=law)
+    return drawn or [Series(law, t, np.full(len(t), np.nan), style)]
+
+
+def _middle(levels: tuple[float, ...]) -> int:
+    return int(np.argsort(levels)[len(levels) // 2])
+
+
+def _scale(held: list[Quantiles]) -> tuple[Literal["linear", "log"], tuple[float, float] | None]:
+    """The scale and the ends of an axis around all quantiles; no ends where there is nothing to measure."""
+    values = np.concatenate([one.value.ravel() for one in held])
+    values = values[np.isfinite(values)]
+    if not values.size or np.ptp(values) == 0:
+        return "linear", None
+    low, high = float(values.min()), float(values.max())
+    if scale_of(values) == "log":
+        return "log", (low * (low / high) ** 0.05, high * (high / low) ** 0.05)
+    return "linear", (low - 0.05 * (high - low), high + 0.05 * (high - low))
+
+
+def _levels(levels: tuple[float, ...]) -> str:
+    band = f"Between the {100 * min(levels):g} % and the {100 * max(levels):g} % quantile of the runs"
+    middle = levels[_middle(levels)]
+    line = "the median" if middle == 0.5 else f"the {100 * middle:g} % quantile"
+    return f"{band}; the line is {line}." if len(levels) % 2 else f"{band}."
+
+
+def _failures(law: str, t: Array, one: Quantiles) -> tuple[str, ...]:
+    lost = np.flatnonzero(one.failed)
+    if not lost.size:
+        return ()
+    return (f"{law} has no quantiles from {t[lost[0]]:g} s on (failed runs: {int(one.failed.max()):,}).",)
 
 
 @door
@@ -49,7 +140,8 @@ def pareto_fronts(
         if len(front) > 1:
             marks.append(Series(law, front[:, 0], front[:, 1], k % STYLES, "steps"))
         if len(front):
-            x, y = front[_some(len(front))].T
+            some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MARKED)).round().astype(int))
+            x, y = front[some].T
             marks.append(Series("" if len(front) > 1 else law, x, y, k % STYLES, "marks"))
     if not marks:
         raise ValueError(f"`pareto_fronts('{name}')` needs a point with two finite numbers; got none.")
@@ -59,11 +151,6 @@ def pareto_fronts(
     rows = ((law, float(x), float(y)) for law, front in found.items() for x, y in front)
     heads = ("law", Column(xlabel), Column(ylabel))
     return picture("pareto_fronts", name, caption, note, (panel,), heads, rows, said)
-
-
-def _some(points: int) -> Integers:
-    """The places of the points that are marked: all of them, or some evenly among them."""
-    return np.unique(np.linspace(0, points - 1, min(points, MARKED)).round().astype(int))
 
 
 def _front(points: Array) -> Array:
@@ -104,7 +191,7 @@ def budget_curves(
         marks.append(Series(law, spent, np.where(np.isfinite(middle), middle, np.nan), k % STYLES, "steps"))
         low, high = best.min(axis=0), best.max(axis=0)
         spread = np.where(np.isfinite(high) & (len(best) > 1), high, np.nan)
-        marks += [_band(spent[j], low[j], high[j], k % STYLES) for j in stretches(spread)]
+        marks += [_steps(spent[j], low[j], high[j], k % STYLES) for j in stretches(spread)]
     several = any(len(best) > 1 for _, best in held.values())
     said = ["Lines are medians of searches from different seeds; bands reach from the best to the worst."] * several
     panel = Panel(ylabel, tuple(marks), xlabel="evaluations", yscale=scale_of(finite))
@@ -118,7 +205,7 @@ def budget_curves(
     return picture("budget_curves", name, caption, note, (panel,), heads, rows, said)
 
 
-def _band(spent: Array, low: Array, high: Array, style: int) -> Band:
+def _steps(spent: Array, low: Array, high: Array, style: int) -> Band:
     """A band in steps, as its line."""
     return Band("", np.repeat(spent, 2)[1:], np.repeat(low, 2)[:-1], np.repeat(high, 2)[:-1], style)
 
