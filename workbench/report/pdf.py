@@ -108,13 +108,8 @@ class _Writer:
         }
 
     def block(self, placed: Placed, *, floats: bool = False) -> Tree:
-        tree: Tree = {
-            "floats": floats,
-            "kind": placed.kind,
-            "number": placed.number,
-            "label": placed.label,
-            "anchor": placed.anchor,
-        }
+        tree: Tree = {"floats": floats, "kind": placed.kind, "number": placed.number}
+        tree |= {"label": placed.label, "anchor": placed.anchor}
         match placed.block:
             case Paragraph(text):
                 tree["text"] = self.phrase(text)

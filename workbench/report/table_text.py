@@ -35,7 +35,6 @@ BRACKETS = (
     "0.0002. Without brackets, the error is below the last digit."
 )
 
-UNPADDED = Padding()
 END = r"\\"  # of a row in LaTeX
 
 
@@ -44,8 +43,8 @@ class Shown:
     """A cell as it is printed: a number in its column's frame, or a phrase."""
 
     content: Printed | Phrase
-    padding: Padding = UNPADDED
-    bold: bool = False
+    padding: Padding
+    bold: bool
 
 
 def grid(table: Table) -> list[list[Shown]]:
@@ -62,11 +61,7 @@ def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
     contents = [_printed_value(value, column.digits, numeric) for value in values]
     frames = iter(paddings(content for content in contents if isinstance(content, Printed)))
     return [
-        Shown(
-            content,
-            next(frames) if isinstance(content, Printed) else UNPADDED,
-            bold=isinstance(cell, Emphasis),
-        )
+        Shown(content, next(frames) if isinstance(content, Printed) else Padding(), isinstance(cell, Emphasis))
         for content, cell in zip(contents, cells, strict=True)
     ]
 
@@ -127,9 +122,7 @@ def measures(table: Table) -> bool:
 
 def unit_of(column: Column) -> str:
     """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
-    if column.unit in ("", "1"):
-        return ""
-    return f"[{raised(column.unit)}]"
+    return "" if column.unit in ("", "1") else f"[{raised(column.unit)}]"
 
 
 def plain(phrase: Phrase) -> str:
@@ -151,8 +144,7 @@ def _plain_part(part: Part) -> str:
 def to_csv(table: Table) -> str:
     """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
 
-    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula: see
-    `spreadsheet_text`.
+    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula.
     """
     out = io.StringIO()
     writer = csv.writer(out)

@@ -130,7 +130,7 @@ def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
         x_of, y_of = (Ruler.of_names(("",) * size) for size in np.shape(series.shades)[::-1])
         draw_tiles(pen, box, series, x_of, y_of)
     elif isinstance(series, Band):
-        pen.area(*box.edges, look["color"], 0.3)
+        pen.area(np.repeat(x[::2], 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0]), look["color"], 0.3)
     elif isinstance(series, Bars):
         fill_box(pen, *box.edges, series.style, series.shade)
     elif isinstance(series, Points):

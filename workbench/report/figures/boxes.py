@@ -124,7 +124,7 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
         across, up = box.at(float(x.share(j)), float(y.share(i)))
         tile = Box(across - width / 2, up - height / 2, width, height)
         dark = float(np.nan_to_num(shade))
-        pen.area(*tile.edges, tone(dark))
+        pen.area(*tile.corners, tone(dark))
         if tiles.hatched[i, j]:
             _hatch(pen, tile)
         pen.line(*tile.edges, OUTLINE)
@@ -165,7 +165,7 @@ def _write(pen: Pen, tile: Box, text: Sequence[str], size: float, shade: float, 
         wide = extent(line, letters).width
         foot = top - DIGIT * letters
         if plain:
-            pen.area(*Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2).edges, tone(shade))
+            pen.area(*Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2).corners, tone(shade))
         pen.words(line, middle - wide / 2, foot, letters, color=ink_over(shade))
         top = foot - LEAD * SMALL * size
 

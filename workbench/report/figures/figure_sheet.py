@@ -60,7 +60,7 @@ def draw_all(figures: Iterable[Figure]) -> dict[str, str]:
 def _draw(figure: Figure) -> str:
     width, height = (72 * inches for inches in size_of(figure))
     pen = Pen(width, height)
-    pen.area(*Box(0.0, 0.0, width, height).edges, "#ffffff")
+    pen.area(*Box(0.0, 0.0, width, height).corners, "#ffffff")
     head = _draw_legend(pen, figure, width, height)
     plates = [_plate(figure, i) for i in range(len(figure.panels))]
     for plate, box, ticks in _placed(figure, plates, width, height - head):

@@ -45,6 +45,11 @@ class Box:
         """The corners, from the lower left one and back to it."""
         return edges(self.left, self.bottom, self.left + self.width, self.bottom + self.height)
 
+    @property
+    def corners(self) -> tuple[Array, Array]:
+        """The four corners, from the lower left one."""
+        return self.edges[0][:4], self.edges[1][:4]
+
     def at(self, across: Any, up: Any) -> tuple[Any, Any]:
         """The points at these shares of the width and the height."""
         return self.left + self.width * across, self.bottom + self.height * up
@@ -124,8 +129,7 @@ def _tidied(svg: str, name: str) -> str:
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # nothing points to a group
     svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
     head, *paths = re.split(r'(?=\bd=")', svg)
-    rounded = [_rounded(path) for path in paths]
-    return head + "".join(rounded)
+    return head + "".join(map(_rounded, paths))
 
 
 def _rounded(path: str) -> str:

@@ -100,12 +100,12 @@ def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison],
 def _keys(best: bool, tied: bool, failed: bool) -> tuple[Tiles, ...]:
     one, none = (((),),), np.zeros((1, 1))
     scale = Tiles(f"1 to {BEYOND:g} times the best of its column, or more", (((),) * 5,), np.linspace(0, 1, 5)[None])
-    return (
-        scale,
-        *((Tiles("significantly better than all others", one, none, framed=True),) if best else ()),
-        *((Tiles("tied with the best", one, none, marked=True),) if tied else ()),
-        *((Tiles("some or all runs failed", one, none, hatched=True),) if failed else ()),
+    marks = (
+        (best, Tiles("significantly better than all others", one, none, framed=True)),
+        (tied, Tiles("tied with the best", one, none, marked=True)),
+        (failed, Tiles("some or all runs failed", one, none, hatched=True)),
     )
+    return scale, *(key for there, key in marks if there)
 
 
 def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:

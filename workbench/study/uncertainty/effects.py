@@ -64,8 +64,6 @@ def morris(
     ----------
     outputs
         (N,) or (N, k) in the order of the design's points.
-    names, factors
-        Of the k outputs and the d factors.
     errors
         Of the outputs, of the same shape, NaN where they are not known; a remark says where they blur.
 
@@ -158,15 +156,10 @@ def tornado(
 ) -> Tornado:
     """The outputs of a one-at-a-time design, by factor and level. They say nothing of factors that act together.
 
-    Parameters
-    ----------
-    outputs, names, factors
-        As `morris` takes them.
-
     Raises
     ------
     ValueError
-        As `morris`.
+        As `morris`, which takes the same arguments.
     """
     held = outputs_of("tornado", design, outputs, names, factors)
     values = np.where(held.known, held.columns, np.nan)

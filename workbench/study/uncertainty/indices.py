@@ -39,7 +39,7 @@ class SobolIndices:
     groups, sums1, sumsT
         Names of groups of factors, and the sums (k, G) of S1 and of ST over each, with intervals of their own.
     deviation
-        (k,), the standard deviation of the outputs over all factors.
+        (k,), of the outputs over all factors.
     refused
         The reason for each output that has no indices; its numbers are NaN.
     """
@@ -101,12 +101,10 @@ def sobol(
     ----------
     outputs
         (N,) or (N, k) in the order of the design's points; several metrics, or one at many times.
-    names, factors
-        Of the k outputs and the d factors.
     errors
         Of the outputs, of the same shape, NaN where unknown; a remark says where they blur the indices.
     groups
-        Names to the factors over which S1 and ST are summed.
+        By name the factors over which S1 and ST are summed.
     control
         True if the quadratic polynomial that fits the runs serves as control variate (Owen 2013, Monte Carlo theory,
         methods and examples, section 8.9): its indices are exact, and only what it leaves is estimated.

@@ -46,14 +46,10 @@ Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one r
 @dataclass(frozen=True, eq=False)
 @door
 class LocalSensitivities:
-    """Derivatives of metrics at one operating point with respect to m numbers.
+    """Derivatives of metrics at one operating point, by m numbers with these `labels` that are `at` (m,) there.
 
     Attributes
     ----------
-    labels
-        The m numbers: of parameters, or of initial states.
-    at
-        (m,), their values at the operating point.
     value, gradient
         By metric, (k,) and (k, m) for its k joints: the derivatives of the very numbers that the run computes; NaN
         where they leave all bounds.
@@ -128,14 +124,8 @@ def local_sensitivities(
     Where F jumps or has corners S is that of the pieces between them, and misses what the instants of the corners
     add: so every derivative is held against differences of runs beside this one; see `warnings`.
 
-    Parameters
-    ----------
-    names
-        Parameters, initial states, or single numbers of either.
-    p, x0
-        The operating point, the defaults if not given.
-    until, h
-        Horizon and step, in s; of a sampled loop the substep.
+    `names` are of parameters and initial states, or of single numbers of either; `p` and `x0` the operating point, the
+    defaults if not given; `until` and `h` horizon and step in s, of a sampled loop the substep.
 
     Raises
     ------
@@ -256,10 +246,7 @@ def _slopes(
     until: float,
     width: float,
 ) -> dict[str, Array]:
-    """Slopes (k, m) of the metrics over changes by `width`, relative to each number; of a zero, by `width` itself.
-
-    They are central differences extrapolated from the whole width and half of it; at a bound, one-sided ones.
-    """
+    """Slopes (k, m) over changes by `width`, relative to numbers but 0, extrapolated from the whole and half of it."""
     ends = np.array([_ends(loop, here, place, width) for place in places])
     shifts = ends[:, [0, 1, 0, 1]] * [1.0, 1.0, 0.5, 0.5]
     table, split = np.tile(here, (4 * len(places), 1)), loop.parameters.size

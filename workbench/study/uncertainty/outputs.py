@@ -84,20 +84,14 @@ def outputs_of(
     factors: Sequence[str] | None,
     errors: Any = None,
 ) -> Outputs:
-    """The outputs of all runs of a design, judged one by one.
+    """The outputs (N,) or (N, k) of all runs of a design, NaN where a run failed, judged one by one.
 
-    Parameters
-    ----------
-    outputs
-        (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
-    errors
-        Of the same shape: how far off each number is, NaN where unknown, infinite where nothing bounds it.
+    The `errors`, of the same shape, are NaN where unknown, and infinite where nothing bounds them.
 
     Raises
     ------
     ValueError
-        If the outputs or errors have no such shape, the names are not k or d different ones, or all outputs are
-        refused.
+        If shapes or numbers of names do not fit, or all outputs are refused.
     """
     named = _names_of("factors", call, factors, [f"x{i + 1}" for i in range(design.dimensions)])
     held, columns = columns_of(call, design, outputs, names)
