@@ -96,16 +96,14 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
         ("command", colophon.command),
         ("control-workbench", colophon.version),
         ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
-        *([("arithmetic", colophon.arithmetic)] if colophon.arithmetic else []),
+        ("arithmetic", colophon.arithmetic),
         *_hexadecimal("fingerprint", colophon.fingerprints),
-        *([("digest", OF_A_RUN)] if colophon.digests else []),
+        ("digest", OF_A_RUN if colophon.digests else ""),
         *_hexadecimal("digest", colophon.digests),
+        ("Python", colophon.python),
+        ("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())),
     ]
-    if colophon.python:
-        rows.append(("Python", colophon.python))
-    if colophon.packages:
-        rows.append(("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())))
-    return tuple(rows)
+    return tuple((term, words) for term, words in rows if words)
 
 
 def _hexadecimal(word: str, prints: Mapping[str, str]) -> list[tuple[str, str]]:
