@@ -28,7 +28,7 @@ DOORS = {
     "llvmlite": "simulate/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",
-    "SALib": "study/uncertainty/salib.py",
+    "SALib": "study/uncertainty/indices.py",
     "threadpoolctl": "design/matrices.py",
     "typst": "report/pdf.py",
 }

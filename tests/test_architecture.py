@@ -122,7 +122,7 @@ BAD = [
     (rules.open_side_doors, "workbench/study/study.py", "def f():\n    from control import ss", "study.py:2:"),
     (rules.open_side_doors, "workbench/report/html_page.py", "import matplotlib.pyplot as plt", "figures/"),
     (rules.open_side_doors, "studies/a9.py", "from rich.progress import Progress", "cli/progress.py"),
-    (rules.open_side_doors, "workbench/design/x.py", "import SALib", "uncertainty/salib.py"),
+    (rules.open_side_doors, "workbench/design/x.py", "import SALib", "uncertainty/indices.py"),
     (rules.long_files, "workbench/a.py", "x = 1\n" * 301, "301"),
     (rules.long_functions, "workbench/a.py", "def f():\n" + "    x = 1\n" * 50, "51"),
     (rules.long_functions, "workbench/a.py", f"def f():\n{SHOWN}" + "    x = 1\n" * 48, "51"),

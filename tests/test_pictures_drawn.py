@@ -6,11 +6,10 @@ from matplotlib.colors import to_rgb
 from sensitivity_pictures import NOTE, indices, made, morris_effects, tornado_of
 
 from workbench.notation.formula import symbol
-from workbench.report.figures.bars import ink_on, tint
+from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.figure_sheet import draw
-from workbench.report.figures.labels import Extent, extent, folded
-from workbench.report.figures.pen import Box, Pen
-from workbench.report.figures.placing import placed
+from workbench.report.figures.pen import Box, Extent, Pen, extent, folded
+from workbench.report.figures.points import placed
 from workbench.report.figures.rulers import size_of
 from workbench.report.folder import write
 from workbench.study.document.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section

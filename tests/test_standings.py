@@ -6,9 +6,9 @@ from matplotlib.colors import to_rgb
 from sensitivity_pictures import words
 from test_pictures_drawn import told
 
+from workbench.report.figures.boxes import ink_over, tone
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.rulers import size_of
-from workbench.report.figures.tiles import ink_over, tone
 from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
 from workbench.study.pictures import standings_figure
 from workbench.study.pictures.standings_pictures import BEYOND

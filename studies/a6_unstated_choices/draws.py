@@ -25,7 +25,6 @@ from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
-from workbench.study.uncertainty.designs import span
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, Integers
@@ -68,10 +67,8 @@ class Part(AbstractDesign):
         """The number of points that differ."""
         return len(self._distinct[0])
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        begin, end = span(self, first, last)
-        return self._distinct[0][begin:end]
+    def _rows(self, first: int, last: int) -> Array:
+        return self._distinct[0][first:last]
 
 
 @dataclass(frozen=True)

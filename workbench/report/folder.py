@@ -33,24 +33,17 @@ class ReportError(ValueError):
 def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
     """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
 
-    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too.
+    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too; `beside` are further files by their paths.
 
-    Everything is made first, in memory, then written to a hidden folder within the target. From there each file
-    takes the place of the earlier one by a rename, `index.html` last, and what the new report lacks goes. So at every
-    moment each file is whole, and the page, which needs no other file, is the earlier or the new one. If a step fails,
-    all earlier files come back. If the process is killed among the renames, files of both reports stand side by side
-    until the next report, which replaces them all and clears what is left hidden. A ledger there is not touched.
-
-    Parameters
-    ----------
-    beside
-        Further files of the report, by their paths below the folder.
+    All is written to a hidden folder within the target, from where each file takes the place of the earlier one by a
+    rename, `index.html` last; so at every moment each file is whole. If a step fails, all earlier files come back. If
+    the process is killed among the renames, files of both reports stand side by side until the next report. A ledger
+    there is not touched.
 
     Raises
     ------
     ReportError
-        If the target holds anything but an earlier report, or if it cannot be written: the disk is
-        full, or the place is not ours to write. Nothing half-written is left behind.
+        If the target holds anything but an earlier report, or cannot be written; nothing half-written is left behind.
     """
     target = Path(os.path.realpath(folder))
     try:
@@ -84,9 +77,7 @@ def _contents(document: Document) -> dict[str, bytes]:
 
 
 def check_place(folder: Path) -> None:
-    """Refuse, before anything long is begun, a place that `write` would refuse, or where no folder can be made.
-
-    That is found by making one, which is taken away at once.
+    """Refuse a place that `write` would refuse, or where no folder can be made, by making one for a moment.
 
     Raises
     ------

@@ -25,14 +25,9 @@ ROOM = 72  # widths of a digit between the margins of an equation; the font of t
 
 
 def html(document: Document, drawings: dict[str, str] | None = None) -> str:
-    """The document as one HTML page: the same document, the same bytes.
+    """The document as one HTML page, every text escaped: the same document, the same bytes.
 
-    Parameters
-    ----------
-    document
-        The document; every text of it is escaped.
-    drawings
-        The SVG text of each figure by its name, if it has been drawn already.
+    `drawings` are the SVG texts of figures by name, if they have been drawn already.
     """
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
@@ -63,7 +58,7 @@ class _Writer:
     known: Mapping[str, Placed]
 
     def phrase(self, phrase: Phrase) -> Markup:
-        """Words, code, formulas and references in a line."""
+        """The parts in a line."""
         return Markup("").join(self._part(part) for part in parts(phrase))
 
     def unlinked(self, phrase: Phrase) -> Markup:

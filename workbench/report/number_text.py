@@ -14,10 +14,7 @@ LEAST, GREATEST = 1e-3, 1e5  # outside of these a number has a power of ten
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as text, cut in pieces: a sign, digits, a tail from the decimal point on, a power of ten.
-
-    The tail of 0.3532(2) is '.3532(2)'; the power is the exponent alone, empty for none.
-    """
+    """A number in text: a sign, digits, a tail from the point on, as '.3532(2)', and a power of ten or none."""
 
     sign: str
     whole: str
@@ -54,10 +51,10 @@ def printed(value: float, digits: int | None = None) -> Printed:
 
 
 def measured(value: float, error: float) -> Printed:
-    """A value with its error in brackets: 0.3532(2) is 0.3532 with an error of 0.0002.
+    """A value with its error in brackets: 0.3532(2) is 0.3532 with an error of 0.0002, 480(30) one of 30.
 
-    The error has one digit that counts, or two if the first is 1; 480(30) is 480 with an error of
-    30. No more than five digits of the value are printed; an error below them has no brackets.
+    The error has one digit that counts, or two if the first is 1. No more than five digits of the value are printed; an
+    error below them has no brackets.
     """
     size = max(abs(value), error)
     if size == 0:
@@ -75,8 +72,7 @@ def measured(value: float, error: float) -> Printed:
 def paddings(column: Iterable[Printed]) -> list[Padding]:
     """For each number of a column, the characters that it lacks to the common frame, one class of glyphs at a time.
 
-    Each number then has the same count of signs, digits, points and brackets before it and behind
-    it, so it has its decimal point in the same place in any font with digits of one width.
+    So all decimal points stand in one place in any font with digits of one width.
     """
     numbers = list(column)
     signs = max((n.sign for n in numbers), key=len, default="")

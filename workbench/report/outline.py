@@ -14,7 +14,6 @@ from workbench.study.document.document import (
     Figure,
     Phrase,
     Reference,
-    Section,
     Table,
     parts,
 )
@@ -55,16 +54,15 @@ class Chapter:
 def chapters(document: Document) -> tuple[Chapter, ...]:
     """The sections in order; each kind of block is counted through the whole document."""
     count: Counter[str] = Counter()
-    return tuple(_chapter(i, section, count) for i, section in enumerate(document.sections, start=1))
-
-
-def _chapter(number: int, section: Section, count: Counter[str]) -> Chapter:
-    placed = []
-    for block in section.blocks:
-        kind = type(block).__name__.lower()
-        count[kind] += 1
-        placed.append(Placed(block, kind, count[kind]))
-    return Chapter(number, section.heading, tuple(placed))
+    found = []
+    for number, section in enumerate(document.sections, start=1):
+        placed = []
+        for block in section.blocks:
+            kind = type(block).__name__.lower()
+            count[kind] += 1
+            placed.append(Placed(block, kind, count[kind]))
+        found.append(Chapter(number, section.heading, tuple(placed)))
+    return tuple(found)
 
 
 def labels(document: Document) -> dict[str, Placed]:
@@ -98,16 +96,14 @@ def provenance(document: Document) -> tuple[tuple[str, str], ...]:
         ("command", colophon.command),
         ("control-workbench", colophon.version),
         ("seed", "none: nothing here is random" if colophon.seed is None else str(colophon.seed)),
-        *([("arithmetic", colophon.arithmetic)] if colophon.arithmetic else []),
+        ("arithmetic", colophon.arithmetic),
         *_hexadecimal("fingerprint", colophon.fingerprints),
-        *([("digest", OF_A_RUN)] if colophon.digests else []),
+        ("digest", OF_A_RUN if colophon.digests else ""),
         *_hexadecimal("digest", colophon.digests),
+        ("Python", colophon.python),
+        ("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())),
     ]
-    if colophon.python:
-        rows.append(("Python", colophon.python))
-    if colophon.packages:
-        rows.append(("packages", ", ".join(f"{name} {version}" for name, version in colophon.packages.items())))
-    return tuple(rows)
+    return tuple((term, words) for term, words in rows if words)
 
 
 def _hexadecimal(word: str, prints: Mapping[str, str]) -> list[tuple[str, str]]:

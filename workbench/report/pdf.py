@@ -44,17 +44,9 @@ Tree = dict[str, Any]
 def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
     """The document as a PDF of A4 pages: the same document, the same bytes.
 
-    Only the fonts that typst brings along are used, so a PDF is the same on every machine; for the
-    scripts that they lack, as Chinese, the machine's own fonts are asked. No text of the document is
-    ever read as typst: it all goes in as data. Of a phrase with more than 20 000 letters the PDF has the first ones,
-    and says that the page has them all.
-
-    Parameters
-    ----------
-    document
-        The document.
-    drawings
-        The SVG text of each figure by name, where it has been drawn already.
+    Its fonts are those of typst; only for scripts that they lack, as Chinese, the machine's own. No text of the
+    document is read as typst: it all goes in as data. Of a phrase with more than 20 000 letters the PDF has the first
+    ones, and says that the page has them all. `drawings` are as in `html`.
 
     Raises
     ------
@@ -72,13 +64,7 @@ def data(document: Document, drawings: dict[str, str] | None = None) -> str:
 
 
 def compiled(data: str) -> bytes:
-    """The PDF of the text that `data` gives; typst releases the interpreter's lock.
-
-    Raises
-    ------
-    ValueError
-        As `pdf`.
-    """
+    """The PDF of the text that `data` gives, refused as by `pdf`; typst releases the interpreter's lock."""
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     covered = max(data) < OTHER_SCRIPTS
     try:
@@ -122,13 +108,8 @@ class _Writer:
         }
 
     def block(self, placed: Placed, *, floats: bool = False) -> Tree:
-        tree: Tree = {
-            "floats": floats,
-            "kind": placed.kind,
-            "number": placed.number,
-            "label": placed.label,
-            "anchor": placed.anchor,
-        }
+        tree: Tree = {"floats": floats, "kind": placed.kind, "number": placed.number}
+        tree |= {"label": placed.label, "anchor": placed.anchor}
         match placed.block:
             case Paragraph(text):
                 tree["text"] = self.phrase(text)

@@ -6,7 +6,6 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -36,7 +35,7 @@ BRACKETS = (
     "0.0002. Without brackets, the error is below the last digit."
 )
 
-UNPADDED = Padding()
+END = r"\\"  # of a row in LaTeX
 
 
 @dataclass(frozen=True)
@@ -44,8 +43,8 @@ class Shown:
     """A cell as it is printed: a number in its column's frame, or a phrase."""
 
     content: Printed | Phrase
-    padding: Padding = UNPADDED
-    bold: bool = False
+    padding: Padding
+    bold: bool
 
 
 def grid(table: Table) -> list[list[Shown]]:
@@ -62,11 +61,7 @@ def _printed_column(cells: list[Cell], column: Column) -> list[Shown]:
     contents = [_printed_value(value, column.digits, numeric) for value in values]
     frames = iter(paddings(content for content in contents if isinstance(content, Printed)))
     return [
-        Shown(
-            content,
-            next(frames) if isinstance(content, Printed) else UNPADDED,
-            bold=isinstance(cell, Emphasis),
-        )
+        Shown(content, next(frames) if isinstance(content, Printed) else Padding(), isinstance(cell, Emphasis))
         for content, cell in zip(contents, cells, strict=True)
     ]
 
@@ -84,14 +79,10 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed |
         case Measured():
             return measured(value.value, value.error)
         case Diverged():
-            return f"diverged at {_seconds(value.at)} s"
+            return f"diverged at {printed(float(f'{value.at:.3g}'))} s"
         case str() if numeric:
             return _read(value) or value
     return value
-
-
-def _seconds(at: float) -> str:
-    return str(printed(float(f"{at:.3g}")))
 
 
 def _read(typed: str) -> Printed | None:
@@ -131,9 +122,7 @@ def measures(table: Table) -> bool:
 
 def unit_of(column: Column) -> str:
     """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
-    if column.unit in ("", "1"):
-        return ""
-    return f"[{raised(column.unit)}]"
+    return "" if column.unit in ("", "1") else f"[{raised(column.unit)}]"
 
 
 def plain(phrase: Phrase) -> str:
@@ -155,8 +144,7 @@ def _plain_part(part: Part) -> str:
 def to_csv(table: Table) -> str:
     """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
 
-    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula: see
-    `spreadsheet_text`.
+    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula.
     """
     out = io.StringIO()
     writer = csv.writer(out)
@@ -198,6 +186,9 @@ def to_latex(table: Table) -> str:
     """
     notes = (BRACKETS, *table.notes) if measures(table) else table.notes
     letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
+    heads = [
+        _latex(column.header) + (f" {_escaped(unit)}" if (unit := unit_of(column)) else "") for column in table.columns
+    ]
     lines = [
         r"\begin{table}",
         r"  \centering",
@@ -205,24 +196,15 @@ def to_latex(table: Table) -> str:
         rf"  \label{{{table.name}}}",
         rf"  \begin{{tabular}}{{{letters}}}",
         r"    \toprule",
-        f"    {_row(_latex_head(column) for column in table.columns)}",
+        f"    {' & '.join(heads)} {END}",
         r"    \midrule",
-        *(f"    {_row(_latex_cell(cell) for cell in row)}" for row in grid(table)),
+        *(f"    {' & '.join(map(_latex_cell, row))} {END}" for row in grid(table)),
         r"    \bottomrule",
         r"  \end{tabular}",
         *(rf"  \par\smallskip{{\footnotesize {_latex(note)}}}" for note in notes),
         r"\end{table}",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _row(cells: Iterable[str]) -> str:
-    return " & ".join(cells) + r" \\"
-
-
-def _latex_head(column: Column) -> str:
-    unit = unit_of(column)
-    return f"{_latex(column.header)} {_escaped(unit)}" if unit else _latex(column.header)
 
 
 def _latex_cell(shown: Shown) -> str:

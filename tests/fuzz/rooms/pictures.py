@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from workbench.study import pictures
-from workbench.study.document import figure as panel
-from workbench.study.document import figure_marks as marks
+from workbench.study.document import figure as marks
 from workbench.study.pictures import traces
 from workbench.study.uncertainty import sobol
 
@@ -32,9 +31,9 @@ def calls() -> dict[str, Any]:
         ),
         "HeatMap": partial(marks.HeatMap, [[1.0, np.nan]], [[True, False]], 1.0),
         "Panel": partial(
-            panel.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)
+            marks.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)
         ),
-        "Panel with names": partial(panel.Panel, "y", (bars,), ynames=("a", "b")),
+        "Panel with names": partial(marks.Panel, "y", (bars,), ynames=("a", "b")),
         "Points": partial(marks.Points, "a", T, T, ("x", "y"), 1, T, T, T, T),
         "Series": partial(marks.Series, "a", T, T, 1, "steps"),
         "Tiles": partial(marks.Tiles, "a", ((("x",), ("y", "z")),), [[0.5, np.nan]], True, [[True, False]], False, ()),

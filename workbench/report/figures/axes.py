@@ -6,21 +6,19 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.report.figures.bars import draw_bars, draw_points, fill_box
-from workbench.report.figures.labels import NUMBER, extent
-from workbench.report.figures.pen import Box, Pen
+from workbench.report.figures.boxes import draw_bars, draw_map, draw_tiles, fill_box
+from workbench.report.figures.pen import DIGIT, NUMBER, Box, Pen, extent
+from workbench.report.figures.points import draw_points
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LINES, MARKS, PAD, POINTS_LOOK, SMALL_LETTERS, TICK, layer_of, line_of
-from workbench.report.figures.tiles import draw_map, draw_tiles
-from workbench.study.document.figure import Panel
-from workbench.study.document.figure_marks import Band, Bars, HeatMap, Mark, Points, Series, Tiles
+from workbench.study.document.figure import Band, Bars, HeatMap, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}
 RULED = {"color": "#555555", "linewidth": 0.6}
 AXIS = MARK = {"color": "#000000", "linewidth": 0.5}
 FINE = {"color": "#000000", "linewidth": 0.4}
-DIGIT = 0.676 * SMALL_LETTERS  # the height of a digit
+HALF = DIGIT * SMALL_LETTERS / 2  # of the height of a digit
 
 
 def draw_axes(pen: Pen, box: Box, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]) -> None:
@@ -52,7 +50,7 @@ def _write_below(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
         for k, line in enumerate(lines):
             width = extent(line, SMALL_LETTERS).width
             if ticks.upright:
-                beside = at + DIGIT / 2 + (k - (len(lines) - 1) / 2) * NUMBER.height
+                beside = at + HALF + (k - (len(lines) - 1) / 2) * NUMBER.height
                 pen.words(line, beside, head - width, SMALL_LETTERS, upwards=True)
             else:
                 pen.words(line, at - width / 2, head - NUMBER.ascent - k * NUMBER.height, SMALL_LETTERS)
@@ -63,7 +61,7 @@ def _write_beside(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
     for at, number in zip(_along(box, ruler, ticks, upwards=True)[0], ticks.numbers, strict=True):
         lines = number.split("\n")
         for k, line in enumerate(lines):
-            foot = at - DIGIT / 2 + ((len(lines) - 1) / 2 - k) * NUMBER.height
+            foot = at - HALF + ((len(lines) - 1) / 2 - k) * NUMBER.height
             pen.words(line, box.left - TICK - PAD - extent(line, SMALL_LETTERS).width, foot, SMALL_LETTERS)
 
 
@@ -85,15 +83,11 @@ def _strokes(
 
 def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, ...]], x: Ruler, y: Ruler) -> None:
     """The thin lines across the panel, and its series in their layers."""
-
-    def placed(across: Array, up: Array) -> tuple[Array, Array]:
-        return box.left + box.width * x.share(across), box.bottom + box.height * y.share(up)
-
     for at in panel.hlines:
-        pen.line(*placed(np.array([x.low, x.high]), np.array([at, at])), RULED, box)
+        pen.line(*box.at(x.share([x.low, x.high]), y.share([at, at])), RULED, box)
     for at in panel.vlines:
-        pen.line(*placed(np.array([at, at]), np.array([y.low, y.high])), RULED, box)
-    drawn = [[placed(curve[0], ordinate) for ordinate in curve[1:]] for curve in curves]
+        pen.line(*box.at(x.share([at, at]), y.share([y.low, y.high])), RULED, box)
+    drawn = [[box.at(x.share(curve[0]), y.share(ordinate)) for ordinate in curve[1:]] for curve in curves]
     for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
         lines = drawn[i]
         match panel.series[i]:
@@ -131,20 +125,17 @@ def _draw_band(pen: Pen, band: Band, lines: list[tuple[Array, Array]], box: Box)
 
 def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
     """A small sample of a series, for the legend."""
-    ends, middle = np.array([box.left, box.left + box.width]), np.full(2, box.bottom + box.height / 2)
-    look = LINES[series.style]
+    look, (x, y) = LINES[series.style], box.at(np.array([0.0, 0.5, 1.0]), np.full(3, 0.5))
     if isinstance(series, Tiles):
         x_of, y_of = (Ruler.of_names(("",) * size) for size in np.shape(series.shades)[::-1])
         draw_tiles(pen, box, series, x_of, y_of)
     elif isinstance(series, Band):
-        x, y = np.repeat(ends, 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0])
-        pen.area(x, y, look["color"], 0.3)
+        pen.area(np.repeat(x[::2], 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0]), look["color"], 0.3)
     elif isinstance(series, Bars):
-        x, y = ends[[0, 1, 1, 0, 0]], box.bottom + box.height * np.array([0.0, 0.0, 1.0, 1.0, 0.0])
-        fill_box(pen, x, y, series.style, series.shade)
+        fill_box(pen, *box.edges, series.style, series.shade)
     elif isinstance(series, Points):
-        pen.marks(ends[:1] + box.width / 2, middle[:1], look | POINTS_LOOK)
+        pen.marks(x[1:2], y[1:2], look | POINTS_LOOK)
     elif isinstance(series, Series) and series.look == "marks":
-        pen.marks(ends[:1] + box.width / 2, middle[:1], look | MARKS)
+        pen.marks(x[1:2], y[1:2], look | MARKS)
     else:
-        pen.line(ends, middle, look)
+        pen.line(x[::2], y[::2], look)

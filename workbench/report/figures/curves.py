@@ -10,8 +10,7 @@ import numpy as np
 
 from workbench.report.figures.style import letter_of, points_of
 from workbench.report.table_text import plain
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Band, Mark, Series
+from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
 from workbench.study.export import spreadsheet_text
 from workbench.validation.refusals import Array
 
@@ -19,8 +18,7 @@ from workbench.validation.refusals import Array
 def curves_csv(figure: Figure) -> str:
     """The points of all lines and bands as they are drawn, with all their digits, a column each; empty without any.
 
-    A column of an abscissa stands before those that share it. Heads say panel, curve and what is measured, with its
-    unit, as the picture does. A gap is empty.
+    A column of an abscissa stands before those that share it. A gap is empty.
     """
     columns: list[tuple[str, Array]] = []
     for i, panel in enumerate(figure.panels):
@@ -64,10 +62,8 @@ def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> t
 def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
     """A selection of about `points` of the points (N,) of an abscissa and its ordinates, which keeps their extremes.
 
-    The curve is cut in stretches of equally many points. Each keeps the points where an ordinate is
-    least and greatest, and one gap if it holds any NaN, so a chattering signal keeps its envelope;
-    a curve whose abscissa runs back and forth, as in a phase plane, keeps the extremes of the
-    abscissa too. First and last points are kept.
+    Each of equally long stretches keeps the points where an ordinate is least and greatest, and one gap if it holds any
+    NaN; a curve whose abscissa runs back and forth keeps the extremes of the abscissa too. So are both ends.
     """
     n = len(curves[0])
     if n <= points:

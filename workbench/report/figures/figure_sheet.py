@@ -9,12 +9,9 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from workbench.report.figures.axes import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.curves import drawn_points
-from workbench.report.figures.labels import extent, mathtext
-from workbench.report.figures.pen import Box, Pen
+from workbench.report.figures.pen import Box, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler, Ticks, led, rulers, size_of
 from workbench.report.figures.style import (
     LABEL,
@@ -30,8 +27,7 @@ from workbench.report.figures.style import (
     letter_of,
     shares_abscissa,
 )
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Mark, Tiles
+from workbench.study.document.figure import Figure, Mark, Panel, Tiles
 from workbench.validation.refusals import Array
 
 EDGE = 4.0  # points around each panel with all its letters
@@ -51,11 +47,7 @@ class Plate:
 
 
 def draw(figure: Figure) -> str:
-    """A figure as the text of an SVG: the same figure, the same bytes.
-
-    Its letters are outlines, so it looks the same on every machine; its ids begin with the figure's
-    name, so many such figures can stand in one page.
-    """
+    """A figure as an SVG, the same bytes on every machine: letters are outlines, and ids begin with its name."""
     return draw_all([figure])[figure.name]
 
 
@@ -68,7 +60,7 @@ def draw_all(figures: Iterable[Figure]) -> dict[str, str]:
 def _draw(figure: Figure) -> str:
     width, height = (72 * inches for inches in size_of(figure))
     pen = Pen(width, height)
-    pen.area(width * np.array([0.0, 1.0, 1.0, 0.0]), height * np.array([0.0, 0.0, 1.0, 1.0]), "#ffffff", 1.0)
+    pen.area(*Box(0.0, 0.0, width, height).corners, "#ffffff")
     head = _draw_legend(pen, figure, width, height)
     plates = [_plate(figure, i) for i in range(len(figure.panels))]
     for plate, box, ticks in _placed(figure, plates, width, height - head):

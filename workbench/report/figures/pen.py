@@ -1,26 +1,34 @@
-"""A pen for SVG: lines, areas, marks and words, in points from the lower left corner of a sheet."""
+"""A pen for SVG, in points from the lower left corner of a sheet: lines, areas, marks, words and the room of words."""
 
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.backend_bases import GraphicsContextBase
 from matplotlib.backends.backend_svg import RendererSVG
 from matplotlib.colors import to_rgba
+from matplotlib.font_manager import FontProperties
 from matplotlib.markers import MarkerStyle
 from matplotlib.path import Path
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 
-from workbench.report.figures.labels import letters, readable
+from workbench.notation import latex, text
+from workbench.report.figures.style import RULES, SMALL_LETTERS
+from workbench.study.document.figure import Label
 from workbench.validation.refusals import Array
 
 INK = "#000000"
+FAMILY = RULES["font.family"]
+ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter
+DIGIT = 0.676  # of the size of the letters: the height of a digit
 
 
 @dataclass(frozen=True)
@@ -31,6 +39,25 @@ class Box:
     bottom: float
     width: float
     height: float
+
+    @property
+    def edges(self) -> tuple[Array, Array]:
+        """The corners, from the lower left one and back to it."""
+        return edges(self.left, self.bottom, self.left + self.width, self.bottom + self.height)
+
+    @property
+    def corners(self) -> tuple[Array, Array]:
+        """The four corners, from the lower left one."""
+        return self.edges[0][:4], self.edges[1][:4]
+
+    def at(self, across: Any, up: Any) -> tuple[Any, Any]:
+        """The points at these shares of the width and the height."""
+        return self.left + self.width * across, self.bottom + self.height * up
+
+
+def edges(left: float, bottom: float, right: float, top: float) -> tuple[Array, Array]:
+    """The corners of a rectangle, from the lower left one and back to it."""
+    return np.array([left, right, right, left, left]), np.array([bottom, bottom, top, top, bottom])
 
 
 class Pen:
@@ -47,7 +74,7 @@ class Pen:
         """Draw a line through points, with gaps at NaN."""
         self.renderer.draw_path(_context(look, within), Path(np.column_stack([x, y])), IdentityTransform())
 
-    def area(self, x: Array, y: Array, color: str, alpha: float, within: Box | None = None) -> None:
+    def area(self, x: Array, y: Array, color: str, alpha: float = 1.0, within: Box | None = None) -> None:
         """Draw a polygon filled with a colour, without an edge."""
         context = _context({"color": color, "linewidth": 0.0}, within)
         context.set_alpha(alpha)
@@ -67,11 +94,11 @@ class Pen:
     def words(self, label: str, x: float, y: float, size: float, upwards: bool = False, color: str = INK) -> None:
         """Draw a line of text that begins at (x, y) on its base line."""
         if label:
-            text, formula = readable(label)
+            words, formula = readable(label)
             angle = 90.0 if upwards else 0.0
             context = GraphicsContextBase()
             context.set_foreground(color)
-            self.renderer.draw_text(context, x, self.height - y, text, letters(size), angle, formula)
+            self.renderer.draw_text(context, x, self.height - y, words, letters(size), angle, formula)
 
     def finished(self, name: str) -> str:
         """The SVG, its ids below `name`."""
@@ -102,8 +129,7 @@ def _tidied(svg: str, name: str) -> str:
     svg = re.sub(r'<g id="[^"]*"', "<g", svg)  # nothing points to a group
     svg = re.sub(r'(\bid="|href="#|url\(#)', rf"\g<1>{name}-", svg)
     head, *paths = re.split(r'(?=\bd=")', svg)
-    rounded = [_rounded(path) for path in paths]
-    return head + "".join(rounded)
+    return head + "".join(map(_rounded, paths))
 
 
 def _rounded(path: str) -> str:
@@ -111,3 +137,85 @@ def _rounded(path: str) -> str:
     data = re.sub(r"(\.\d\d)\d+", r"\1", data)
     data = re.sub(r"\.00?(?!\d)|(\.\d)0(?!\d)", r"\1", data)
     return f'd="{" ".join(data.split())}{quote}{rest}'
+
+
+class Extent(NamedTuple):
+    """The size of a line of text in points: its width, and its height above and below the base line."""
+
+    width: float
+    ascent: float
+    descent: float
+
+    @property
+    def height(self) -> float:
+        """The total height."""
+        return self.ascent + self.descent
+
+
+NUMBER = Extent(0.0, ASCENT * SMALL_LETTERS, DESCENT * SMALL_LETTERS)  # of the numbers at a ruler
+
+
+def mathtext(label: Label) -> str:
+    """A label in the mathtext of matplotlib, with the dollars of plain text escaped."""
+    pieces = label if isinstance(label, tuple) else (label,)
+    return "".join(p.replace("$", r"\$") if isinstance(p, str) else _formula(p) for p in pieces)
+
+
+@cache
+def _formula(formula: Any) -> str:
+    """A formula between dollars; as plain text if matplotlib cannot set it, as with a matrix."""
+    mathtext = f"${latex.emit(formula, width=math.inf)}$"
+    try:
+        text_to_path.mathtext_parser.parse(mathtext, 72, letters(text_to_path.FONT_SCALE))
+    except ValueError:
+        return text.emit(formula).replace("$", r"\$")
+    return mathtext
+
+
+def letters(size: float) -> FontProperties:
+    """The font of the figures in a size in points."""
+    return FontProperties(family=FAMILY, size=size)
+
+
+def readable(label: str) -> tuple[str, bool]:
+    """A label as matplotlib's renderers expect it: its text without escapes, and True if it holds a formula."""
+    formula = "$" in label.replace(r"\$", "")
+    return (label if formula else label.replace(r"\$", "$")), formula
+
+
+@cache
+def extent(label: str, size: float) -> Extent:
+    """The extent of a label of one line, in letters of a size in points."""
+    width, height, descent = text_to_path.get_text_width_height_descent(
+        readable(label)[0], letters(size), readable(label)[1]
+    )
+    return Extent(width, max(height - descent, ASCENT * size), max(descent, DESCENT * size))
+
+
+def block_of(label: str, size: float) -> Extent:
+    """The extent of a label of several lines: the width of the widest, and the height of all."""
+    lines = [extent(line, size) for line in label.split("\n")]
+    height = sum(line.height for line in lines)
+    return Extent(max(line.width for line in lines), lines[0].ascent, height - lines[0].ascent)
+
+
+@cache
+def folded(label: str, size: float, width: float) -> str:
+    """A label in lines of at most a width, broken at spaces, signs or within long words; a formula is not broken."""
+    if extent(label, size).width <= width or readable(label)[1]:
+        return label
+    lines = [""]
+    for word in re.findall(r".+?(?:[ .,_/\])]+|$)", label):
+        if lines[-1] and extent(lines[-1] + word.rstrip(), size).width > width:
+            lines.append("")
+        for letter in re.findall(r"\\?.", word):
+            if lines[-1] and extent(lines[-1] + letter.rstrip(), size).width > width:
+                lines.append("")
+            lines[-1] += letter
+    return "\n".join(line.strip() for line in lines if line.strip())
+
+
+def unmarked(number: str) -> str:
+    r"""The number at an axis as plain text, '0.5' for r'$\mathdefault{0.5}$', if it needs no formula: much faster."""
+    plain = re.fullmatch(r"\$\\mathdefault\{([^\\^{}]*)\}\$", number)
+    return plain[1] if plain else number

@@ -10,10 +10,9 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxNLocator, ScalarFormatter
 
-from workbench.report.figures.labels import NUMBER, block_of, extent, folded, mathtext, unmarked
+from workbench.report.figures.pen import NUMBER, block_of, extent, folded, mathtext, unmarked
 from workbench.report.figures.style import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Bars, Label, Points, Series, Spans, Tiles
+from workbench.study.document.figure import Bars, Figure, Label, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
@@ -31,8 +30,7 @@ TALL = 7.6  # inches that a page has for a figure beside its caption
 class Ticks:
     """Marks at their places with their numbers, and the power of ten that all numbers share.
 
-    Names take the place of numbers where things are counted: they have no marks, and stand `upright` where they are
-    too wide to stand side by side.
+    Where things are counted there are names instead, without marks, and `upright` where they are too wide.
     """
 
     places: tuple[float, ...]
@@ -149,21 +147,25 @@ def _locator(scale: str, most: int, subs: Sequence[float] = (1.0,), whole: bool 
 def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple[Ruler, Ruler]:
     """The rulers of panel i, whose curves have these points; names that stand beside another panel are left out."""
     panel = figure.panels[i]
-    held = [_held(curve, mark.spans) for curve, mark in zip(curves, panel.series, strict=True)]
-    margin = 0.05 if any(_has_margin(mark) for mark in panel.series) else 0.0
+    # the drawn points of curves, and all numbers of other marks
+    held = [(c[:1], c[1:]) if c else mark.spans for c, mark in zip(curves, panel.series, strict=True)]
+    margin = 0.05 if any(map(_has_margin, panel.series)) else 0.0
     if panel.xnames:
         least = 1 if any(isinstance(mark, Tiles) for mark in panel.series) else COLUMNS
         x = Ruler.of_names(_column_names(figure, i), least=least)
     else:
-        x = Ruler.around(
-            panel.xscale, panel.xlim, [*(part for across, _ in held for part in across), panel.vlines], margin
-        )
+        across = [part for span, _ in held for part in span]
+        x = Ruler.around(panel.xscale, panel.xlim, [*across, panel.vlines], margin)
     if panel.ynames:
         beside = shares_rows(figure) and column_of(figure, i)
         y = Ruler.of_names(("",) * len(panel.ynames) if beside else row_names(figure, panel), downwards=True)
     else:
         y = Ruler.around(panel.yscale, panel.ylim, [*(part for _, up in held for part in up), panel.hlines], 0.05)
     return x, y
+
+
+def _has_margin(mark: Mark) -> bool:
+    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look == "marks")
 
 
 def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
@@ -185,15 +187,6 @@ def _column_names(figure: Figure, i: int) -> Sequence[str]:
     if len(names) >= COLUMNS and widest <= room:
         return [folded(name, SMALL_LETTERS, room) for name in names]
     return [_folded(label, UPRIGHT) for label in panel.xnames]
-
-
-def _held(curve: tuple[Array, ...], spans: Spans) -> Spans:
-    """The numbers that the rulers must cover: drawn points of curves, and all numbers of other marks."""
-    return (curve[:1], curve[1:]) if curve else spans
-
-
-def _has_margin(mark: object) -> bool:
-    return isinstance(mark, Bars | Points) or (isinstance(mark, Series) and mark.look == "marks")
 
 
 def _folded(label: Label, share: float) -> str:

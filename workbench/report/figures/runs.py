@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from workbench.report.figures.style import LINES
 from workbench.simulate import Trajectories
-from workbench.study.document.figure_marks import STYLES
+from workbench.study.document.figure import STYLES
 from workbench.validation.refusals import known, whole
 from workbench.validation.signatures import door
 
@@ -19,14 +19,9 @@ from workbench.validation.signatures import door
 def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run: int | None = None) -> Figure:
     """Signals over time by matplotlib: a panel for each, with its unit, and a line for each number, run and law.
 
-    Parameters
-    ----------
-    runs
-        Those of one loop, or of several by the names of their laws, which then share the panels.
-    names
-        Of states or outputs; without any what the loop follows and drives, or all outputs, or all states.
-    run
-        The number of the run that is drawn; None for all.
+    The `runs` are of one loop, or of several by the names of their laws, which then share the panels. The `names` are
+    of states or outputs; without any what the loop follows and drives, or all outputs, or all states, is drawn. `run`
+    is the number of the one that is drawn; None for all.
 
     Raises
     ------

@@ -9,8 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Band, Bars, HeatMap, Series, Style, Tiles
+from workbench.study.document.figure import Band, Bars, Figure, HeatMap, Panel, Series, Style, Tiles
 from workbench.validation.refusals import Array
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
@@ -98,16 +97,11 @@ def layer_of(i: int, panel: Panel) -> float:
     return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap | Tiles) else layer
 
 
-def chatters(y: Array) -> bool:
-    """True if a thinned curve covers its own range many times over."""
-    numbers = y[np.isfinite(y)]
-    return len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))
-
-
 def line_of(series: Series, y: Array) -> dict[str, Any]:
-    """The line of a series with the ordinates y: dashes would only make patterns of a band, a thick line hide it."""
-    thin = {"linestyle": "-", "linewidth": 0.5} if chatters(y) else {}
-    return LINES[series.style] | thin
+    """The line of a series with the ordinates y, thin where these cover their own range many times over."""
+    numbers = y[np.isfinite(y)]
+    chatters = len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))
+    return LINES[series.style] | ({"linestyle": "-", "linewidth": 0.5} if chatters else {})
 
 
 def letter_of(figure: Figure, i: int) -> str:

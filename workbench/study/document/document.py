@@ -12,17 +12,14 @@ from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
 from workbench.notation.formula import Formula
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import (
+from workbench.study.document.figure import (
     Band,
     Bars,
+    Figure,
     HeatMap,
-    Label,
-    Mark,
+    Panel,
     Points,
     Series,
-    Style,
-    Tiles,
 )
 from workbench.study.document.phrases import (
     Cell,
@@ -58,8 +55,6 @@ __all__ = [
     "Figure",
     "HeatMap",
     "Itemize",
-    "Label",
-    "Mark",
     "Measured",
     "Panel",
     "Paragraph",
@@ -70,9 +65,7 @@ __all__ = [
     "Section",
     "Series",
     "Strong",
-    "Style",
     "Table",
-    "Tiles",
     "Value",
     "Verdict",
     "parts",
@@ -106,7 +99,7 @@ class Itemize:
 @dataclass(frozen=True)
 @door
 class Equation:
-    """Formulas on lines of their own below one number; the `note` says where they come from."""
+    """Formulas on lines of their own below one number, with a `note` of their source."""
 
     formulas: Formula | tuple[Formula, ...]
     name: str = ""
@@ -129,11 +122,9 @@ class Equation:
 class Verdict:
     """A claim with its verdict and its evidence, as a bound, a residual or a witness, in one box.
 
-    A claim `holds`, `fails` or is `open`. One that is `found` is a plain sentence with its figure, printed without
-    a word of right or wrong; one that `depends` has other answers to other questions.
-
-    `estimand` names the statistic and its sample, `given` the information on which it rests, and `reversal` the
-    change that would reverse it.
+    A claim `holds`, `fails` or is `open`. One that is `found` is printed without a word of right or wrong; one that
+    `depends` has other answers to other questions. `estimand` names the statistic and its sample, `given` the
+    information on which it rests, and `reversal` the change that would reverse it.
     """
 
     kind: Literal["holds", "fails", "open", "found", "depends"]
@@ -176,9 +167,8 @@ class Section:
 class Colophon:
     """The record from which a report can be made again: command, seed, versions and digests.
 
-    `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers,
-    `packages` the name of a package to its version; `arithmetic` is the signature of that in which the loops were run;
-    `again` says what the same command would give.
+    `fingerprints` maps names to the hexadecimal digest of equations alone, `digests` to that of equations and numbers;
+    `arithmetic` is the signature of that of the runs; `again` says what the same command would give.
     """
 
     command: str
@@ -196,8 +186,7 @@ class Colophon:
 class Document:
     """A report: its question, its method, its sections, and the record to make it again.
 
-    Its texts are made clean: a line break or tab becomes a space, and what no file may hold, as a control character,
-    becomes U+FFFD, the sign for a character that cannot be shown.
+    In its texts a line break or tab becomes a space, and what no file may hold, as a control character, U+FFFD.
 
     Raises
     ------

@@ -1,16 +1,224 @@
-"""A figure as data: panels, each with its marks, its scales and its labels."""
+"""A figure as data: its panels, and their marks, as curves, bands, bars, points with names, cells and tiles."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from workbench.study.document.figure_marks import Label, Mark
+from workbench.notation.formula import Formula
 from workbench.study.document.phrases import Phrase, Table, check_name
-from workbench.validation.refusals import described
+from workbench.validation.refusals import Array, described
 from workbench.validation.signatures import door
+
+Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
+Style: TypeAlias = int | Literal["reference", "bound"]
+Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
+
+STYLES = 12
+
+
+class AbstractCurve:
+    """A mark along an abscissa: its fields `CURVES` are that and the ordinates, float arrays (N,)."""
+
+    CURVES: ClassVar[tuple[str, ...]]
+
+    @property
+    def curves(self) -> tuple[Array, ...]:
+        """The abscissa, then the ordinates."""
+        return tuple(getattr(self, name) for name in self.CURVES)
+
+    @property
+    def spans(self) -> Spans:
+        """The numbers along either axis."""
+        return self.curves[:1], self.curves[1:]
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Series(AbstractCurve):
+    """A curve of points (N,): a NaN in `y` is a gap, as where a run has diverged.
+
+    `style` 0 to 11 fixes its look, so that one law looks the same in all figures of a report; 'reference' (what is
+    wanted) and 'bound' (what is promised) stand apart from all laws. `look` draws it as a line, as steps that hold each
+    value until the next, or as marks alone. Series with the same label and style share one line of the legend; the
+    label '' is left out of it. At most 600 points of a series are drawn, its extremes among them.
+    """
+
+    CURVES = ("x", "y")
+    label: Label
+    x: Array
+    y: Array
+    style: Style = 0
+    look: Literal["line", "steps", "marks"] = "line"
+
+    def __post_init__(self) -> None:
+        _store(self, self.CURVES, gaps=("y",))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Band(AbstractCurve):
+    """The strip between two curves of points (N,), as between two quantiles of many runs."""
+
+    CURVES = ("x", "low", "high")
+    label: Label
+    x: Array
+    low: Array
+    high: Array
+    style: Style = 0
+
+    def __post_init__(self) -> None:
+        _store(self, self.CURVES)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Bars:
+    """Horizontal bars (N,) from `starts` to `ends` in the rows `places` of a panel that names its rows.
+
+    The first row is 0, at the top; a place between two numbers lets several bars share a row. An end that is NaN has
+    no bar. Of `low` and `high`, the ends of intervals, NaN is not known and draws nothing, and an infinite one is
+    drawn as an arrow at the edge of the panel. `shade` says how much of the colour fills a bar, from 0 to 1, `thick`
+    how much of a row it takes, and `texts` what is printed in each that has the room.
+    """
+
+    label: Label
+    places: Array
+    ends: Array
+    starts: Array
+    style: Style = 0
+    shade: float = 1.0
+    thick: float = 0.7
+    low: Array | None = None
+    high: Array | None = None
+    texts: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _store(self, ("places", "ends", "starts"), gaps=("ends",), intervals=("low", "high"))
+
+    @property
+    def spans(self) -> Spans:
+        """The numbers along either axis."""
+        ends = tuple(np.asarray(end) for end in (self.starts, self.ends, self.low, self.high))
+        return ends, (self.places - self.thick / 2, self.places + self.thick / 2)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Points:
+    """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`."""
+
+    label: Label
+    x: Array
+    y: Array
+    names: tuple[Label, ...] = ()
+    style: Style = 0
+    xlow: Array | None = None
+    xhigh: Array | None = None
+    ylow: Array | None = None
+    yhigh: Array | None = None
+
+    def __post_init__(self) -> None:
+        _store(self, ("x", "y"), gaps=("x", "y"), intervals=("xlow", "xhigh", "ylow", "yhigh"))
+
+    @property
+    def spans(self) -> Spans:
+        """The numbers along either axis."""
+        across = tuple(np.asarray(part) for part in (self.x, self.xlow, self.xhigh))
+        return across, tuple(np.asarray(part) for part in (self.y, self.ylow, self.yhigh))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class HeatMap:
+    """Numbers (r, c) printed in cells that are the darker the larger they are, in a panel that names both its sides.
+
+    A NaN leaves its cell empty. A cell that is `faint` (r, c), as one whose interval holds zero, is printed in grey on
+    white. `most` is the number of the darkest cell.
+    """
+
+    values: Array
+    faint: Any
+    most: float
+
+    label: ClassVar[Label] = ""
+    style: ClassVar[Style] = 0
+
+    @property
+    def spans(self) -> Spans:
+        """The numbers along either axis."""
+        return _around(self.values)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Tiles:
+    """Texts (r, c), each of some lines, in tiles of a panel that names its rows, as dark as their shades from 0 to 1.
+
+    The first line of a text is large. A shade that is NaN leaves its tile white, and a tile without a text is not drawn
+    unless it is shaded. A tile may be `framed`, have a `marked` corner, or be `hatched`, each True or False for all
+    tiles or for each (r, c). `keys` are what the legend shows instead, small tiles each with a label.
+    """
+
+    label: Label
+    texts: tuple[tuple[tuple[str, ...], ...], ...]
+    shades: Array
+    framed: Any = False
+    marked: Any = False
+    hatched: Any = False
+    keys: tuple[Tiles, ...] = ()
+
+    style: ClassVar[Style] = 0
+
+    def __post_init__(self) -> None:
+        for name in ("framed", "marked", "hatched"):
+            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), self.shades.shape))
+
+    @property
+    def spans(self) -> Spans:
+        """The numbers along either axis."""
+        return _around(self.shades)
+
+    @property
+    def lines(self) -> int:
+        """The number of lines of the longest text."""
+        return max(len(text) for row in self.texts for text in row)
+
+
+Mark: TypeAlias = Series | Band | Bars | Points | HeatMap | Tiles
+
+
+def _around(cells: Array) -> Spans:
+    """The ranges of both axes that cells (r, c) cover, one unit each, centred at 0, 1, ..."""
+    rows, columns = np.shape(cells)
+    return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
+
+
+def _store(
+    mark: Series | Band | Bars | Points,
+    names: tuple[str, ...],
+    gaps: tuple[str, ...] = (),
+    intervals: tuple[str, ...] = (),
+) -> None:
+    """Copy fields to read-only arrays (N,), finite but for NaN in `gaps`; of `intervals` any numbers, or NaN."""
+    call = f"{type(mark).__name__}({described(mark.label)})"
+    if mark.style not in (*range(STYLES), "reference", "bound"):
+        raise ValueError(
+            f"`{call}` takes a style of 0 to {STYLES - 1}, 'reference' or 'bound'; got {described(mark.style)}."
+        )
+    shape = getattr(mark, names[0]).shape
+    for name in (*names, *intervals):
+        given = getattr(mark, name)
+        array = np.full(shape, np.nan) if given is None else given.copy()
+        if array.shape != shape or len(shape) != 1 or not array.size:
+            raise ValueError(f"`{call}` needs {' and '.join(names)} of one length N >= 1; got {name} of {array.shape}.")
+        if name in names and (np.isinf(array).any() or (name not in gaps and np.isnan(array).any())):
+            rule = "finite, or NaN for a gap" if name in gaps else "finite"
+            raise ValueError(f"`{call}` needs a {name} that is {rule}; got one that is not.")
+        array.flags.writeable = False
+        object.__setattr__(mark, name, array)
 
 
 @dataclass(frozen=True, eq=False)

@@ -51,7 +51,7 @@ def parts(phrase: Phrase) -> tuple[Part, ...]:
 @dataclass(frozen=True)
 @door
 class Measured:
-    """A value with its own error estimate, in the same unit: only the digits that the error supports are printed."""
+    """A value with its error, in the same unit: only the digits that the error supports are printed."""
 
     value: float
     error: float
@@ -92,10 +92,9 @@ Cell: TypeAlias = Value | Emphasis
 @dataclass(frozen=True)
 @door
 class Column:
-    """The head of a column. `digits` is the number of significant digits of its floats.
+    """The head of a column. Its floats have so many significant `digits`, by default four or fewer if those are exact.
 
-    Without `digits` a float has four, or fewer if fewer are exact, as in a parameter of 0.5. A
-    `Measured` cell has those that its error supports, whatever `digits` says.
+    A `Measured` cell has those that its error supports, whatever `digits` says.
     """
 
     header: Phrase
@@ -113,8 +112,7 @@ class Column:
 class Table:
     """Rows of cells below named columns. The `name` becomes the stem of its files.
 
-    Cells: text, formulas, integers, floats, `Measured`, `Diverged`, booleans (yes or no) and None
-    (a dash); any of them in `Emphasis` is bold.
+    Cells: text, formulas, numbers, `Measured`, `Diverged`, booleans (yes or no), None (a dash); in `Emphasis` bold.
 
     Raises
     ------

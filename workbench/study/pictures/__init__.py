@@ -4,11 +4,10 @@ The room knows results and makes figures of them as data, each with a caption th
 runs, seed, step error); it knows nothing of how they are drawn. Read `captions` first.
 """
 
-from workbench.study.pictures.quantile_pictures import quantile_bands
+from workbench.study.pictures.law_pictures import budget_curves, pareto_fronts, quantile_bands
 from workbench.study.pictures.screening_pictures import morris_plane, tornado_figure
 from workbench.study.pictures.sobol_pictures import indices_over_time, second_order_map, sobol_bars
 from workbench.study.pictures.standings_pictures import rank_figure, standings_figure
-from workbench.study.pictures.tuning_pictures import budget_curves, pareto_fronts
 
 __all__ = [
     "budget_curves",

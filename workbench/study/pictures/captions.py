@@ -1,14 +1,18 @@
-"""The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file."""
+"""The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file.
+
+Of every picture the `note` says runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` does; `unit`
+is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, TypeAlias, TypeVar
 
 import numpy as np
 
-from workbench.study.document.figure_marks import Label
-from workbench.study.document.phrases import Part, Phrase, parts, raised
+from workbench.study.document.figure import Figure, Label, Panel
+from workbench.study.document.phrases import Cell, Column, Part, Phrase, Table, parts, raised
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
@@ -20,15 +24,28 @@ BEYOND = "An interval with an arrow goes on beyond the axes."
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
 
 
-def captioned(call: str, caption: Phrase, note: Phrase, *remarks: Phrase) -> Phrase:
-    """A caption with its remarks and, last, its note: runs, failed runs, seed, step error."""
+def picture(
+    call: str,
+    name: str,
+    caption: Phrase,
+    note: Phrase,
+    panels: Iterable[Panel],
+    heads: Iterable[str | Column],
+    rows: Iterable[tuple[Cell, ...]],
+    remarks: Iterable[Phrase] = (),
+    columns: int = 1,
+    lead: bool = False,
+) -> Figure:
+    """The figure with its numbers, its caption followed by the remarks and, last, its note."""
     if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
             "step error, as `sample.note_of(metric, joint)` does; got an empty one."
         )
     said = [phrase for phrase in (caption, *remarks, note) if phrase]
-    return tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))
+    words = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))
+    named = tuple(Column(head) if isinstance(head, str) else head for head in heads)
+    return Figure(name, words, tuple(panels), columns, Table(name, caption, named, tuple(rows)), lead)
 
 
 def _sentence(phrase: Phrase) -> tuple[Part, ...]:
@@ -51,13 +68,10 @@ def with_unit(name: Label, unit: str) -> Label:
 
 def each(found: Found) -> list[Found]:
     """The results of each output that was not refused; those of a single output are themselves."""
-    match found:
-        case SobolIndices():
-            numbers = found.S1.value
-        case MorrisEffects():
-            numbers = found.mu_star.value
-        case Tornado():
-            numbers = found.swing
+    if isinstance(found, Tornado):
+        numbers = found.swing
+    else:
+        numbers = (found.S1 if isinstance(found, SobolIndices) else found.mu_star).value
     return [found] if numbers.ndim == 1 else [found[name] for name in found.names if name not in found.refused]
 
 

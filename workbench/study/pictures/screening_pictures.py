@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from workbench.notation.formula import Relation, Symbol
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Bars, Label, Points, Series
-from workbench.study.document.phrases import Column, Phrase, Table, parts
+from workbench.study.document.figure import Bars, Figure, Label, Panel, Points, Series
+from workbench.study.document.phrases import Cell, Column, Phrase, parts
 from workbench.study.pictures.captions import (
     BEYOND,
     DECADE,
     Labels,
-    captioned,
     each,
     label_of,
     number,
+    picture,
     refusals,
     with_unit,
 )
@@ -42,21 +40,11 @@ LEVEL = 0.36  # of a row: the thickness of the bar of one level
 def morris_plane(
     name: str, caption: Phrase, effects: MorrisEffects, note: Phrase, unit: str = "", *, labels: Labels = None
 ) -> Figure:
-    """The factors in the plane of mu* and sigma with their intervals, and the line sigma = mu*.
+    """The factors in the plane of mu* and sigma with their intervals, and the line sigma = mu*; a panel an output.
 
     Far right is what matters. Below the line a factor acts much alike everywhere, above it by curves or together with
-    others. Intervals are cut at 0, as neither number can be negative; one that nothing bounds ends in an arrow.
-    Several outputs have a panel each. Where a few factors are more than ten times the median, in mu* or in sigma,
-    both axes are logarithmic, so that they do not press all others into a corner, and the caption says so.
-
-    Parameters
-    ----------
-    note
-        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
-    unit
-        Of the output.
-    labels
-        The labels of factors and outputs by their names; others are written as they stand.
+    others. Intervals are cut at 0, as neither number can be negative; one that nothing bounds ends in an arrow. Both
+    axes are logarithmic where a few factors are more than ten times the median, and the caption says so.
 
     Raises
     ------
@@ -67,16 +55,14 @@ def morris_plane(
     names, key = _names(single[0], labels)
     titles = [label_of(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
     log = any(map(_uneven, single))
-    panels = tuple(_panel(one, unit, names, title, log) for one, title in zip(single, titles, strict=True))
-    near = [_below(panel) if log else _near(panel, names) for panel in panels]
+    drawn = [_plane(one, unit, names, title, log) for one, title in zip(single, titles, strict=True)]
+    panels, near, beyond = zip(*drawn, strict=True)
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
-    said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(map(_goes_on, panels))))
-    return Figure(
-        name,
-        captioned("morris_plane", caption, note, *refusals(effects), *key, *said),
-        tuple(_without(panel, places) for panel, places in zip(panels, near, strict=True)),
-        numbers=_numbers(name, caption, single, unit),
-    )
+    said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(beyond)))
+    heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
+    rows = (row for one in single for row in _moments(one))
+    remarks = (*refusals(effects), *key, *said)
+    return picture("morris_plane", name, caption, note, panels, ("output", "factor", *heads), rows, remarks)
 
 
 def _uneven(effects: MorrisEffects) -> bool:
@@ -86,55 +72,11 @@ def _uneven(effects: MorrisEffects) -> bool:
     return any(len(size) > 2 and float(size.max()) > DECADE * float(np.median(size)) for size in sizes)
 
 
-def _below(panel: Panel) -> list[int]:
-    """The factors that a logarithmic axis leaves out."""
-    return np.flatnonzero(np.isnan(_points(panel).x)).tolist()
-
-
-def _points(panel: Panel) -> Points:
-    points = panel.series[0]
-    assert isinstance(points, Points)
-    return points
-
-
-def _near(panel: Panel, names: tuple[Label, ...]) -> list[int]:
-    """The factors that crowd next to 0, two or more, where names would hide one another."""
-    points = _points(panel)
-    shares = [part / (lim or (0.0, 1.0))[1] for part, lim in ((points.x, panel.xlim), (points.y, panel.ylim))]
-    near = np.flatnonzero(np.max(shares, axis=0) < NEAR).tolist()
-    return near if 2 <= len(near) < len(names) else []
-
-
-def _named_near(near: list[list[int]], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
-    """A sentence for each panel whose smallest factors are named here."""
-    said: list[Phrase] = []
-    for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
-        if places:
-            listed = [part for k, i in enumerate(places) for part in (*([", "] if k else []), *parts(names[i]))]
-            said.append((where, f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
-    return tuple(said)
-
-
-def _without(panel: Panel, places: list[int]) -> Panel:
-    """A panel whose points at these places have no name."""
-    points = _points(panel)
-    names = tuple("" if i in places else name for i, name in enumerate(points.names))
-    return replace(panel, series=(replace(points, names=names), *panel.series[1:]))
-
-
-def _goes_on(panel: Panel) -> bool:
-    """True if an interval reaches beyond the axes."""
-    assert panel.xlim is not None
-    assert panel.ylim is not None
-    points = _points(panel)
-    ends = ((points.xlow, points.xhigh, panel.xlim), (points.ylow, points.yhigh, panel.ylim))
-    return any(bool((np.asarray(low) < lim[0]).any() or (np.asarray(high) > lim[1]).any()) for low, high, lim in ends)
-
-
 def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], tuple[Phrase, ...]]:
     """The names beside the points, or their numbers by falling mu*, with a key, where names would cover the plane."""
     names = tuple(label_of(factor, labels) for factor in effects.factors)
-    if sum(map(_letters, names)) <= LETTERS:
+    letters = (len(part) if isinstance(part, str) else 3 for name in names for part in parts(name))
+    if sum(letters) <= LETTERS:
         return names, ()
     order = np.argsort(-effects.mu_star.value, kind="stable").tolist()
     numbers = {i: str(place + 1) for place, i in enumerate(order)}
@@ -144,11 +86,10 @@ def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], t
     )
 
 
-def _letters(label: Label) -> int:
-    return sum(len(part) if isinstance(part, str) else 3 for part in parts(label))
-
-
-def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label, log: bool) -> Panel:
+def _plane(
+    effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label, log: bool
+) -> tuple[Panel, list[int], bool]:
+    """The panel, the factors that it does not name, and True if an interval reaches beyond its axes."""
     x, y = effects.mu_star, effects.sigma
     (xlow, xhigh, right), (ylow, yhigh, top) = _interval(x), _interval(y)
     right, top = max(right, LEAST * top), max(top, LEAST * right)
@@ -156,12 +97,15 @@ def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: L
     if log:  # an interval that reaches 0 goes on beyond the axis
         xlow, ylow = np.maximum(xlow, 0.5 * left), np.maximum(ylow, 0.5 * bottom)
     shown = (x.value >= left) & (y.value >= bottom)
-    across, up = (np.where(shown, part, np.nan) for part in (x.value, y.value))
-    ends = (np.where(shown, part, np.nan) for part in (xlow, xhigh, ylow, yhigh))
+    across, up, *ends = (np.where(shown, part, np.nan) for part in (x.value, y.value, xlow, xhigh, ylow, yhigh))
+    near = np.flatnonzero(~shown if log else np.maximum(across / right, up / top) < NEAR).tolist()
+    if not log and not 2 <= len(near) < len(names):  # names hide one another where several crowd next to 0
+        near = []
+    beyond = (ends[0] < left) | (ends[1] > right) | (ends[2] < bottom) | (ends[3] > top)
+    points = Points("", across, up, tuple("" if i in near else name for i, name in enumerate(names)), 0, *ends)
     line = np.array([max(left, bottom), min(right, top)])
-    points = Points("", across, up, names, 0, *ends)
     scale: Literal["log", "linear"] = "log" if log else "linear"
-    return Panel(
+    panel = Panel(
         with_unit(SIGMA, unit),
         (points, Series(Relation(SIGMA, "=", MU_STAR), line, line, "bound")),
         xlabel=with_unit(MU_STAR, unit),
@@ -171,6 +115,7 @@ def _panel(effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: L
         yscale=scale,
         title=title,
     )
+    return panel, near, bool(beyond.any())
 
 
 def _interval(estimate: Estimate) -> tuple[Array, Array, float]:
@@ -182,14 +127,22 @@ def _interval(estimate: Estimate) -> tuple[Array, Array, float]:
     return low, high, 1.06 * reach if reach > 0 else 1.0
 
 
-def _numbers(name: str, caption: Phrase, single: list[MorrisEffects], unit: str) -> Table:
-    rows = []
-    for one in single:
-        for i in np.argsort(-one.mu_star.value, kind="stable"):
-            moments = [(part.value[i], part.half[i]) for part in (one.mu_star, one.sigma, one.mu)]
-            rows.append((one.names[0], one.factors[i], *(number(value) for pair in moments for value in pair)))
-    heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
-    return Table(name, caption, (Column("output"), Column("factor"), *heads), tuple(rows))
+def _named_near(near: tuple[list[int], ...], names: tuple[Label, ...], where: str) -> tuple[Phrase, ...]:
+    """A sentence for each panel whose smallest factors are named here."""
+    said: list[Phrase] = []
+    for letter, places in zip("abcdefghijklmnopqrstuvwxyz", near, strict=False):
+        if places:
+            listed = [part for k, i in enumerate(places) for part in (*([", "] if k else []), *parts(names[i]))]
+            said.append((where, f" in ({letter})" if len(near) > 1 else "", " lie ", *listed, "."))
+    return tuple(said)
+
+
+def _moments(one: MorrisEffects) -> list[tuple[Cell, ...]]:
+    rows: list[tuple[Cell, ...]] = []
+    for i in np.argsort(-one.mu_star.value, kind="stable"):
+        moments = [(part.value[i], part.half[i]) for part in (one.mu_star, one.sigma, one.mu)]
+        rows.append((one.names[0], one.factors[i], *(number(value) for pair in moments for value in pair)))
+    return rows
 
 
 @door
@@ -198,17 +151,7 @@ def tornado_figure(
 ) -> Figure:
     """Two bars a factor from the output of the base: its lowest level above, its highest below.
 
-    So both are seen where they lie on the same side of the base. Several outputs have a panel each, with an order of
-    its own.
-
-    Parameters
-    ----------
-    note
-        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
-    unit
-        Of the output.
-    labels
-        The labels of factors and outputs by their names; others are written as they stand.
+    Several outputs have a panel each, with an order of its own.
 
     Raises
     ------
@@ -216,12 +159,15 @@ def tornado_figure(
         If the note is empty.
     """
     single = each(tornado)
-    return Figure(
-        name,
-        captioned("tornado_figure", caption, note, *refusals(tornado)),
-        tuple(_bars(one, unit, labels) for one in single),
-        numbers=_swings(name, caption, single, unit),
+    levels = [Column(_level(level), unit) for level in tornado.levels]
+    heads: tuple[str | Column, ...] = ("output", "factor", Column("base", unit), *levels, Column("swing", unit))
+    rows = (
+        (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
+        for one in single
+        for i in one.order
     )
+    panels = (_bars(one, unit, labels) for one in single)
+    return picture("tornado_figure", name, caption, note, panels, heads, rows, refusals(tornado))
 
 
 def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
@@ -246,14 +192,3 @@ def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
 def _level(level: float) -> str:
     ends = {0.0: "at the low end of its range", 1.0: "at the high end of its range"}
     return ends.get(float(level), f"at its {100 * level:g} % quantile")
-
-
-def _swings(name: str, caption: Phrase, tornados: list[Tornado], unit: str) -> Table:
-    rows = [
-        (one.names[0], one.factors[i], number(float(one.base)), *map(number, one.moved[i]), number(one.swing[i]))
-        for one in tornados
-        for i in one.order
-    ]
-    levels = [Column(_level(level), unit) for level in tornados[0].levels]
-    head = (Column("output"), Column("factor"), Column("base", unit), *levels, Column("swing", unit))
-    return Table(name, caption, head, tuple(rows))

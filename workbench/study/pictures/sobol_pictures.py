@@ -6,16 +6,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Band, Bars, HeatMap, Series
-from workbench.study.document.phrases import Column, Phrase, Table
+from workbench.study.document.figure import Band, Bars, Figure, HeatMap, Panel, Series
+from workbench.study.document.phrases import Column, Phrase
 from workbench.study.pictures.captions import (
     BEYOND,
     Labels,
-    captioned,
     each,
     label_of,
     number,
+    picture,
     refusals,
     scale_of_shares,
     stretches,
@@ -45,13 +44,6 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     All panels have the factors in one order, that of the largest ST in any of them, and one scale. An interval that
     goes on beyond the scale ends in an arrow.
 
-    Parameters
-    ----------
-    note
-        Runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` says them.
-    labels
-        The labels of factors and outputs by their names; others are written as they stand.
-
     Raises
     ------
     ValueError
@@ -68,14 +60,11 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     total = np.max([one.ST.value for one in single], axis=0)
     order = np.argsort(-total, kind="stable")
     scale = scale_of_shares([part for one in single for part in (one.S1, one.ST)])
-    rows = tuple((one.names[0], one.factors[i], *_cells(one, (i,))) for one in single for i in order)
-    return Figure(
-        name,
-        captioned("sobol_bars", caption, note, *refusals(indices), *_intervals(single, scale)),
-        tuple(_bars(one, order, scale, labels, titled=len(indices.names) > 1) for one in single),
-        columns=2 if len(single) == 4 else min(len(single), 3),
-        numbers=Table(name, caption, tuple(map(Column, ("output", "factor", *HEADS))), rows),
-    )
+    rows = ((one.names[0], one.factors[i], *_cells(one, (i,))) for one in single for i in order)
+    panels = [_bars(one, order, scale, labels, titled=len(indices.names) > 1) for one in single]
+    remarks = (*refusals(indices), *_intervals(single, scale))
+    columns = 2 if len(single) == 4 else min(len(single), 3)
+    return picture("sobol_bars", name, caption, note, panels, ("output", "factor", *HEADS), rows, remarks, columns)
 
 
 def _bars(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
@@ -112,16 +101,7 @@ def _cells(indices: SobolIndices, place: tuple[int, ...]) -> tuple[float | None,
 def second_order_map(
     name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None
 ) -> Figure:
-    """S2 of every pair of factors in a cell, the darker the larger; grey where its interval holds 0.
-
-    Several outputs have a panel each.
-
-    Parameters
-    ----------
-    indices
-        With those of second order.
-    note, labels
-        As `sobol_bars` takes them.
+    """S2 of every pair of factors in a cell, the darker the larger; grey where its interval holds 0; a panel an output.
 
     Raises
     ------
@@ -135,18 +115,14 @@ def second_order_map(
             "`SobolDesign(..., second_order=True)` over two factors or more."
         )
     single = [(one, one.S2) for one in each(indices) if one.S2 is not None]
-    rows = tuple(
+    rows = (
         (one.names[0], one.factors[i], one.factors[j], number(S2.value[k]), number(S2.half[k]))
         for one, S2 in single
         for k, (i, j) in enumerate(one.pairs)
     )
-    heads = tuple(map(Column, ("output", "factor", "with", "S2", "S2 (half-interval)")))
-    return Figure(
-        name,
-        captioned("second_order_map", caption, note, *refusals(indices), ALONE),
-        tuple(_map(one, S2, labels, titled=len(indices.names) > 1) for one, S2 in single),
-        numbers=Table(name, caption, heads, rows),
-    )
+    heads = ("output", "factor", "with", "S2", "S2 (half-interval)")
+    panels = (_map(one, S2, labels, titled=len(indices.names) > 1) for one, S2 in single)
+    return picture("second_order_map", name, caption, note, panels, heads, rows, (*refusals(indices), ALONE))
 
 
 def _map(one: SobolIndices, S2: Estimate, labels: Labels, titled: bool) -> Panel:
@@ -171,18 +147,11 @@ def _map(one: SobolIndices, S2: Estimate, labels: Labels, titled: bool) -> Panel
 def indices_over_time(
     name: str, caption: Phrase, t: Array, indices: SobolIndices, note: Phrase, *, labels: Labels = None
 ) -> Figure:
-    """S1 and ST of the factors over time; the indices have an output for each time.
+    """S1 and ST of the factors over time; the indices have an output for each of the times t (T,) in s.
 
     At most seven factors are drawn, those whose ST is largest at any time, three of them with their intervals; the
     caption bounds the others, and the figure's numbers hold all. A time whose output is refused is a gap, with its
     reason in the caption.
-
-    Parameters
-    ----------
-    t
-        (T,), in s.
-    note, labels
-        As `sobol_bars` takes them.
 
     Raises
     ------
@@ -209,14 +178,13 @@ def indices_over_time(
         *_gaps(times, indices.names, indices.refused),
         *_rest(largest[left]),
     )
-    rows = tuple(
+    rows = (
         (float(t[k]), factor, *_cells(indices, (k, i)))
         for k in range(len(t))
         for i, factor in enumerate(indices.factors)
     )
-    heads = (Column("time", "s"), *map(Column, ("factor", *HEADS)))
-    caption_of_all = captioned("indices_over_time", caption, note, *remarks)
-    return Figure(name, caption_of_all, tuple(panels), numbers=Table(name, caption, heads, rows))
+    heads = (Column("time", "s"), "factor", *HEADS)
+    return picture("indices_over_time", name, caption, note, panels, heads, rows, remarks)
 
 
 def _rest(largest: Array) -> tuple[str, ...]:

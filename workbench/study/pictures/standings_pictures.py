@@ -7,11 +7,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from workbench.study.document.figure import Figure, Panel
-from workbench.study.document.figure_marks import Bars, Tiles
-from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.figure import Bars, Figure, Panel, Tiles
+from workbench.study.document.phrases import Cell, Phrase
 from workbench.study.evidence import Comparison, Intervals, Success
-from workbench.study.pictures.captions import captioned, number
+from workbench.study.pictures.captions import number, picture
 from workbench.validation.refusals import Array, known, refusal
 from workbench.validation.signatures import door
 
@@ -34,14 +33,8 @@ def standings_figure(
 
     A tile is the darker the larger the ratio of its level to the best of its column. The best of a column is framed
     where it is significantly better than every other law; where none is, all laws that no other is significantly
-    better than are marked as tied. A law with failed runs is hatched.
-
-    Parameters
-    ----------
-    comparisons
-        By scenario and by the words of a statistic, the comparison of the same laws: the `by` of a `Judgement`.
-    asked
-        The words of the statistic that was declared before the runs.
+    better than are marked as tied. A law with failed runs is hatched. The `comparisons` of the same laws are by
+    scenario and by the words of a statistic, the `by` of a `Judgement`; `asked` is that declared before the runs.
 
     Raises
     ------
@@ -59,14 +52,8 @@ def standings_figure(
     beside = min(max(1, len(order) - 1), 2 if len(comparisons) > WIDE else 3)
     first = next(iter(comparisons.values()))[asked]
     rows = tuple(row for words in order for s, one in columns[words].items() for row in _rows(words, s, one))
-    return Figure(
-        name,
-        captioned("standings_figure", caption, _note(first, comparisons)),
-        panels,
-        beside,
-        numbers=Table(name, caption, tuple(map(Column, HEADS)), rows),
-        lead=True,
-    )
+    note = _note(first, comparisons)
+    return picture("standings_figure", name, caption, note, panels, HEADS, rows, columns=beside, lead=True)
 
 
 def _common(comparisons: Mapping[str, Mapping[str, Comparison]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
@@ -113,12 +100,12 @@ def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison],
 def _keys(best: bool, tied: bool, failed: bool) -> tuple[Tiles, ...]:
     one, none = (((),),), np.zeros((1, 1))
     scale = Tiles(f"1 to {BEYOND:g} times the best of its column, or more", (((),) * 5,), np.linspace(0, 1, 5)[None])
-    return (
-        scale,
-        *((Tiles("significantly better than all others", one, none, framed=True),) if best else ()),
-        *((Tiles("tied with the best", one, none, marked=True),) if tied else ()),
-        *((Tiles("some or all runs failed", one, none, hatched=True),) if failed else ()),
+    marks = (
+        (best, Tiles("significantly better than all others", one, none, framed=True)),
+        (tied, Tiles("tied with the best", one, none, marked=True)),
+        (failed, Tiles("some or all runs failed", one, none, hatched=True)),
     )
+    return scale, *(key for there, key in marks if there)
 
 
 def _text(one: Comparison, i: int, leads: bool, decimals: int) -> Text:
@@ -208,12 +195,7 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
 def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Phrase) -> Figure:
     """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
 
-    Parameters
-    ----------
-    ranks
-        By law, the probability of each rank from the first, (L,), which add up to 1.
-    note
-        Draws, failed runs, seed and step error.
+    By law, `ranks` are the probabilities of each rank from the first, (L,), which add up to 1.
 
     Raises
     ------
@@ -232,21 +214,15 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Ph
             np.arange(len(laws), dtype=float),
             ends[:, place],
             ends[:, place] - held[:, place],
-            shade=_shade(place, held.shape[1]),
+            shade=1.0 - 0.94 * place / max(1, held.shape[1] - 1),
             texts=tuple(f"{100 * part:.0f} %" for part in held[:, place]),
         )
         for place in range(held.shape[1])
     )
     panel = Panel("", bars, xlabel="probability", xlim=(0.0, 1.0), ynames=tuple(laws))
     rows = tuple((law, *map(float, row)) for law, row in zip(laws, held, strict=True))
-    heads = (Column("law"), *(Column(f"rank {place + 1}") for place in range(held.shape[1])))
-    return Figure(
-        name, captioned("rank_figure", caption, note, ORDER), (panel,), numbers=Table(name, caption, heads, rows)
-    )
-
-
-def _shade(place: int, places: int) -> float:
-    return 1.0 - 0.94 * place / max(1, places - 1)
+    heads = ("law", *(f"rank {place + 1}" for place in range(held.shape[1])))
+    return picture("rank_figure", name, caption, note, (panel,), heads, rows, (ORDER,))
 
 
 def _checked(law: str, row: Array, ranks: Mapping[str, Array]) -> Array:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.document.document import Figure, Label, Panel, Phrase, Series, Style
-from workbench.study.document.figure_marks import STYLES
+from workbench.study.document.figure import STYLES, Figure, Label, Panel, Series, Style
+from workbench.study.document.phrases import Phrase
 from workbench.study.study import Outcome
 from workbench.validation.signatures import door
 

@@ -13,10 +13,9 @@ from workbench.study.uncertainty.designs import (
     OneAtATime,
 )
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
-from workbench.study.uncertainty.indices import SobolIndices, sobol
+from workbench.study.uncertainty.indices import SobolIndices, sobol, sobol_by_salib
 from workbench.study.uncertainty.outputs import Estimate
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
-from workbench.study.uncertainty.salib import sobol_by_salib
 from workbench.study.uncertainty.sobol_design import SobolDesign
 
 __all__ = [

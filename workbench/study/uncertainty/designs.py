@@ -28,6 +28,9 @@ class AbstractDesign(ABC):
         """The number of runs."""
 
     @abstractmethod
+    def _rows(self, first: int, last: int) -> Array:
+        """The points with the numbers first to last - 1, (last - first, dimensions)."""
+
     def points(self, first: int = 0, last: int | None = None) -> Array:
         """The points with the numbers first to last - 1, (last - first, dimensions); all of them if not told.
 
@@ -36,6 +39,8 @@ class AbstractDesign(ABC):
         ValueError
             If 0 <= first <= last <= size does not hold.
         """
+        begin = whole("points(first=...)", first, 0, self.size)
+        return self._rows(begin, self.size if last is None else whole("points(last=...)", last, begin, self.size))
 
 
 def uniforms(seed: int, first: int, last: int, width: int) -> Array:
@@ -45,12 +50,6 @@ def uniforms(seed: int, first: int, last: int, width: int) -> Array:
     bits.advance(first * counters)
     rows = np.random.Generator(bits).random((last - first, WORDS * counters))
     return np.clip(rows[:, :width], MARGIN, 1 - MARGIN)
-
-
-def span(design: AbstractDesign, first: int, last: int | None) -> tuple[int, int]:
-    """The numbers of the first point and of the one after the last, or a refusal."""
-    begin = whole("points(first=...)", first, 0, design.size)
-    return begin, design.size if last is None else whole("points(last=...)", last, begin, design.size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +77,8 @@ class Listed(AbstractDesign):
         """The number of runs."""
         return len(self.given)
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        begin, end = span(self, first, last)
-        return self.given[begin:end]
+    def _rows(self, first: int, last: int) -> Array:
+        return self.given[first:last]
 
 
 @dataclass(frozen=True)
@@ -113,9 +110,7 @@ class OneAtATime(AbstractDesign):
         """The number of runs: the base, and each level of each factor."""
         return 1 + self.dimensions * len(self.levels)
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        first, last = span(self, first, last)
+    def _rows(self, first: int, last: int) -> Array:
         rows = np.full((last - first, self.dimensions), self.base)
         moved = np.arange(max(first, 1), last)
         factor, level = np.divmod(moved - 1, len(self.levels))
@@ -148,9 +143,8 @@ class MonteCarlo(AbstractDesign):
         """The number of runs."""
         return self.runs
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        return uniforms(self.seed, *span(self, first, last), self.dimensions)
+    def _rows(self, first: int, last: int) -> Array:
+        return uniforms(self.seed, first, last, self.dimensions)
 
 
 @dataclass(frozen=True)
@@ -158,18 +152,14 @@ class MonteCarlo(AbstractDesign):
 class LatinHypercube(AbstractDesign):
     """Random points with exactly one in each of `runs` equal slices of every axis.
 
-    The variance of a mean over them is at most runs / (runs - 1) times that over independent points, for any
-    function, and less the more the function is a sum of functions of one factor each.
+    The variance of a mean over them is at most runs / (runs - 1) times that over independent points (Owen 1997, SIAM
+    Journal on Numerical Analysis 34), and less the more the function is a sum of functions of one factor each
+    (McKay, Beckman and Conover 1979, Technometrics 21).
 
     Raises
     ------
     ValueError
         If there is no factor or no run, or if the seed is none.
-
-    References
-    ----------
-    McKay, Beckman and Conover (1979), Technometrics 21; Owen (1997), Monte Carlo variance of scrambled net
-    quadrature, SIAM Journal on Numerical Analysis 34.
     """
 
     dimensions: int
@@ -184,9 +174,7 @@ class LatinHypercube(AbstractDesign):
         """The number of runs."""
         return self.runs
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        first, last = span(self, first, last)
+    def _rows(self, first: int, last: int) -> Array:
         within = uniforms(self.seed, first, last, self.dimensions)
         return np.asarray((self._slices[first:last] + within) / self.runs)
 
@@ -200,19 +188,16 @@ class LatinHypercube(AbstractDesign):
 @dataclass(frozen=True)
 @door
 class MorrisDesign(AbstractDesign):
-    """`trajectories` random paths over a grid of p = `levels` levels an axis, each of dimensions + 1 points.
+    """`trajectories` random paths over a grid of p = `levels` levels an axis (Morris 1991, Technometrics 33).
 
-    From one point of a path to the next a single factor moves, up or down, by delta = p / (2 (p - 1)). Run
-    k (dimensions + 1) + j is point j of path k. The levels include 0 and 1, so a factor must be bounded.
+    From one of the dimensions + 1 points of a path to the next a single factor moves, up or down, by
+    delta = p / (2 (p - 1)). Run k (dimensions + 1) + j is point j of path k. The levels include 0 and 1, so a factor
+    must be bounded.
 
     Raises
     ------
     ValueError
         If there is no factor, less than two trajectories or an odd number of levels, or if the seed is none.
-
-    References
-    ----------
-    Morris (1991), Factorial sampling plans for preliminary computational experiments, Technometrics 33.
     """
 
     dimensions: int
@@ -235,9 +220,7 @@ class MorrisDesign(AbstractDesign):
         """The distance by which a factor moves, in the unit cube."""
         return self.levels / (2 * (self.levels - 1))
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        first, last = span(self, first, last)
+    def _rows(self, first: int, last: int) -> Array:
         d, length = self.dimensions, self.dimensions + 1
         begin, end = first // length, -(-last // length)
         drawn = uniforms(self.seed, begin, end, 3 * d).reshape(end - begin, 3, 1, d)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import MISSING, dataclass, fields
 from math import inf, log
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -17,8 +17,9 @@ LEAST_SHARE = 1e-9  # of a bell between its cuts
 
 
 class AbstractDistribution(ABC):
-    """A number between `low` and `high`, by its quantiles."""
+    """A number between `low` and `high`, by its quantiles; `WORDS` is the template of its `words`."""
 
+    WORDS: ClassVar[str]
     low: float
     high: float
 
@@ -41,9 +42,11 @@ class AbstractDistribution(ABC):
         values = np.where((u == 0) & (self.low > -inf), self.low, values)
         return np.where((u == 1) & (self.high < inf), self.high, values)
 
-    @abstractmethod
     def words(self) -> str:
         """The distribution as a table prints it."""
+        low = f", from {self.low:g} on" if self.low > -inf else ""
+        cuts = f"{low}, up to {self.high:g}" if self.high < inf else low
+        return self.WORDS.format(**vars(self), cuts=cuts)
 
     def reach(self) -> tuple[float, float]:
         """The least and the largest value that a design draws: the ends, or its outmost points at an infinite end."""
@@ -70,6 +73,7 @@ class Uniform(AbstractDistribution):
     array([1.  , 1.25, 1.5 ])
     """
 
+    WORDS = "uniform, {low:g} to {high:g}"
     low: float
     high: float
 
@@ -77,12 +81,7 @@ class Uniform(AbstractDistribution):
         _check(self)
 
     def _formula(self, u: Array) -> Array:
-        """low + u (high - low)."""
         return np.asarray(self.low * (1 - u) + self.high * u)
-
-    def words(self) -> str:
-        """Uniform, with its range."""
-        return f"uniform, {self.low:g} to {self.high:g}"
 
 
 @dataclass(frozen=True)
@@ -101,6 +100,7 @@ class LogUniform(AbstractDistribution):
     array([0.01, 0.1 , 1.  ])
     """
 
+    WORDS = "log-uniform, {low:g} to {high:g}"
     low: float
     high: float
 
@@ -110,10 +110,6 @@ class LogUniform(AbstractDistribution):
     def _formula(self, u: Array) -> Array:
         """low^(1 - u) high^u."""
         return np.asarray(np.exp(log(self.low) * (1 - u) + log(self.high) * u))
-
-    def words(self) -> str:
-        """Log-uniform, with its range."""
-        return f"log-uniform, {self.low:g} to {self.high:g}"
 
 
 @dataclass(frozen=True)
@@ -127,6 +123,7 @@ class Triangular(AbstractDistribution):
         If the range is reversed, empty or not finite, or if the mode is not within it.
     """
 
+    WORDS = "triangular, {low:g} to {high:g}, mode {mode:g}"
     low: float
     mode: float
     high: float
@@ -136,15 +133,11 @@ class Triangular(AbstractDistribution):
         finite("Triangular(mode=...)", self.mode, low=self.low, high=self.high)
 
     def _formula(self, u: Array) -> Array:
-        """The quantiles: of the rising line below the probability of the mode, of the falling line above it."""
+        """On the rising line below the probability of the mode, on the falling line above it."""
         width, left, right = self.high - self.low, self.mode - self.low, self.high - self.mode
         rising = self.low + np.sqrt(u * width) * left**0.5
         falling = self.high - np.sqrt((1 - u) * width) * right**0.5
         return np.asarray(np.where(u * width < left, rising, falling))
-
-    def words(self) -> str:
-        """Triangular, with its range and mode."""
-        return f"triangular, {self.low:g} to {self.high:g}, mode {self.mode:g}"
 
 
 @dataclass(frozen=True)
@@ -159,6 +152,7 @@ class Normal(AbstractDistribution):
         in a tail that less than 1e-9 of the numbers are within it.
     """
 
+    WORDS = "normal, mean {mean:g}, deviation {deviation:g}{cuts}"
     mean: float
     deviation: float
     low: float = -inf
@@ -169,12 +163,7 @@ class Normal(AbstractDistribution):
         _check_cut(self, *self._z())
 
     def _formula(self, u: Array) -> Array:
-        """mean + deviation z(u), z that of the standard normal distribution between the cuts."""
         return np.asarray(self.mean + self.deviation * _bell(u, *self._z()))
-
-    def words(self) -> str:
-        """Normal, with mean, deviation and cuts."""
-        return f"normal, mean {self.mean:g}, deviation {self.deviation:g}{_cuts(self)}"
 
     def _z(self) -> tuple[float, float]:
         return (self.low - self.mean) / self.deviation, (self.high - self.mean) / self.deviation
@@ -194,6 +183,7 @@ class LogNormal(AbstractDistribution):
         far out in a tail that less than 1e-9 of the numbers are within it.
     """
 
+    WORDS = "lognormal, median {median:g}, sigma {sigma:g}{cuts}"
     median: float
     sigma: float
     low: float = -inf
@@ -204,23 +194,12 @@ class LogNormal(AbstractDistribution):
         _check_cut(self, *self._z())
 
     def _formula(self, u: Array) -> Array:
-        """median exp(sigma z(u)), z that of the standard normal distribution between the cuts."""
         with np.errstate(over="ignore"):  # the quantile 1 of a bell without a cut is infinite
             return np.asarray(self.median * np.exp(self.sigma * _bell(u, *self._z())))
-
-    def words(self) -> str:
-        """Lognormal, with median, deviation of the logarithm and cuts."""
-        return f"lognormal, median {self.median:g}, sigma {self.sigma:g}{_cuts(self)}"
 
     def _z(self) -> tuple[float, float]:
         low = log(self.low / self.median) / self.sigma if self.low > -inf else -inf
         return low, log(self.high / self.median) / self.sigma if self.high < inf else inf
-
-
-def _cuts(distribution: AbstractDistribution) -> str:
-    """The limits at which a normal distribution is cut off, in words."""
-    low = f", from {distribution.low:g} on" if distribution.low > -inf else ""
-    return f"{low}, up to {distribution.high:g}" if distribution.high < inf else low
 
 
 def _bell(u: Array, low: float, high: float) -> Array:

@@ -3,21 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, cast
 
 import numpy as np
 
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
-from workbench.study.uncertainty.outputs import (
-    Estimate,
-    columns_of,
-    factor_names,
-    outputs_of,
-    place_of,
-    refuse_all,
-    t_quantile,
-)
+from workbench.study.uncertainty.outputs import Estimate, of_output, outputs_of, t_quantile
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 
@@ -27,15 +19,11 @@ FEW = 50  # trajectories, below which intervals are too narrow
 @dataclass(frozen=True, eq=False)
 @door
 class MorrisEffects:
-    """Elementary effects of d factors on k outputs, or on a single one, which leaves the axis k out.
+    """Elementary effects of d factors on k outputs, or on a single one without the axis k.
 
-    Attributes
-    ----------
-    mu, mu_star, sigma
-        (k, d): the mean of the effects, of their sizes, and their standard deviation, in the unit of the output per
-        whole range of the factor. A large sigma means that a factor acts by curves or together with others.
-    refused
-        The reason for each output that has no effects; its numbers are NaN.
+    `mu`, `mu_star` and `sigma` (k, d) are the mean of the effects, of their sizes, and their standard deviation, in the
+    unit of the output per whole range of the factor. `refused` has the reason for each output without effects, whose
+    numbers are NaN.
     """
 
     names: tuple[str, ...]
@@ -49,8 +37,7 @@ class MorrisEffects:
     @door
     def __getitem__(self, name: str) -> MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
-        j = place_of(self.names, self.refused, name)
-        return replace(self, names=(name,), mu=self.mu[j], mu_star=self.mu_star[j], sigma=self.sigma[j], refused={})
+        return cast(MorrisEffects, of_output(self, name, "mu", "mu_star", "sigma"))
 
 
 @door
@@ -65,6 +52,9 @@ def morris(
 ) -> MorrisEffects:
     """Morris's mu, mu* and sigma of every output, with the jackknife's intervals over the trajectories.
 
+    Morris (1991), Technometrics 33; mu*: Campolongo, Cariboni and Saltelli (2007), Environmental Modelling and
+    Software 22.
+
         effect_i = (y(u + delta e_i) - y(u)) / delta,  u the point of the unit cube
 
     Effects over a grid have few values, rare ones among them: over 10 trajectories an interval of 95 % may hold the
@@ -74,25 +64,16 @@ def morris(
     ----------
     outputs
         (N,) or (N, k) in the order of the design's points.
-    names, factors
-        Of the k outputs and the d factors.
     errors
-        The errors of the outputs, of the same shape, NaN where they are not known: told of where they blur.
+        Of the outputs, of the same shape, NaN where they are not known; a remark says where they blur.
 
     Raises
     ------
     ValueError
         If an argument has the wrong kind or shape, or if every output is refused: for failed runs, infinities, or
         no variation beyond rounding.
-
-    References
-    ----------
-    Morris (1991), Technometrics 33; mu*: Campolongo, Cariboni and Saltelli (2007), Environmental Modelling and
-    Software 22.
     """
-    named = factor_names("morris", design, factors)
-    held = outputs_of("morris", design, outputs, names, errors)
-    refuse_all("morris", held)
+    held = outputs_of("morris", design, outputs, names, factors, errors)
     t = t_quantile("morris", confidence, design.trajectories - 1)
     effects = _effects(design, held.scaled)
     scale = np.where(held.known, held.spread, np.nan)
@@ -100,7 +81,7 @@ def morris(
     mu, mu_star, sigma = (Estimate(value * scale[:, np.newaxis], half * scale[:, np.newaxis]) for value, half in found)
     few = f"{design.trajectories} trajectories are few: the intervals, of sigma above all, are too narrow."
     remarks = held.remarks + ((few,) if design.trajectories < FEW else ())
-    return MorrisEffects(held.names, named, mu, mu_star, sigma, held.refused, remarks)
+    return MorrisEffects(held.names, held.factors, mu, mu_star, sigma, held.refused, remarks)
 
 
 def _effects(design: MorrisDesign, y: Array) -> Array:
@@ -116,7 +97,7 @@ def _effects(design: MorrisDesign, y: Array) -> Array:
 
 
 def _mean(effects: Array, t: float) -> tuple[Array, Array]:
-    """The mean over trajectories and half of its interval: the jackknife of a mean is Student's."""
+    """The mean over trajectories and half of its interval."""
     return effects.mean(axis=0), t * effects.std(axis=0, ddof=1) / len(effects) ** 0.5
 
 
@@ -136,16 +117,9 @@ def _deviation(effects: Array, t: float) -> tuple[Array, Array]:
 @dataclass(frozen=True, eq=False)
 @door
 class Tornado:
-    """Outputs with one of d factors moved, of k outputs, or of a single one, which leaves the axis k out.
+    """Of k outputs, or of a single one without the axis k: `base` (k,) with no factor moved, `moved` (k, d, levels).
 
-    Attributes
-    ----------
-    base
-        (k,), with no factor moved.
-    moved
-        (k, d, levels), with one factor at each of the design's levels.
-    refused
-        The reason for each output that has none; its numbers are NaN.
+    `refused` has the reason for each output that has none, whose numbers are NaN.
     """
 
     names: tuple[str, ...]
@@ -169,8 +143,7 @@ class Tornado:
     @door
     def __getitem__(self, name: str) -> Tornado:
         """The tornado of one output; one that was refused is refused again, with its reason."""
-        j = place_of(self.names, self.refused, name)
-        return replace(self, names=(name,), base=self.base[j], moved=self.moved[j], refused={})
+        return cast(Tornado, of_output(self, name, "base", "moved"))
 
 
 @door
@@ -183,22 +156,12 @@ def tornado(
 ) -> Tornado:
     """The outputs of a one-at-a-time design, by factor and level. They say nothing of factors that act together.
 
-    Parameters
-    ----------
-    outputs
-        (N,) or (N, k) in the order of the design's points.
-    names, factors
-        Of the k outputs and the d factors.
-
     Raises
     ------
     ValueError
-        If an argument has the wrong kind or shape, or if every output is refused: for failed runs, infinities, or
-        no variation beyond rounding.
+        As `morris`, which takes the same arguments.
     """
-    named = factor_names("tornado", design, factors)
-    held = outputs_of("tornado", design, outputs, names)
-    refuse_all("tornado", held)
-    values = np.where(held.known, columns_of("tornado", design, outputs, names)[1], np.nan)
+    held = outputs_of("tornado", design, outputs, names, factors)
+    values = np.where(held.known, held.columns, np.nan)
     moved = values[1:].reshape(design.dimensions, len(design.levels), -1)
-    return Tornado(held.names, named, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)
+    return Tornado(held.names, held.factors, design.levels, values[0], np.moveaxis(moved, -1, 0), held.refused)

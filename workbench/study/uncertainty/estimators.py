@@ -6,11 +6,10 @@ A quadratic polynomial serves as control variate: what it explains has exact ind
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from workbench.study.uncertainty.outputs import Estimate, Flags
 from workbench.study.uncertainty.sobol_design import SCRAMBLES, SobolDesign
 from workbench.validation.refusals import Array
 
@@ -18,26 +17,18 @@ Means = dict[str, Array]
 EACH = 4  # runs for each coefficient, below which a fit follows the runs instead of the function
 
 
-@dataclass(frozen=True, eq=False)
-class ColumnIndices:
-    """The results of some columns: S1, ST, S2, sums of S1 and of ST over groups (c, ...), True where a factor moves
-    nothing (c, d), and the standard deviations (c,).
+def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> tuple[Any, ...]:
+    """Of columns (N, c) the values and halves of intervals (c, ...) of S1, of ST, of S2 and of the sums of S1 and of ST
+    over groups (G, d) of factors; True where a factor moves nothing (c, d); and the standard deviations (c,).
     """
-
-    indices: tuple[Estimate, ...]
-    unmoved: Flags
-    deviation: Array
-
-
-def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> ColumnIndices:
-    """The indices of some columns (N, c), and their sums over groups (G, d) of factors."""
-    runs = _runs(design, y)
+    blocks = (SCRAMBLES, -1, design.block, y.shape[1])
+    runs = y.reshape(blocks)  # (scrambles, pairs of points, block, c)
     unmoved = (runs[:, :, 1 : 1 + design.dimensions] == runs[:, :, :1]).all(axis=(0, 1))
     means_of = _means_of_both if design.second_order else _means
     means = means_of(runs, design.dimensions)
     if control:
         fitted, b = polynomials(design, y)
-        of_fit, known = means_of(_runs(design, fitted), design.dimensions), exact(design, b)
+        of_fit, known = means_of(fitted.reshape(blocks), design.dimensions), exact(design, b)
         means = {name: mean - of_fit[name] + known[name] for name, mean in means.items()}
     order = _of_both if design.second_order else _of_one
     deviation = runs[:, :, [0, -1]].std(axis=(0, 1, 2))
@@ -46,12 +37,7 @@ def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, contr
         first, total, second = order(m)
         return first, total, second, *(np.einsum("gd,...dc->...gc", groups, part) for part in (first, total))
 
-    return ColumnIndices(_jackknife(means, statistic, t), unmoved.T, deviation)
-
-
-def _runs(design: SobolDesign, y: Array) -> Array:
-    """Columns (N, c) as (scrambles, pairs of points, block, c)."""
-    return y.reshape(SCRAMBLES, -1, design.block, y.shape[1])
+    return *_jackknife(means, statistic, t), unmoved.T, deviation
 
 
 def _means(runs: Array, d: int) -> Means:
@@ -90,19 +76,14 @@ def _of_both(m: Means) -> tuple[Array, Array, Array]:
     return m["first"] / m["variance"], m["total"] / m["variance"], m["second"] / m["variance of pairs"]
 
 
-def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t: float) -> tuple[Estimate, ...]:
+def _jackknife(means: Means, statistic: Callable[[Means], tuple[Array, ...]], t: float) -> tuple[Array, ...]:
     """A statistic of means with its intervals, from those of the scrambles and of all scrambles but one."""
     with np.errstate(divide="ignore", invalid="ignore"):  # no variance without the one scramble that has all of it
         values = statistic({key: mean.mean(axis=0) for key, mean in means.items()})
         without = statistic({k: (m.sum(axis=0) - m) / (SCRAMBLES - 1) for k, m in means.items()})
-    return tuple(_estimate(v, w, t) for v, w in zip(values, without, strict=True))
-
-
-def _estimate(value: Array, without: Array, t: float) -> Estimate:
-    """An estimate (c, i) from a value (i, c) and those without each scramble, (scrambles, i, c)."""
-    with np.errstate(invalid="ignore"):
-        half = t * np.sqrt((SCRAMBLES - 1) * without.var(axis=0))
-    return Estimate(value.T, np.where(np.isfinite(half), half, np.inf).T)
+        halves = [t * np.sqrt((SCRAMBLES - 1) * part.var(axis=0)) for part in without]
+    bounded = (np.where(np.isfinite(half), half, np.inf) for half in halves)
+    return tuple(part.T for pair in zip(values, bounded, strict=True) for part in pair)
 
 
 def terms(dimensions: int) -> int:

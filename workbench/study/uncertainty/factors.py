@@ -21,16 +21,9 @@ from workbench.validation.signatures import door
 class Factor:
     """One number that is varied: one or several paths of a loop, which move together, and how they are spread.
 
-    Attributes
-    ----------
-    paths
-        Parameters or initial states, or single numbers of them: `plant.arm.links[0].mass`, `controller.K[0,1]`. A
-        vector takes the same value at each of its places.
-    origin
-        Where the distribution comes from.
-    share
-        True if the distribution is that of a share of the loop's own number instead of the number itself; several
-        paths, and all places of a matrix, then keep their proportions.
+    `paths` name parameters or initial states, or single numbers of them, as `controller.K[0,1]`; a vector takes the
+    same value at each of its places. `origin` is where the distribution comes from. With `share` it is that of a share
+    of the loop's own number, so that several paths, and all places of a matrix, keep their proportions.
 
     Raises
     ------
@@ -142,11 +135,12 @@ class Space:
     def table(self, name: str, caption: str) -> Table:
         """The factors as a report prints them: the number that each moves, its distribution, and its source."""
         rows: list[tuple[Cell, ...]] = []
+        entries = (*self.parameters.entries, *self.states.entries)
+        units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
         for factor, places in zip(self.factors, self._places, strict=True):
-            units = dict.fromkeys(raised(self._unit(int(place))) for place in places)
             words = factor.distribution.words()
             spread = f"share of its own value: {words}" if factor.share else words
-            unit = None if factor.share else ", ".join(units) or None
+            unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
             rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
         columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
         return Table(name, caption, columns, tuple(rows))
@@ -160,12 +154,6 @@ class Space:
                 f"{points.shape}{'' if points.shape[1:] != (d,) else ' with points beyond it'}."
             )
         return points
-
-    def _unit(self, place: int) -> str:
-        """The unit of a number of a row."""
-        name = self._labels[place]
-        layout = self.parameters if place < self.parameters.size else self.states
-        return next(entry.unit for entry in layout.entries if name in entry.labels())
 
     def _check(self, rows: Array) -> None:
         split = self.parameters.size
@@ -193,7 +181,7 @@ class Space:
 
     @cached_property
     def _places(self) -> tuple[Integers, ...]:
-        """The places of the numbers of each factor in a row of parameters and initial states."""
+        """The places of each factor's numbers in a row of parameters and initial states."""
         return tuple(np.array([i for path in f.paths for i in self._find(f, path)]) for f in self.factors)
 
     def _find(self, factor: Factor, path: str) -> list[int]:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled
+from workbench.core import Entry, Layout, Ode, Sampled, Step
 from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.accumulators import resolved
-from workbench.study.uncertainty.gradients import gradients, slopes
+from workbench.metrics.accumulators import final_values, resolved
+from workbench.simulate import simulate
+from workbench.simulate.arithmetic import continued
 from workbench.validation.refusals import Array, described, known, seconds, vector
 from workbench.validation.signatures import door
 
 # Widths of differences, relative to the number, and how far, relative to the slope, a gradient may be from them: over
 # the narrow one truncation and rounding are about 1e-8, over the wide one it must be of use to a designer.
 NARROW, WIDE = (1e-4, 1e-3), (1e-2, 0.1)
+SHIFTS = 1e-3 * np.array([-2.0, -1.0, 1.0, 2.0])  # of a difference of fourth order through the last formula of a metric
+WEIGHTS = np.array([1.0, -8.0, 8.0, -1.0]) / 12e-3
 UNFELT = 1e-3  # an elasticity, percent of the metric by percent of the number, below which a wide slope is not judged
 SWITCHES = {
     ca.OP_SIGN: "sign",
@@ -37,21 +40,19 @@ SWITCHES = {
     ca.OP_IF_ELSE_ZERO: "if",
 }
 
+Rows = tuple[Array, Array]  # a quantity and its derivatives, (m, k) each, one row a number that is varied
+
 
 @dataclass(frozen=True, eq=False)
 @door
 class LocalSensitivities:
-    """Derivatives of metrics at one operating point with respect to m numbers.
+    """Derivatives of metrics at one operating point, by m numbers with these `labels` that are `at` (m,) there.
 
     Attributes
     ----------
-    labels
-        The m numbers: of parameters, or of initial states.
-    at
-        (m,), their values at the operating point.
     value, gradient
-        By metric, (k,) and (k, m) for its k joints: the derivatives of the very numbers that the run computes. NaN
-        where they leave all bounds, as they do along a run that chatters.
+        By metric, (k,) and (k, m) for its k joints: the derivatives of the very numbers that the run computes; NaN
+        where they leave all bounds.
     slope, wide_slope
         By metric, (k, m): those of neighbouring runs, over changes of each number by 0.01 % and by 1 %.
     switches
@@ -83,13 +84,9 @@ class LocalSensitivities:
 
     @door
     def linear_shares(self, metric: str, deviations: Array) -> Array:
-        """The parts of the variance that factors would have were the metric linear: beside S1 a check.
+        """The parts (k, d) of the variance that d factors would have were the metric linear: beside S1 a check.
 
-        Parameters
-        ----------
-        deviations
-            (d, m), by how much one standard deviation of each of d factors moves all the numbers together, for parts
-            (k, d).
+        `deviations` (d, m) are by how much one standard deviation of each factor moves all the numbers together.
         """
         known(metric, self.gradient, "metrics here")
         parts = (self.gradient[metric] @ deviations.T) ** 2
@@ -127,14 +124,8 @@ def local_sensitivities(
     Where F jumps or has corners S is that of the pieces between them, and misses what the instants of the corners
     add: so every derivative is held against differences of runs beside this one; see `warnings`.
 
-    Parameters
-    ----------
-    names
-        Parameters, initial states, or single numbers of either.
-    p, x0
-        (np,) and (nx,): the operating point, the defaults if not given.
-    until, h
-        Horizon and step, in s; of a sampled loop the substep.
+    `names` are of parameters and initial states, or of single numbers of either; `p` and `x0` the operating point, the
+    defaults if not given; `until` and `h` horizon and step in s, of a sampled loop the substep.
 
     Raises
     ------
@@ -150,8 +141,8 @@ def local_sensitivities(
     x0 = vector("local_sensitivities(x0=...)", loop.states.default if x0 is None else x0, loop.states.size, "states")
     places = _places(loop, names)
     here = np.concatenate([p, x0])
-    value, gradient = gradients(step, metrics, places, p, x0, until)
-    slope, wide_slope = (slopes(step, metrics, loop, places, here, until, width) for width, _ in (NARROW, WIDE))
+    value, gradient = _gradients(step, metrics, places, p, x0, until)
+    slope, wide_slope = (_slopes(step, metrics, loop, places, here, until, width) for width, _ in (NARROW, WIDE))
     labels = loop.parameters.labels + loop.states.labels
     found = instructions(measured(equation, (), h).rule.F)
     switches = tuple(dict.fromkeys(SWITCHES[line[0]] for line in found if line[0] in SWITCHES))
@@ -174,3 +165,122 @@ def _places(loop: Ode, names: Sequence[str]) -> list[int]:
             f"`local_sensitivities(names=...)` must be numbers, each once, at least one; got {described(names)}."
         )
     return places
+
+
+def _gradients(
+    step: Step, metrics: Sequence[AbstractMetric], places: Sequence[int], p: Array, x0: Array, until: float
+) -> tuple[dict[str, Array], dict[str, Array]]:
+    """Values (k,) and derivatives (k, m) of the metrics, a run a direction; NaN where a direction leaves all bounds."""
+    values = _values(step, metrics, p, x0, until)
+    more, start = _along(step, places, p, x0)
+    same = np.zeros(len(places), dtype=int)  # all runs are number 0, so that noise is the same in them
+    runs = simulate(more, p=p, x0=start, until=until, every=until, runs=same)
+    later = continued(runs.job, runs.x[:, -1], round(until / more.h), 1)  # a last look, as `final_values` takes it
+    gradient = {}
+    for metric in metrics:
+        integral, own = f"integral of {metric.name}", f"{metric.name}."
+        total = [_rows(more, runs.x[:, -1], integral)] if integral in step.states else []
+        memory = {n.removeprefix(own): _rows(more, later, n) for n in step.states.names if n.startswith(own)}
+        found = _chained(metric, total, memory, len(places), until)
+        gradient[metric.name] = np.where(runs.diverged, np.nan, found)
+    return values, gradient
+
+
+def _values(step: Step, metrics: Sequence[AbstractMetric], p: Array, x0: Array, until: float) -> dict[str, Array]:
+    start = np.concatenate([x0, step.states.default[x0.size :]])
+    run = simulate(step, p=p, x0=start, until=until, every=until)
+    if run.diverged[0]:
+        raise ValueError(
+            f"`local_sensitivities(...)` needs a run that lasts; this one diverged at {run.diverged_at[0]:g} s."
+        )
+    return {name: value[0] for name, value in final_values(run, metrics).items()}
+
+
+def _along(step: Step, places: Sequence[int], p: Array, x0: Array) -> tuple[Step, Array]:
+    """The step with a column of S and its direction in p beside its states, and the starts (m, ...) of the runs."""
+    rule, n, m = step.rule, step.states.size, len(places)
+    moved = [place for place in places if place < p.size]
+    more = Layout((Entry("S", np.zeros(n)), *([Entry("direction", np.zeros(len(moved)))] if moved else [])))
+    symbols = more.symbols()
+    S, direction = symbols[:n], symbols[n:]
+    in_p = ca.SX.zeros(p.size)
+    in_p[moved] = direction
+    update = ca.jtimes(rule.next, ca.vertcat(rule.x, rule.p), ca.vertcat(S, in_p))
+    extended = replace(step, rule=rule.written_out).extended(more, symbols, ca.vertcat(ca.densify(update), direction))
+    start = np.tile(np.concatenate([x0, extended.states.default[x0.size :]]), (m, 1))
+    for row, place in zip(start, places, strict=True):
+        row[n + (n + moved.index(place) if place < p.size else place - p.size)] = 1.0
+    return extended, start
+
+
+def _rows(more: Step, ends: Array, name: str) -> Rows:
+    S = ends[:, more.states.slice("S")]
+    return ends[:, more.states.slice(name)], S[:, more.states.slice(name)]
+
+
+def _chained(
+    metric: AbstractMetric, integral: Sequence[Rows], memory: Mapping[str, Rows], m: int, until: float
+) -> Array:
+    """The derivatives (k, m) of the formula that a metric is of its integral and memory, by differences."""
+    held = [*integral, *memory.values()]
+    # how far to go along each direction: until one of the quantities has changed by about itself
+    change = [np.abs(dz) / np.where(z == 0, 1.0, np.abs(z)) for z, dz in held]
+    fastest = np.max([part.max(axis=1, initial=0.0) for part in change], axis=0)
+    reach = (1 / np.where(fastest > 0, fastest, 1.0))[:, np.newaxis]
+
+    def value(shift: float) -> Array:
+        total = [z + shift * reach * dz for z, dz in integral] or [np.zeros((m, 0))]
+        z = {name: z + shift * reach * dz for name, (z, dz) in memory.items()}
+        return metric.value(total[0], z, until)
+
+    with np.errstate(invalid="ignore"):  # what is infinite has no derivative
+        return np.asarray((sum(w * value(s) for w, s in zip(WEIGHTS, SHIFTS, strict=True)) / reach).T)
+
+
+def _slopes(
+    step: Step,
+    metrics: Sequence[AbstractMetric],
+    loop: Ode,
+    places: Sequence[int],
+    here: Array,
+    until: float,
+    width: float,
+) -> dict[str, Array]:
+    """Slopes (k, m) over changes by `width`, relative to numbers but 0, extrapolated from the whole and half of it."""
+    ends = np.array([_ends(loop, here, place, width) for place in places])
+    shifts = ends[:, [0, 1, 0, 1]] * [1.0, 1.0, 0.5, 0.5]
+    table, split = np.tile(here, (4 * len(places), 1)), loop.parameters.size
+    table[np.arange(len(table)), np.repeat(places, 4)] += shifts.ravel()
+    start = np.hstack([table[:, split:], np.tile(step.states.default[loop.states.size :], (len(table), 1))])
+    same = np.zeros(len(table), dtype=int)  # all runs are number 0, so that noise is the same in them
+    runs = simulate(step, p=table[:, :split], x0=start, until=until, every=until, runs=same)
+    spans = ends[:, 1] - ends[:, 0]
+    order = np.where(ends.all(axis=1), 4.0, 2.0)  # how much less wrong half the width is, by the sides it goes to
+    found = {}
+    for name, value in final_values(runs, metrics).items():
+        at = value.reshape(len(places), 4, -1).transpose(1, 2, 0)  # (4, k, m), in the order of the shifts
+        with np.errstate(invalid="ignore"):  # what is infinite has no slope
+            whole, half = (at[1] - at[0]) / spans, (at[3] - at[2]) / (spans / 2)
+            found[name] = (order * half - whole) / (order - 1)
+    return found
+
+
+def _ends(loop: Ode, here: Array, place: int, width: float) -> tuple[float, float]:
+    """The shifts of a number down and up; 0 to the side where that is not allowed."""
+    by = width * (abs(here[place]) or 1.0)
+    low, high = (_allows(loop, here, place, shift) for shift in (-by, by))
+    if not low and not high:
+        label = (loop.parameters.labels + loop.states.labels)[place]
+        raise ValueError(f"`local_sensitivities(names=...)`: '{label}' cannot be moved by itself within its bounds.")
+    return (-by if low else 0.0), (by if high else 0.0)
+
+
+def _allows(loop: Ode, here: Array, place: int, shift: float) -> bool:
+    row = here[np.newaxis].copy()
+    row[0, place] += shift
+    try:
+        loop.parameters.check(row[:, : loop.parameters.size])
+        loop.states.check(row[:, loop.parameters.size :])
+    except ValueError:
+        return False
+    return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -56,20 +56,15 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class Outputs:
-    """Columns (N, k) of N runs by name, and the reason for each that is refused.
+    """Columns (N, k) of N runs by name, the names of d factors, and the reason for each column that is refused.
 
-    Attributes
-    ----------
-    scaled
-        The columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its digits;
-        refused ones are 0.
-    spread
-        (k,), with which a column is spread * scaled beside its mean.
-    remarks
-        Remarks on the columns that are not refused.
+    `scaled` are the columns with mean 0 and largest deviation 1, so that no square of them overflows or loses its
+    digits, and 0 where refused; beside its mean a column is `spread` (k,) times that. `remarks` are on the others.
     """
 
     names: tuple[str, ...]
+    factors: tuple[str, ...]
+    columns: Array
     scaled: Array
     spread: Array
     refused: Mapping[str, str]
@@ -85,23 +80,20 @@ def outputs_of(
     call: str,
     design: AbstractDesign,
     outputs: Any,
-    names: Sequence[str] | None = None,
+    names: Sequence[str] | None,
+    factors: Sequence[str] | None,
     errors: Any = None,
 ) -> Outputs:
-    """The outputs of all runs of a design, judged one by one.
+    """The outputs (N,) or (N, k) of all runs of a design, NaN where a run failed, judged one by one.
 
-    Parameters
-    ----------
-    outputs
-        (N,) or (N, k), the rows in the order of the design's points; NaN where a run failed.
-    errors
-        Of the same shape: how far off each number is, NaN where that is not known, infinite where nothing bounds it.
+    The `errors`, of the same shape, are NaN where unknown, and infinite where nothing bounds them.
 
     Raises
     ------
     ValueError
-        If the outputs or errors have no such shape, or the names are not k different ones.
+        If shapes or numbers of names do not fit, or all outputs are refused.
     """
+    named = _names_of("factors", call, factors, [f"x{i + 1}" for i in range(design.dimensions)])
     held, columns = columns_of(call, design, outputs, names)
     k = len(held)
     refused = {name: why for name, column in zip(held, columns.T, strict=True) if (why := _flaw(column))}
@@ -119,11 +111,14 @@ def outputs_of(
                 refused[held[j]] = said if np.isinf(part) else f"{said}: what varies is the error"
             elif not part <= TOLD:
                 remarks.append(f"'{held[j]}': {said}.")
-    return Outputs(held, scaled, spread, refused, tuple(remarks))
+    if len(refused) == k:
+        said = "; ".join(f"'{name}': {why}" for name, why in list(refused.items())[:3])
+        raise ValueError(f"`{call}(outputs=...)` must have an output that can be judged; got none: {said}.")
+    return Outputs(held, named, columns, scaled, spread, refused, tuple(remarks))
 
 
 def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
-    """The part of an output's variance that the known errors of its runs make up, and the same in words."""
+    """The part of an output's variance that the known errors of its runs make up, also in words."""
     there = errors[~np.isnan(errors)]
     if not there.size:
         return np.nan, "no run has an error"
@@ -139,36 +134,24 @@ def columns_of(
 ) -> tuple[tuple[str, ...], Array]:
     """The names (k,) and numbers (N, k) of the outputs of all runs of a design, or a refusal."""
     columns = _columns(f"{call}(outputs=...)", outputs, design.size)
-    k = columns.shape[1]
-    default = tuple(f"output {j + 1}" for j in range(k))
-    held = default if names is None else tuple(names)
-    if len(held) != k or len(set(held)) < k:
-        raise ValueError(f"`{call}(names=...)` must be {k} different names, one an output; got {held}.")
-    return held, columns
+    default = [f"output {j + 1}" for j in range(columns.shape[1])]
+    return _names_of("names", call, names, default, ", one an output"), columns
 
 
-def place_of(names: Sequence[str], refused: Mapping[str, str], name: str) -> int:
-    """The place of an output; one that is not there, or is refused, is told by name."""
-    if name in refused:
-        raise ValueError(f"There is no result for '{name}': {refused[name]}.")
-    return list(names).index(known(name, names, "outputs"))
+def _names_of(what: str, call: str, given: Sequence[str] | None, default: list[str], of: str = "") -> tuple[str, ...]:
+    held = tuple(default if given is None else given)
+    if len(held) != len(default) or len(set(held)) < len(held):
+        raise ValueError(f"`{call}({what}=...)` must be {len(default)} different names{of}; got {held}.")
+    return held
 
 
-def factor_names(call: str, design: AbstractDesign, factors: Sequence[str] | None) -> tuple[str, ...]:
-    """The names of the factors, or x1, x2, ... without any."""
-    if factors is None:
-        return tuple(f"x{i + 1}" for i in range(design.dimensions))
-    named = tuple(factors)
-    if len(named) != design.dimensions or len(set(named)) < len(named):
-        raise ValueError(f"`{call}(factors=...)` must be {design.dimensions} different names; got {named}.")
-    return named
-
-
-def refuse_all(call: str, held: Outputs) -> None:
-    """Refuse where no output is left."""
-    if not held.known.any():
-        said = "; ".join(f"'{name}': {why}" for name, why in list(held.refused.items())[:3])
-        raise ValueError(f"`{call}(outputs=...)` must have an output that can be judged; got none: {said}.")
+def of_output(found: Any, name: str, *parts: str) -> Any:
+    """The results of one output, by its row of each of the `parts`; one that was refused is refused by its reason."""
+    if name in found.refused:
+        raise ValueError(f"There is no result for '{name}': {found.refused[name]}.")
+    j = found.names.index(known(name, found.names, "outputs"))
+    rows = {part: None if (held := getattr(found, part)) is None else held[j] for part in parts}
+    return replace(found, names=(name,), refused={}, **rows)
 
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:

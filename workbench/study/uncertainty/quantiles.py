@@ -18,15 +18,10 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Quantiles:
-    """Quantiles of k outputs at q levels, each within an interval.
+    """Quantiles (k, q) of k outputs at q levels, each within an interval.
 
-    Attributes
-    ----------
-    value, low, high
-        (k, q). Of an output with failed runs the value is NaN, and the interval holds wherever their outputs would
-        have been. An end is infinite where there are too few runs to bound it.
-    failed
-        (k,), how many runs have no output.
+    Of an output with `failed` runs (k,) the value is NaN, and the interval holds wherever their outputs would have
+    been. An end is infinite where there are too few runs to bound it.
     """
 
     names: tuple[str, ...]
@@ -40,10 +35,7 @@ class Quantiles:
 @dataclass(frozen=True)
 @door
 class Share:
-    """The share of all runs in which something holds, from `low` to `high`; `failed` runs leave it open.
-
-    `value` is NaN if there are failed ones.
-    """
+    """The share of all runs in which something holds, from `low` to `high`; NaN if there are `failed` ones."""
 
     value: float
     low: float
@@ -65,28 +57,20 @@ def quantiles(
 
         P(y_(l) <= quantile(p) <= y_(u)) >= confidence,  l and u from the binomial law of N runs and p
 
-    The intervals need no assumption on the distribution. Over a Latin hypercube they are wider than they need be. An
-    output may be infinite; a NaN is a failed run, whose output could have been anything.
-
-    Parameters
-    ----------
-    outputs
-        (N,) or (N, k) in the order of the design's points; several metrics, or one at many times.
+    They need no assumption on the distribution (David and Nagaraja 2003, Order Statistics, section 7.1), and are wider
+    than they need be over a Latin hypercube. Outputs (N,) or (N, k) are in the order of the design's points; one may be
+    infinite, and a NaN is a failed run, whose output could have been anything.
 
     Raises
     ------
     ValueError
         If an argument has the wrong kind or shape, or a level does not lie between 0 and 1.
-
-    References
-    ----------
-    David and Nagaraja (2003), Order Statistics, section 7.1; of Latin hypercubes Owen (1997), see `LatinHypercube`.
     """
     held, columns = columns_of("quantiles", design, outputs, names)
-    tail = _tail("quantiles", confidence)
+    t_quantile("quantiles", confidence, 1)  # refuses what is no confidence
     if not levels or not all(0 < level < 1 for level in levels):
         raise refusal("quantiles(levels=...)", "numbers between 0 and 1, at least one", levels)
-    ranks = np.array([_ranks(level, design.size, tail) for level in levels])
+    ranks = np.array([_ranks(level, design.size, (1 - confidence) / 2) for level in levels])
     failed = np.isnan(columns).sum(axis=0)
     ordered = np.sort(columns, axis=0)  # failed runs come last
     # a failed run may lie below all others or above them
@@ -97,37 +81,25 @@ def quantiles(
 
 @door
 def share(holds: Any, confidence: float = 0.95) -> Share:
-    """The share of independent runs in which something holds, with the interval of Clopper and Pearson.
+    """The share of independent runs in which something holds (Clopper and Pearson 1934, Biometrika 26).
 
-    Parameters
-    ----------
-    holds
-        (N,): 1 or True where it holds, 0 or False where it does not, NaN where the run failed and nobody knows.
+    `holds` (N,) is 1 or True where it does, 0 or False where it does not, NaN where the run failed and nobody knows.
 
     Raises
     ------
     ValueError
         If there is no run, or an entry is none of these.
-
-    References
-    ----------
-    Clopper and Pearson (1934), Biometrika 26.
     """
     flags = as_outputs(holds)
     if flags is None or flags.ndim != 1 or not flags.size or not (np.isnan(flags) | (flags == 0) | (flags == 1)).all():
         raise refusal("share(holds)", "one 0, 1 or NaN a run, at least one", holds)
-    tail, runs = _tail("share", confidence), len(flags)
+    t_quantile("share", confidence, 1)
+    tail, runs = (1 - confidence) / 2, len(flags)
     yes, failed = int(np.nansum(flags)), int(np.isnan(flags).sum())
     most = yes + failed
     low = float(betaincinv(yes, runs - yes + 1, tail)) if yes else 0.0
     high = float(betaincinv(most + 1, runs - most, 1 - tail)) if most < runs else 1.0
     return Share(float("nan") if failed else yes / runs, low, high, runs, failed)
-
-
-def _tail(call: str, confidence: float) -> float:
-    """The probability of missing on either side."""
-    t_quantile(call, confidence, 1)  # refuses what is no confidence
-    return (1 - confidence) / 2
 
 
 def _ranks(level: float, runs: int, tail: float) -> tuple[int, int, int]:

@@ -6,13 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.uncertainty.designs import MARGIN, AbstractDesign, span
+from workbench.study.uncertainty.designs import MARGIN, AbstractDesign
 from workbench.validation.refusals import Array, seed, whole
 from workbench.validation.signatures import door
 
 SCRAMBLES = 4  # see SobolDesign
 MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for A and half for B
-LEAST = 2 * SCRAMBLES  # a scramble of one point has no variance
 
 
 @dataclass(frozen=True)
@@ -21,19 +20,14 @@ class SobolDesign(AbstractDesign):
     """`base` pairs of points A and B, and beside each pair the points that take a single coordinate from the other.
 
     A block of runs is A, then A with coordinate i from B for every i, then with `second_order` B with coordinate i
-    from A for every i, then B. The pairs are four independently scrambled Sobol nets of base / 4 points in twice
-    the dimensions. Four answers to one question that differ by chance alone say how far their mean is off. That is
-    what intervals are made of; more and smaller nets would give steadier intervals and larger errors.
+    from A for every i, then B (Saltelli 2002, Computer Physics Communications 145). The pairs are four independently
+    scrambled Sobol nets of base / 4 points in twice the dimensions (Owen 1998, Journal of Complexity 14): intervals
+    come from the scatter of their four answers.
 
     Raises
     ------
     ValueError
         If there is no factor or there are too many, if `base` is no power of two from 8 on, or if the seed is none.
-
-    References
-    ----------
-    Saltelli (2002), Making best use of model evaluations to compute sensitivity indices, Computer Physics
-    Communications 145; Owen (1998), Scrambling Sobol' and Niederreiter-Xing points, Journal of Complexity 14.
 
     Examples
     --------
@@ -49,7 +43,8 @@ class SobolDesign(AbstractDesign):
     def __post_init__(self) -> None:
         whole("SobolDesign(dimensions=...)", self.dimensions, 1, MOST_DIMENSIONS, " of factors")
         seed("SobolDesign(seed=...)", self.seed)
-        base = whole("SobolDesign(base=...)", self.base, LEAST, round(0.25 / MARGIN), " of pairs of points")
+        # a scramble of one point has no variance
+        base = whole("SobolDesign(base=...)", self.base, 2 * SCRAMBLES, round(0.25 / MARGIN), " of pairs of points")
         if base & (base - 1):
             below = 1 << base.bit_length() - 1
             raise ValueError(
@@ -67,9 +62,7 @@ class SobolDesign(AbstractDesign):
         """The number of runs."""
         return self.base * self.block
 
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        first, last = span(self, first, last)
+    def _rows(self, first: int, last: int) -> Array:
         d, begin = self.dimensions, first // self.block
         pairs = self._pairs(begin, -(-last // self.block))
         A, B = pairs[:, :d], pairs[:, d:]

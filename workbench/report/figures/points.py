@@ -1,4 +1,4 @@
-"""Places for the names of points, so that they cover neither each other nor the points."""
+"""Points with their intervals and names, which are put so that they cover neither each other nor the points."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench.report.figures.labels import Extent
-from workbench.report.figures.pen import Box
+from workbench.report.figures.boxes import draw_interval
+from workbench.report.figures.pen import Box, Extent, Pen, extent, mathtext
+from workbench.report.figures.rulers import Ruler
+from workbench.report.figures.style import LINES, POINTS_LOOK, SMALL_LETTERS
+from workbench.study.document.figure import Points
 from workbench.validation.refusals import Array
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -18,24 +21,46 @@ MARK = 3.0  # points: half of the room that a mark takes
 ROUNDS = 2  # of placing all names
 APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
+LEADER = {"color": "#999999", "linewidth": 0.4}
 FAR = 10.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])
 
 
+def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: Sequence[tuple[Array, Array]]) -> None:
+    """Points with their intervals, then their names where there is room, off the lines beside them."""
+    at = np.column_stack(box.at(x.share(points.x), y.share(points.y)))
+    corner, room = np.array([box.left, box.bottom]), np.array([box.width, box.height])
+    there = np.flatnonzero(((at >= corner - 1) & (at <= corner + room + 1)).all(axis=1))  # neither NaN nor beyond
+    segments = [ends for line in beside for ends in _segments(*line)]
+    for k in there.tolist():
+        segments.append(draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
+        segments.append(draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
+    named = [k for k in there.tolist() if points.names and points.names[k]]
+    if named:
+        names = [mathtext(points.names[k]) for k in named]
+        sizes = [extent(name, SMALL_LETTERS) for name in names]
+        lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
+        corners = placed(at[named], sizes, at[there], lines, box)
+        for name, size, foot, point in zip(names, sizes, corners, at[named], strict=True):
+            end = np.clip(point, foot, foot + (size.width, size.height))
+            if np.hypot(*(end - point)) > FAR:
+                pen.line(np.array([point[0], end[0]]), np.array([point[1], end[1]]), LEADER)
+            pen.words(name, foot[0], foot[1] + size.descent, SMALL_LETTERS)
+    pen.marks(at[there, 0], at[there, 1], LINES[points.style] | POINTS_LOOK)
+
+
+def _segments(x: Array, y: Array) -> list[list[float]]:
+    """The straight pieces of a line, from point to point."""
+    pieces = np.column_stack([x[:-1], y[:-1], x[1:], y[1:]])
+    return [piece for piece in pieces.tolist() if not np.isnan(piece).any()]
+
+
 def placed(points: Array, sizes: Sequence[Extent], marks: Array, obstacles: Array, within: Box) -> Array:
-    """The lower left corners (N, 2) of the names of points (N, 2), each as near to its point as there is room.
+    """The lower left corners (N, 2) of the names of points (N, 2), each as near to its point as there is room `within`.
 
-    The names of crowded points come first, as they have the least choice; then each is placed again beside all others.
-
-    Parameters
-    ----------
-    marks
-        All marks (M, 2), those of points without a name among them.
-    obstacles
-        Segments (m, 4) from (x0, y0) to (x1, y1) that a name should not cross, if it can be helped.
-    within
-        The rectangle that no name may leave.
+    The names of crowded points come first, as they have the least choice; then each is placed again beside all others,
+    off all `marks` (M, 2) and, if it can be helped, off the `obstacles` (m, 4), segments from (x0, y0) to (x1, y1).
     """
     apart = np.hypot(*(points[:, np.newaxis] - points).transpose(2, 0, 1))
     crowded = np.argsort(np.sort(apart, axis=1)[:, : min(6, len(points))].sum(axis=1), kind="stable").tolist()

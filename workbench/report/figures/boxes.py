@@ -1,4 +1,4 @@
-"""Tiles with texts, and maps of cells with numbers, drawn by the pen.
+"""Bars, tiles with texts, and maps of cells with numbers, drawn by the pen.
 
 The scale of tiles is of even lightness, which colour-blind eyes and grey prints keep.
 """
@@ -6,17 +6,21 @@ The scale of tiles is of even lightness, which colour-blind eyes and grey prints
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 
-from workbench.report.figures.bars import DIGIT, ink_on, tint
-from workbench.report.figures.labels import extent
-from workbench.report.figures.pen import INK, Box, Pen
+from workbench.report.figures.pen import DIGIT, INK, Box, Pen, edges, extent
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import GREY, SMALL_LETTERS
-from workbench.study.document.figure_marks import HeatMap, Tiles
+from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS
+from workbench.study.document.figure import Bars, HeatMap, Style, Tiles
+from workbench.validation.refusals import Array
 
+CAP = 2.0  # points: half of the mark at the end of an interval
+ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel
+WHISKER: dict[str, Any] = {"color": "#000000", "linewidth": 0.7}
+EDGE = 0.6  # points: the outline of a bar
 WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
 TURN = 50.0  # the lightness below which white letters are read better than black ones
 SMALL = 0.76  # of the size of the first line of a text: that of the others
@@ -24,8 +28,73 @@ LEAD = 0.36  # of the size of a line: the gap above it
 FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
 CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
 STRIPE = 3.6  # points between the lines of a hatch
+OUTLINE = {"color": GREY, "linewidth": 0.4}
 HATCH = "#8c8c8c"
 FAINT = "#777777"  # what is printed and does not count
+
+
+def tint(style: Style, shade: float) -> str:
+    """A colour thinned with white: none of it at 0, all of it at 1."""
+    red, green, blue = (1 - shade * (1 - part) for part in to_rgb(LINES[style]["color"]))
+    return to_hex((red, green, blue))
+
+
+def ink_on(style: Style, shade: float) -> str:
+    """Black or white, whichever is read better on a tint."""
+    red, green, blue = to_rgb(tint(style, shade))
+    return "#ffffff" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.5 else INK
+
+
+def draw_bars(pen: Pen, box: Box, bars: Bars, x: Ruler, y: Ruler) -> None:
+    """Bars with their texts, then their intervals."""
+    starts, ends = (np.clip(x.share(part), 0, 1) for part in (bars.starts, bars.ends))
+    thick = abs(float(y.share(bars.thick) - y.share(0.0))) * box.height
+    left, middle = box.at(starts, y.share(bars.places))
+    right, _ = box.at(ends, 0.0)
+    there = np.flatnonzero(np.isfinite(ends)).tolist()
+    for k in there:
+        bar = edges(left[k], middle[k] - thick / 2, right[k], middle[k] + thick / 2)
+        fill_box(pen, *bar, bars.style, bars.shade, box)
+        text = bars.texts[k] if bars.texts else ""
+        width = extent(text, SMALL_LETTERS).width if text else 0.0
+        if text and width + 3 < abs(right[k] - left[k]):
+            foot = middle[k] - DIGIT * SMALL_LETTERS / 2
+            start = (left[k] + right[k] - width) / 2
+            pen.words(text, start, foot, SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
+    for k in there:
+        draw_interval(pen, box, x, (bars.low, bars.high), k, middle[k])
+
+
+def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: Box | None = None) -> None:
+    """A filled polygon with its outline."""
+    pen.area(x, y, tint(style, shade), within=within)
+    pen.line(x, y, {"color": LINES[style]["color"], "linewidth": EDGE}, within)
+
+
+def draw_interval(
+    pen: Pen, box: Box, ruler: Ruler, ends: Any, k: int, beside: float, upwards: bool = False
+) -> list[float]:
+    """An interval along a ruler, capped where it ends and with an arrow where it goes on; returns its segment."""
+    low, high = (float(np.asarray(end)[k]) for end in ends)
+    if np.isnan(low) or np.isnan(high):
+        return []
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = [end if np.isinf(end) else float(ruler.share(end)) for end in (low, high)]
+    within = np.clip(shares, 0, 1)
+    at = box.at(within, within)[upwards]
+
+    def stroke(along: list[float], aside: list[float]) -> None:
+        lengthwise, crosswise = np.array(along), beside + np.array(aside)
+        x, y = (crosswise, lengthwise) if upwards else (lengthwise, crosswise)
+        pen.line(x, y, WHISKER)
+
+    stroke([at[0], at[1]], [0, 0])
+    for end, share, inwards in zip(at, shares, (1, -1), strict=True):
+        if -1e-9 <= share <= 1 + 1e-9:
+            stroke([end, end], [-CAP, CAP])
+        else:
+            stroke([end + inwards * ARROW, end, end + inwards * ARROW], [-CAP, 0, CAP])
+    return [beside, at[0], beside, at[1]] if upwards else [at[0], beside, at[1], beside]
 
 
 def tone(shade: float) -> str:
@@ -52,20 +121,21 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
         lines = tiles.texts[i][j]
         if not lines and np.isnan(shade):
             continue
-        left = box.left + box.width * float(x.share(j)) - width / 2
-        tile = Box(left, box.bottom + box.height * float(y.share(i)) - height / 2, width, height)
+        across, up = box.at(float(x.share(j)), float(y.share(i)))
+        tile = Box(across - width / 2, up - height / 2, width, height)
         dark = float(np.nan_to_num(shade))
-        _fill(pen, tile, tone(dark))
+        pen.area(*tile.corners, tone(dark))
         if tiles.hatched[i, j]:
             _hatch(pen, tile)
-        _outline(pen, tile, 0.0, GREY, 0.4)
+        pen.line(*tile.edges, OUTLINE)
         _write(pen, tile, lines, size, dark, plain=bool(tiles.hatched[i, j]))
         if tiles.marked[i, j]:
             top, right, side = tile.bottom + height, tile.left + width, max(LEAST, CORNER * min(width, height))
-            pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark), 1.0)
+            pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark))
         if tiles.framed[i, j]:
             line = min(FRAME, THIN * min(width, height))
-            _outline(pen, tile, line / 2, INK, line)
+            inner = Box(tile.left + line / 2, tile.bottom + line / 2, width - line, height - line)
+            pen.line(*inner.edges, {"color": INK, "linewidth": line})
 
 
 def _size(tiles: Tiles, width: float, height: float) -> float:
@@ -95,21 +165,9 @@ def _write(pen: Pen, tile: Box, text: Sequence[str], size: float, shade: float, 
         wide = extent(line, letters).width
         foot = top - DIGIT * letters
         if plain:
-            _fill(pen, Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2), tone(shade))
+            pen.area(*Box(middle - wide / 2 - 1, foot - 1, wide + 2, DIGIT * letters + 2).corners, tone(shade))
         pen.words(line, middle - wide / 2, foot, letters, color=ink_over(shade))
         top = foot - LEAD * SMALL * size
-
-
-def _fill(pen: Pen, tile: Box, color: str) -> None:
-    x, y = tile.left + tile.width * np.array([0.0, 1, 1, 0]), tile.bottom + tile.height * np.array([0.0, 0, 1, 1])
-    pen.area(x, y, color, 1.0)
-
-
-def _outline(pen: Pen, tile: Box, inset: float, color: str, linewidth: float) -> None:
-    width, height = tile.width - 2 * inset, tile.height - 2 * inset
-    x = tile.left + inset + width * np.array([0.0, 1, 1, 0, 0])
-    y = tile.bottom + inset + height * np.array([0.0, 0, 1, 1, 0])
-    pen.line(x, y, {"color": color, "linewidth": linewidth})
 
 
 def _hatch(pen: Pen, tile: Box) -> None:
@@ -131,13 +189,11 @@ def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
     widest = max((extent(text, 10.0).width for text in texts.values()), default=1.0) / 10
     size = min(SMALL_LETTERS, 0.86 * width / widest, 0.75 * height)
     for (i, j), text in texts.items():
-        across = box.left + box.width * float(x.share(j))
-        up = box.bottom + box.height * float(y.share(i))
-        edges = across + width / 2 * np.array([-1, 1, 1, -1, -1])
-        sides = up + height / 2 * np.array([-1, -1, 1, 1, -1])
+        across, up = box.at(float(x.share(j)), float(y.share(i)))
+        cell = edges(across - width / 2, up - height / 2, across + width / 2, up + height / 2)
         shade = float(shades[i, j])
-        pen.area(edges, sides, tint(0, shade), 1.0)
-        pen.line(edges, sides, {"color": GREY, "linewidth": 0.4})
+        pen.area(*cell, tint(0, shade))
+        pen.line(*cell, OUTLINE)
         color = FAINT if faint[i, j] else ink_on(0, shade)
         pen.words(text, across - extent(text, size).width / 2, up - DIGIT * size / 2, size, color=color)
 
