@@ -59,9 +59,9 @@ def parameter(
 ) -> Any:
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
-    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",), or is ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds
-    themselves; `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
+    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, counts them, as in ("3",), or is
+    ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds themselves;
+    `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
 
     Examples
     --------
@@ -132,10 +132,7 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
-
-    A text of several units, "m, rad", gives a vector several units, and a single number "m or rad".
-    """
+    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say."""
     texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
     for name, each in texts.items():
@@ -203,7 +200,6 @@ def _repr_html_(self: Any) -> str:
 
 
 def _restore(self: Any, state: Mapping[str, Any]) -> None:
-    """The state of a copied or unpickled block, whose arrays become read-only again."""
     for value in state.values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
@@ -216,7 +212,6 @@ def is_block(thing: Any) -> bool:
 
 
 def _check_fields(owner: Any) -> None:
-    """Convert and check the parts of a block, and check its named choices."""
     for f in fields(owner):
         value = getattr(owner, f.name)
         if (choices := f.metadata.get("option")) is not None:
@@ -245,7 +240,6 @@ def _check_quantities(owner: Any) -> None:
 
 
 def _sizes(owner: Any) -> dict[str, int]:
-    """The number of joints as the size of axis n, unless the parts that give it are not checked yet."""
     try:
         return {"n": int(owner.dof)}
     except Exception:  # a part of a wrong type may raise anything when it is counted

@@ -102,8 +102,7 @@ class Dynamics:
     p
         Names, units, bounds and nominal values of the parameters.
     recursion
-        Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any:
-        a shorter way than through the matrices, where there is one.
+        Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any.
     units
         The unit of each joint's position, "rad" or "m"; rad for all joints where none are given.
     motors

@@ -153,11 +153,7 @@ class Layout:
     def pack(self, values: Mapping[str, Any] | None = None) -> Array:
         """Rows (B, size) from values by name; the other quantities take their defaults.
 
-        Parameters
-        ----------
-        values
-            A value per name: of the quantity's shape, or (B, ...) for one value a run. A name such
-            as `K[0,1]` sets a single number.
+        A value has the quantity's shape, or (B, ...) for one value a run. A name such as `K[0,1]` sets a single number.
 
         Raises
         ------

@@ -28,13 +28,8 @@ class LinearSystem:
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x + D u.
 
-    Parameters
-    ----------
-    A, B, C, D
-        (nx, nx), (nx, nu), (ny, nx) and (ny, nu). A system without states has D alone, and one that has none passes no
-        input on at once.
-    states, inputs, outputs
-        Their names and units, and where the states start.
+    A is (nx, nx), B (nx, nu), C (ny, nx) and D (ny, nu). A system without states has D alone, and one that has no D
+    passes no input on at once. `states` has their names, their units and where they start.
     """
 
     states: Layout

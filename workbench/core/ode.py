@@ -21,16 +21,14 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Ode:
-    """An ordinary differential equation with named states, parameters and outputs.
+    """An ordinary differential equation x' = f(t, x, p), y = h(t, x, p) with named states, parameters and outputs.
 
     Attributes
     ----------
     t, x, p
         Symbols: time (1, 1) in s, state (nx, 1), parameters (np, 1).
-    rate
-        f(t, x, p), (nx, 1).
-    outputs, output
-        Names of y, and y = h(t, x, p) as an expression (ny, 1).
+    rate, output
+        f, (nx, 1), and h, (ny, 1).
     inputs
         The parameters that an outside signal may drive (the torque of an open loop, say).
     notes
@@ -45,8 +43,8 @@ class Ode:
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, or if rate or output has a
-        symbol that is none of t, x and p.
+        If symbols, rate or output do not have the sizes of their layouts, or rate or output has a symbol that is none
+        of t, x and p.
     LookupError
         If an input is no parameter.
 
@@ -203,13 +201,7 @@ class Ode:
 
 @door
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
-    """The same equation with one more state per integrand g(t, x, p): z' = g, z(0) = 0.
-
-    Parameters
-    ----------
-    integrands
-        A name per integrand, each an expression (k, 1) in the symbols of `ode`.
-    """
+    """The same equation with a state z for each integrand g(t, x, p), (k, 1), by its name: z' = g, z(0) = 0."""
     entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
     extra = Layout(entries)
     z = extra.symbols()
@@ -225,9 +217,9 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
 def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
 
-    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`).
-    S is a state 'S' of shape (nx, k), the columns in the order of the names. Where f has a corner
-    (saturation, |s|), S is that of the smooth pieces, which is exact but for the corners' instants.
+    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`). S is a state 'S' of
+    shape (nx, k), the columns in the order of the names; where f has a corner (saturation, |s|), it is that of the
+    smooth pieces.
 
     Raises
     ------

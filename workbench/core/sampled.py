@@ -32,16 +32,15 @@ class Sampled:
     k, w
         Symbols: the number of the jump (1, 1), and standard normal numbers (nw, 1), fresh ones at every jump.
     jump
-        g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states. The others,
-        integrals that were added to the flow, say, do not jump.
+        g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states; the others do not jump.
     methods
         The methods by which the memory of each block is stepped, in words.
 
     Raises
     ------
     ValueError
-        If the period is no positive finite number, or the jump is none of at most all states, or has a
-        symbol that is none of k, x, p and w.
+        If the period is no positive finite number, or the jump is none of at most all states, or has a symbol that is
+        none of k, x, p and w.
 
     Examples
     --------

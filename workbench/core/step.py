@@ -35,8 +35,8 @@ class Rule:
     Attributes
     ----------
     h, k, t, x, p, w
-        Symbols: the length (1, 1) in s, the number of the step (1, 1), the time k h (1, 1) in s, the state (nx, 1),
-        the parameters (np, 1), and standard normal numbers (nw, 1), fresh ones at every step of every run.
+        Symbols: the length (1, 1) in s, the number of the step (1, 1), the time k h (1, 1) in s, the state (nx, 1), the
+        parameters (np, 1), and standard normal numbers (nw, 1), fresh ones at every step of every run.
     rate
         (n, 1): dx/dt of the first n entries in t, x and p, which take a classical Runge-Kutta step; n may be 0.
     update
@@ -116,17 +116,15 @@ class Rule:
 @dataclass(frozen=True, eq=False)
 @door
 class Step:
-    """One step of length h of a recursion with named states, parameters and outputs.
+    """One step of length h [s] of a recursion with named states, parameters and outputs: t_k = k h.
 
     Attributes
     ----------
-    h
-        The step's length in s: t_k = k h.
     rule
         x+ and y as expressions.
     flow, amplification, substeps
-        The differential equation that the step approximates, and the polynomial R(z) by which a substep of
-        h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`.
+        The differential equation that the step approximates, and the polynomial R(z), highest power first, by which a
+        substep of h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`.
     """
 
     h: float
@@ -213,7 +211,6 @@ def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
 
 @lru_cache(maxsize=64)
 def _rk4(ode: Ode) -> Rule:
-    """The rule of the steps of any length for one equation."""
     h, k = ca.SX.sym("h"), ca.SX.sym("k")
     return Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
 

@@ -39,13 +39,8 @@ from workbench.validation.signatures import door
 class ClosedLoop:
     """A plant, an observer, a controller and a reference, whose ports fit one another.
 
-    Parameters
-    ----------
-    plant, observer, controller
-        A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is
-        no observer, the law reads what the instruments read.
-    reference
-        Where there is none, the law follows nothing.
+    A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is no
+    observer, the law reads what the instruments read; where there is no reference, it follows nothing.
 
     Raises
     ------
@@ -121,21 +116,16 @@ class ClosedLoop:
         Raises
         ------
         ValueError
-            If the law is one that only a computer can run, as an implicit relay is, or calls a signal of its
-            own as the loop calls one.
+            If the law is one that only a computer can run, or calls a signal of its own as the loop calls one.
         """
         return _around(self, name, added(self) if inputs else Outside())
 
     def broken(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
-        """The loop cut at inputs of the plant, all unless told, or at readings, where 'drive' acts: the declared input.
+        """The loop cut at inputs of the plant, all unless named by `at`, or at outputs, where 'drive' acts: the
+        declared input.
 
         The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still counts
         on, or outputs of the plant. With drive = output the loop is that of `ode`; its gain L is from drive to -output.
-
-        Parameters
-        ----------
-        at
-            Names of inputs or outputs of the plant, one or several.
 
         Raises
         ------
@@ -159,14 +149,12 @@ class ClosedLoop:
     ) -> Sampled:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
-        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law
-        sees the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the
-        plant moves. Then observer and law move their memories by their `methods`; the observer counts on the command
-        that is held. A block with a `period` of its own, a whole multiple of this one, runs once in that.
-
-        With a `delay` of n periods a command waits as long, at 'hold.next.2', ..., 'hold.next': what these are at the
-        start, as the plant's `inputs` have it unless set, is held first. The outputs are those of `ode`, of which
-        estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ... of an arm).
+        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law sees
+        the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the plant
+        moves. Then observer and law move their memories by their `methods`; the observer counts on the command that is
+        held. A block with a `period` of its own, a whole multiple of this one, runs once in that. The outputs are those
+        of `ode`, of which estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ...
+        of an arm).
 
         Parameters
         ----------
@@ -174,6 +162,7 @@ class ClosedLoop:
             Noise and steps of the readings, limits of the commands; without any, readings are exact.
         delay
             True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
+            Commands wait at 'hold.next.2', ..., 'hold.next', and first come those that are there at the start.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.

@@ -54,21 +54,16 @@ class Probe(AbstractArm):
 
 @door
 def roles(loop: Any) -> Roles:
-    """The inputs that the command of a loop's law depends on, at one instant or by way of a memory.
+    """The inputs that the command of the law of a `ClosedLoop`, or of what has one as its `loop`, depends on.
 
-    Dependence is that of the equations with the numbers of this loop, so that a term whose gain is 0 does not count.
-    It is one of structure: what cancels only after a calculation does count. The torque that the observer is told is
-    the computer's own and gives nothing.
-
-    Parameters
-    ----------
-    loop
-        A `ClosedLoop`, or what has one as its `loop`.
+    Dependence, at one instant or by way of a memory, is that of the equations with the numbers of this loop, so that a
+    term whose gain is 0 does not count; what cancels only after a calculation does. The torque that the observer is
+    told is the computer's own and gives nothing.
 
     Raises
     ------
     ValueError
-        If it is neither.
+        If `loop` is neither.
     """
     closed = getattr(loop, "loop", loop)
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):

@@ -22,18 +22,8 @@ class Sensor:
 
         reading = quantised(x + noise w, quantum),
 
-    where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0.
-
-    Parameters
-    ----------
-    output
-        Its name.
-    unit
-        That of the output.
-    noise
-        The standard deviation: one number or (k,), one for each number of the output, as below.
-    quantum
-        The steps in which a reading comes; 0 for a reading without steps.
+    where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0. The standard deviation `noise` and the steps
+    `quantum` are one number or (k,), one for each number of the output.
     """
 
     output: str
@@ -49,17 +39,7 @@ class Sensor:
 
 @block
 class Limit:
-    """One command within low and high.
-
-    Parameters
-    ----------
-    input
-        Its name.
-    unit
-        That of the input.
-    low, high
-        One number or (k,), one for each number of the input.
-    """
+    """One command within low and high, each one number or (k,), one for each number of the input."""
 
     input: str
     unit: str

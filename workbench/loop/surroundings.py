@@ -89,13 +89,7 @@ class AbstractDisturbance(ABC):
 
 @block
 class Readings(AbstractObserver):
-    """An observer that returns the readings of the instruments unchanged.
-
-    Parameters
-    ----------
-    outputs
-        Of the plant, those that are read: `plant.outputs`.
-    """
+    """An observer that returns the readings of the instruments, `outputs` of the plant, unchanged."""
 
     noun = ""  # no observer at all
 

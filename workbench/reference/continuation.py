@@ -48,13 +48,8 @@ class Modes:
     def onward(self, t: float, x: Array, mode: Mode, on: Collection[int]) -> Piece:
         """The piece that continues from a state that lies on the surfaces `on`.
 
-        A piece continues if each side it names is the side that it moves to; in sliding, if the sides
-        that keep it on the surface are between -1 and 1.
-
-        Raises
-        ------
-        ValueError
-            If no piece does, or more than one that differ.
+        A piece continues if each side it names is the side that it moves to; in sliding, if the sides that keep it on
+        the surface are between -1 and 1. If no piece does, or more than one that differ, a ValueError says so.
         """
         places = sorted({*on, *mode.sliding})
         names = ", ".join(f"{self.switched.surfaces[k].name} = 0" for k in places)

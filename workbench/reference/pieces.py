@@ -73,8 +73,8 @@ class Guard:
 class Piece:
     """The smooth rate x' = f(t, x) while no side changes, with its constraints and guards.
 
-    On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side
-    enters the first derivative): Utkin's equivalent control.
+    On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side enters the first
+    derivative): Utkin's equivalent control.
 
     Attributes
     ----------
@@ -107,8 +107,8 @@ class Piece:
         Raises
         ------
         ValueError
-            If no equivalent control exists: the rate is not affine in the sides, or none of the first
-            two derivatives of sigma depends on them; or if the mode ends wherever it begins.
+            If no equivalent control exists, as the rate is not affine in the sides, or none of the first two
+            derivatives of sigma depends on them; or if the mode ends wherever it begins.
         """
         t, x, free = switched.t, switched.x, switched.symbols(mode.sliding)
         rate, sigma = _fixed(switched, mode)

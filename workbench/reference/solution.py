@@ -37,10 +37,9 @@ class Reference:
     error
         (N, nx), how far the run at the tolerances is from x, one at a hundredth of them: above the error of x itself,
         as long as errors fall with the tolerance.
-    events
-        The events on switching surfaces, in order.
-    event_error
-        The largest change of an event's time between the two runs, in s; NaN if they met different events.
+    events, event_error
+        The events on switching surfaces, in order, and the largest change of an event's time between the two runs, in
+        s; NaN if they met different events.
     slid
         Spans (begin, end, surfaces) in sliding, by Filippov's definition of a solution.
     steps, evaluations
@@ -74,10 +73,10 @@ def reference(
 ) -> Reference:
     """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
 
-    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No
-    step crosses one: its zero is located to rounding, and the solution goes on from there, across or
-    along it. Along it the sides are those that keep it there (Filippov; Utkin's equivalent control). Refused,
-    not followed: twisting where its switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
+    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
+    crosses one: its zero is located to rounding, and the solution goes on from there, across or along it. Along it the
+    sides are those that keep it there (Filippov; Utkin's equivalent control). Refused, not followed: twisting where its
+    switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
 
     Parameters
     ----------
@@ -88,22 +87,22 @@ def reference(
     rtol, atol
         Tolerances of the run whose error is estimated; what is handed back is a run at a hundredth of them.
     method
-        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy,
-        bounds the steps, and thousands are left.
+        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy, bounds the
+        steps, and thousands are left.
     most_steps
         After how many steps to give up.
 
     Raises
     ------
     ValueError
-        If an argument is not as above; if the rate switches by an operation that has no surface, or is not
-        finite; if the solution escapes, is not unique, cannot continue from a surface, switches infinitely
-        often with no sliding motion after it, or needs too many steps. The message names the time reached.
+        If an argument is not as above; if the rate switches by an operation that has no surface, or is not finite; if
+        the solution escapes, is not unique, cannot continue from a surface, switches infinitely often with no sliding
+        motion after it, or needs too many steps. The message names the time reached.
 
     References
     ----------
-    Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992),
-    Sliding Modes in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
+    Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992), Sliding Modes
+    in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))

@@ -27,8 +27,8 @@ class Surface:
     sigma
         The switching function, in t, x, and the sides of surfaces before it.
     side, corner
-        Symbols that stand for sign(sigma): `side` where the rate jumps, `corner` where it only bends
-        (|sigma| = corner sigma), which is free to be 0 on the surface itself.
+        Symbols that stand for sign(sigma): `side` where the rate jumps, `corner` where it only bends (|sigma| = corner
+        sigma), which is free to be 0 on the surface itself.
     level
         For a step of a staircase, floor(a) = level - 1/2 + side/2 with sigma = a - level; else None.
     jumps
@@ -61,12 +61,8 @@ class Switched:
 
     @staticmethod
     def of(ode: Ode, p: Array) -> Switched:
-        """The rate of an `Ode` at the parameters p (np,).
-
-        Raises
-        ------
-        ValueError
-            If the rate switches in a way that has no surface; the message names the operation.
+        """The rate of an `Ode` at the parameters p (np,); a ValueError names an operation that switches and has no
+        surface.
         """
         reader = _Reader(ode.name)
         rate = reader.read(ca.Function("f", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}), ode)

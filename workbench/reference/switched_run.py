@@ -20,17 +20,15 @@ FINE, FINEST = 1e-6, 1e-8
 
 @dataclass(frozen=True)
 class Event:
-    """A crossing of a switching surface, or the begin or end of sliding on it, and its time.
+    """A crossing of a switching surface at t [s], or the begin or end of sliding on it.
 
     Attributes
     ----------
-    t
-        In s.
     surface
         The switching function sigma, as text.
     what
-        "crosses", "slides" (sliding begins), "leaves" (sliding ends), or "settles" (sliding begins with
-        sigma = d sigma / dt = 0, after switchings that accumulate or after none).
+        "crosses", "slides" (sliding begins), "leaves" (sliding ends), or "settles" (sliding begins with sigma = d sigma
+        / dt = 0, after switchings that accumulate or after none).
     rate
         d sigma / dt on arrival; for "leaves" the rate at which the side passes 1 or -1, in 1/s.
     """
@@ -67,12 +65,8 @@ class Streak:
     def after(self, before: Piece, piece: Piece, leg: Leg, ahead: Array) -> tuple[Piece, float, Array] | None:
         """Note a crossing; if crossings accumulate, return the piece, the time and the state after all of them.
 
-        While they do, the absolute tolerance is to be multiplied by `share`. `ahead` are the times still asked for.
-
-        Raises
-        ------
-        ValueError
-            If they accumulate and no sliding motion of second order follows.
+        While they do, the absolute tolerance is to be multiplied by `share`. `ahead` are the times still asked for. If
+        no sliding motion of second order follows, a ValueError says so.
         """
         assert leg.hit is not None
         k = leg.hit.surface
@@ -106,15 +100,7 @@ class Streak:
 
 
 def follow(modes: Modes, valid: Callable[[float, Array], bool], x: Array, times: Array, rule: Rule) -> Run:
-    """The solution from x at time 0, at increasing `times`.
-
-    Raises
-    ------
-    ValueError
-        If no piece, or more than one, continues it, or switchings accumulate where no sliding motion follows.
-    StoppedError
-        If it does not continue numerically.
-    """
+    """The solution from x at time 0, at increasing `times`; a `StoppedError` where it does not continue numerically."""
     t, effort, events, slid, streak = 0.0, Effort(), list[Event](), list[tuple[float, float, Mode]](), Streak(modes)
     kept, still = [x] if times[0] == 0 else [], 0
     piece = modes.start(t, x)

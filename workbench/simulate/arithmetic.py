@@ -41,13 +41,7 @@ def check(name: object) -> str:
 
 
 def signature(name: str) -> str:
-    """The arithmetic and all else on which its bits depend: runs of a step with one signature have the same bits.
-
-    Raises
-    ------
-    ValueError
-        If there is no arithmetic of that name.
-    """
+    """The arithmetic and all else on which its bits depend: runs of a step with one signature have the same bits."""
     if check(name) == CASADI:
         return f"{CASADI} {ca.CasadiMeta.version()} {platform.system()} {platform.machine()}"
     return f"{name} {VERSION}"
@@ -55,11 +49,7 @@ def signature(name: str) -> str:
 
 @door
 def default_for(step: Step) -> str:
-    """The arithmetic in which this machine runs many copies of a step best.
-
-    It is that of the compiled march where this can run the step, else that of NumPy, or of CasADi if no graph holds
-    the step. `simulate` takes it too, but for few runs of what it cannot compile, which CasADi is fastest with.
-    """
+    """The arithmetic of the fastest march for many copies of a step here: compiled, else NumPy's, else CasADi's."""
     try:
         pass_of(step)
     except ValueError:  # an operation that the graph does not know

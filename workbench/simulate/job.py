@@ -39,8 +39,6 @@ class Job:
         (B, np).
     seed, runs
         The keys of their noise: a whole number, and one for each run, (B,).
-    arithmetic
-        The rounding of the operations: 'fused', 'portable' or 'casadi'.
     """
 
     step: Step
@@ -90,8 +88,7 @@ class Job:
 class Piece(NamedTuple):
     """Rows of x that share one table of time: `rows` of them from `row` on, `steps` steps each, from step `begin`.
 
-    It goes on from the states in row `start`: those before its first, or those that a piece before it left there;
-    `whole` says whether its last row is done, or left for the next piece.
+    It goes on from the states in row `start`; `whole` says whether its last row is done, or left for the next piece.
     """
 
     rows: int

@@ -47,14 +47,11 @@ class StepLimit:
 
 @door
 def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -> StepLimit:
-    """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` states.
+    """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` of its kept states.
 
-    A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the
-    method's amplification. Modes that grow by themselves set no limit. The states are those that
-    were kept, so a stiff instant between two of them can be missed: `checked` says how many there were.
-
-    A state whose Jacobian is not finite, as the last ones of a run that diverges, is not counted. If
-    none is left the limit, its time and its mode are NaN, and it does not hold.
+    A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the method's amplification;
+    modes that grow by themselves set no limit. A state whose Jacobian is not finite is not counted; if none is left the
+    limit, its time and its mode are NaN, and it does not hold.
     """
     step, points = trajectories.step, whole("step_limit(points=...)", points)
     run, h = whole("step_limit(run=...)", run, 0, len(trajectories) - 1), step.h / step.substeps
@@ -85,8 +82,7 @@ def tightest(limits: Sequence[StepLimit]) -> StepLimit:
 def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
     """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
 
-    A state on which no rate depends, an integral say, adds an eigenvalue of zero, which is left out: m <= nx.
-    Where the Jacobian or an eigenvalue is not finite, the row is NaN.
+    A state on which no rate depends is left out, so that m <= nx. A row with a value that is not finite is NaN.
     """
     n, jacobian = len(t), _jacobian(flow)
     m = jacobian.size1_out(0)

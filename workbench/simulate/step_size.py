@@ -47,16 +47,9 @@ def step_for_tolerance(
     """The first of `longest`, its half, its quarter and so on in s, at which RK4 keeps a tolerance.
 
     The change of a state to half the step is taken at the multiples of `longest`, relative to the largest value that
-    the state has in the run; then the largest of all states, and the mean over the runs. Integrals of metrics are
-    states; the memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no
-    step exceeds: a step beyond it may lose a run as its half does.
-
-    Parameters
-    ----------
-    p, x0
-        (R, np) and (R, nx), the pilot runs.
-    seed
-        Of the noise, which is the same at all steps.
+    the state has in the run; then the largest of all states, and the mean over the pilot runs p (R, np), x0 (R, nx).
+    The memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no step
+    exceeds.
 
     Raises
     ------
@@ -151,13 +144,7 @@ class Accuracy:
 @dataclass(frozen=True)
 @door
 class Check:
-    """The accuracy of each metric, and the tightest stability limit of the `looked_at` runs along which it was taken.
-
-    Attributes
-    ----------
-    looked_at, runs
-        Along how many runs the limit was taken, of how many.
-    """
+    """The accuracy of each metric, and the tightest stability limit along `looked_at` of all `runs`."""
 
     metrics: tuple[Accuracy, ...]
     limit: StepLimit
@@ -188,8 +175,8 @@ def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:
 def accuracy(name: str, change: Array, value: Array, tolerance: float) -> Accuracy:
     """The accuracy of a metric with the values (B, ...) at the half step that changed so much (B, ...).
 
-    A change is relative to the value, of which less than 1e-9 in its unit is as good as nothing. Where
-    there is a value and no change, as the longer step lost the run, the change is infinite.
+    A change is relative to the value, but at least to 1e-9 in its unit; where the longer step lost the run it is
+    infinite.
     """
     change, value = change.reshape(len(change), -1), value.reshape(len(value), -1)
     valued = ~np.isnan(value).any(axis=1)

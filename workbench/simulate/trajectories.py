@@ -28,12 +28,12 @@ class Trajectories:
 
     Attributes
     ----------
+    job
+        The runs: the step, the parameters, and the keys of the noise.
     t
         (N,), in s.
     x
         (B, N, nx); from the time a run has diverged its rows are NaN.
-    job
-        The runs: the step, the parameters, and the keys of the noise.
     divergence
         When each run diverged, and in which state.
     """

@@ -48,10 +48,7 @@ _ir = lru_cache(maxsize=16)(lower)
 
 
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
-    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
-
-    Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
-    """
+    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, `width` runs side by side."""
     job.check(x)
     kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)

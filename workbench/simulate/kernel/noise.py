@@ -59,12 +59,10 @@ LOGARITHM = (
 def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     """Standard normal numbers (B, N, entries), each a function of its seed, run, step and entry only.
 
-    Arguments beyond the ranges below would repeat other numbers: `simulate` refuses them.
-
     Parameters
     ----------
     seed
-        From 0 to 2^64 - 1. Seeds side by side give numbers as independent as those of any two.
+        From 0 to 2^64 - 1.
     runs, steps
         The indices (B,) of the runs, from 0 to 2^63 - 1, and (N,) of the steps, from 0 to 2^32 - 1.
     entries

@@ -22,8 +22,8 @@ class Plan:
     Attributes
     ----------
     numbers, per_run, per_step, inside
-        Places of nodes in the order of evaluation: those of the length of the step alone that others use;
-        those of parameters too; those of time and of parameters that are equal in all runs; and all others.
+        Places of nodes in the order of evaluation: those of the length of the step alone that others use; those of
+        parameters too; those of time and of parameters that are equal in all runs; and all others.
     lanes, table
         Those before `inside` that the loop uses and finds in memory: one a run, and one a step.
     """
@@ -85,18 +85,12 @@ class Plan:
 
 
 def graph_of(step: Step) -> Graph:
-    """The graph of a step as every kernel evaluates it, made once for all lengths.
-
-    Raises
-    ------
-    ValueError
-        If the step has an operation that no kernel knows; the message names it and the state it is for.
-    """
+    """The graph of a step as every kernel evaluates it, made once for all lengths; refused as by `read`."""
     return _stepped(pass_of(step), int(step.rule.rate.numel()))
 
 
 def pass_of(step: Step) -> Graph:
-    """The graph of a step's rates and updates, as every stage of it evaluates them; refused as by `graph_of`."""
+    """The graph of a step's rates and updates, as every stage of it evaluates them; refused as by `read`."""
     return _rewritten(read(step))
 
 
