@@ -193,7 +193,6 @@ def block(cls: type[T]) -> type[T]:
 
 
 def _repr_html_(self: Any) -> str:
-    """A table of the fields of a block with their units, for a notebook."""
     units = {f.name: unit_of(self, quantity) for f, quantity in quantities(self)}
     rows = [(f.name, cell(getattr(self, f.name)), units.get(f.name, "")) for f in fields(self)]
     return table_to_html(type(self).__name__, ("name", "value", "unit"), rows)
@@ -223,7 +222,6 @@ def _check_fields(owner: Any) -> None:
 
 
 def _check_quantities(owner: Any) -> None:
-    """Turn every number into a read-only array of doubles in its declared shape, or refuse it."""
     sizes = _sizes(owner)
     for f, quantity in quantities(owner):
         if f.default is None and getattr(owner, f.name) is None:

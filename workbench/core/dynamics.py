@@ -208,7 +208,6 @@ class Dynamics:
         return ca.Function("forward_dynamics", [self.q, self.qd, tau, self.symbols], [qdd, *ca.horzsplit(solved, n)])
 
     def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
-        """The vectors of a state, then the parameters, each of its length."""
         vectors = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
         return [*vectors, self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")]
 
@@ -226,11 +225,9 @@ class Dynamics:
         return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Dynamics of '{self.name}': {self.dof} joints, {self.p.size} parameters>"
 
     def _repr_html_(self) -> str:
-        """The matrices as equations, for a notebook."""
         definitions, equations = equations_of({"M": self.M, "C": self.C, "G": self.G}, self.names())
         blocks: list[Formula] = [System(definitions), *equations] if definitions else [*equations]
         return "\n".join(mathml.emit(block) for block in blocks)

@@ -55,7 +55,6 @@ class LinearSystem:
                 )
 
     def __repr__(self) -> str:
-        """One line: the names of its ports and its period."""
         ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
         period = "" if self.dt is None else f", every {self.dt:g} s"
         return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
@@ -196,7 +195,6 @@ def _in_units(port: Layout, units: Mapping[str, str]) -> Layout:
 
 
 def _period(system: Any, dt: float | None) -> float | None:
-    """The period of a discrete system in s; None of a continuous one."""
     if system.dt is True:
         if dt is None:
             raise ValueError(

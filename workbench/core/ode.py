@@ -185,7 +185,6 @@ class Ode:
             )
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Ode '{self.name}': {self.sizes}>"
 
     @property
@@ -195,7 +194,6 @@ class Ode:
         return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
     def _repr_html_(self) -> str:
-        """The names, units and values of states and parameters, for a notebook."""
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
 
 

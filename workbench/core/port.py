@@ -82,7 +82,6 @@ class Signals(Mapping[str, ca.SX]):
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
 
     def _repr_html_(self) -> str:
-        """A table of names and expressions."""
         texts = {name: str(part) for name, part in self.items()}
         rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
         return table_to_html("Signals", ("name", "expression"), rows)

@@ -132,10 +132,8 @@ class Sampled:
         return digest.hexdigest()
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
 
     def _repr_html_(self) -> str:
-        """The names, units and values of states and parameters, for a notebook."""
         name = f"{self.name}, sampled every {self.period:g} s"
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})

@@ -147,7 +147,6 @@ class Step:
         whole("Step(substeps=...)", self.substeps)
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         noise = f", {self.noises} normal numbers" if self.noises else ""
         return f"<Step of '{self.flow.name}': h = {self.h:g} s, {self.states.size} states{noise}>"
 
@@ -200,13 +199,8 @@ def rk4(ode: Ode, h: float) -> Step:
     >>> step.h, step.states.names
     (0.001, ('omega', 'i'))
     """
-    ode, h = checked("rk4", ode, h)
-    return Step(h, ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
-
-
-def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
-    """The equation and the length [s] of a step, or a refusal."""
-    return require(f"{call}(ode=...)", ode, Ode), seconds(f"{call}(h=...)", h)
+    ode = require("rk4(ode=...)", ode, Ode)
+    return Step(seconds("rk4(h=...)", h), ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
 
 
 @lru_cache(maxsize=64)

@@ -187,7 +187,6 @@ class ClosedLoop:
 
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
-    """The equation of a loop, with the signals from outside that enter it."""
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             raise ValueError(

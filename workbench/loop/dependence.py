@@ -116,7 +116,6 @@ def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
 
 
 def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
-    """The block with a probe in place of each of its models."""
     twin = copy(block)
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
@@ -166,7 +165,6 @@ def _probe(n: int) -> Probe:
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
-    """The names of the inputs on which an expression depends."""
     return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
 
 

@@ -259,7 +259,6 @@ def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
-    """Refuse a system with direct feedthrough from one of these inputs to an output."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:
         return

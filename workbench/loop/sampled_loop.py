@@ -105,7 +105,6 @@ def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
 
 
 def _units(loop: Blocks) -> dict[str, str]:
-    """The units of the held signals."""
     true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
@@ -178,7 +177,6 @@ class Computer:
     def _moved(
         self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
     ) -> dict[str, Signals]:
-        """The memories of observer and law at the end of their periods."""
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
@@ -287,7 +285,6 @@ class Queue:
 
 
 def _periods(count: object) -> int:
-    """A whole number of periods, or a refusal with a remedy."""
     clean = as_number(count)
     if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
         must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"

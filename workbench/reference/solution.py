@@ -203,7 +203,6 @@ def _certified(
 
 
 def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
-    """The reason why a solution stopped, in one sentence."""
     at = f"stops at t = {stopped.t:.12g} s"
     worst = int(np.argmax(np.abs(stopped.x)))
     size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
@@ -233,7 +232,6 @@ def _times(call: str, times: Array | Sequence[float]) -> Array:
 
 
 def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
-    """The tolerances, checked."""
     if not TIGHTEST <= rtol < 1:
         must = f"a number from {TIGHTEST:g}, which double precision resolves, to below 1"
         raise refusal(f"{call}(rtol=...)", must, rtol)

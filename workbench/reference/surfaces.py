@@ -103,7 +103,6 @@ class _Reader:
         return rate
 
     def _operation(self, code: int, *a: ca.SX) -> ca.SX:
-        """One operation, its switching replaced by sides."""
         if all(part.is_constant() for part in a) and code != ca.OP_IF_ELSE_ZERO:
             return _plain(code, *a)
         match code:

@@ -82,7 +82,6 @@ def simulate(
 
 
 def _keys(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
-    """The keys of the noise, one for each of `count` runs."""
     seed = refusals.seed("simulate(seed=...)", seed)
     if runs is None:
         return seed, np.arange(count)

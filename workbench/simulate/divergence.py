@@ -44,7 +44,6 @@ def find_divergence(job: Job, x: Array, march: March) -> Divergence:
 
 
 def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
-    """The loss of each run in x that is not finite throughout."""
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
     last = np.argmin(finite[lost], axis=1) - 1

@@ -133,7 +133,6 @@ class Accuracy:
         return f"{self.metric} beyond its tolerance {self.tolerance:g}: it changes by {self.worst:.1e} at half the step"
 
     def __str__(self) -> str:
-        """One line with the verdict."""
         met = "met" if self.met else "NOT met" if self.runs else "NOT tested"
         return (
             f"{self.metric}: tolerance {self.tolerance:g} {met} by {100 * self.within:.3g} % of {self.runs:,} runs: "
@@ -157,7 +156,6 @@ class Check:
         return self.limit.holds and all(accuracy.met for accuracy in self.metrics)
 
     def __str__(self) -> str:
-        """A line for each metric and one for the limit."""
         h, limit = 1000 * self.limit.h, 1000 * self.limit.limit
         verdict = "within" if self.limit.holds else "BEYOND"
         where = f"the step of {h:.3g} ms at {self.limit.at:.4g} s is {verdict} its limit of {limit:.3g} ms"

@@ -92,7 +92,6 @@ def store(key: str, code: bytes) -> None:
 
 
 def _of_the_user() -> Path:
-    """The folder of this system for files of a user's programs that can be made again."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
@@ -112,7 +111,6 @@ def _at_once(path: str, flags: int) -> int:
 
 
 def _for_the_user(path: str, flags: int) -> int:
-    """Open a new file that others neither read nor write."""
     return os.open(path, flags, 0o600)
 
 

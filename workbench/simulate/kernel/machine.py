@@ -87,12 +87,10 @@ class Word:
 
 
 def _of_numbers(operation: str) -> Callable[[Number, Number | float], Number]:
-    """An operator of two numbers."""
     return lambda number, other: number.do(operation, other)
 
 
 def _of_order(operation: str) -> Callable[[Number, Number | float], Truth]:
-    """A comparison of two numbers."""
     return lambda number, other: number.compare(operation, other)
 
 

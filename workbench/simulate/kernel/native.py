@@ -113,7 +113,6 @@ def _room(*shape: int, kind: type[Any] = float) -> Array:
 
 
 def _aligned(array: Any) -> Array:
-    """The same numbers in aligned memory."""
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room

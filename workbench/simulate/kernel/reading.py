@@ -84,8 +84,6 @@ def _unknown(graph: Graph) -> tuple[str, int] | None:
 
 
 class _Reader:
-    """The reader that turns the instructions of CasADi into nodes."""
-
     def __init__(self) -> None:
         self.nodes = Nodes()
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
@@ -110,7 +108,6 @@ class _Reader:
         return [results.get((part, i), zero) for part, size in enumerate(sizes) for i in range(size)]
 
     def _operation(self, code: int, *operands: int) -> int:
-        """An operation of CasADi in terms of ours."""
         match code:
             case ca.OP_ASSIGN:
                 return operands[0]
