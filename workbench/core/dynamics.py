@@ -93,33 +93,19 @@ def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
 @dataclass(frozen=True, eq=False)
 @door
 class Dynamics:
-    """The matrices of one arm over symbols q, qd and p.
-
-    Attributes
-    ----------
-    M, C, G
-        (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
-    p
-        Names, units, bounds and nominal values of the parameters.
-    recursion
-        Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any.
-    units
-        The unit of each joint's position, "rad" or "m"; rad for all joints where none are given.
-    motors
-        The joints that have a motor; all where none are given.
-    """
+    """The matrices of one arm over symbols q, qd and p."""
 
     name: str
     q: ca.SX
     qd: ca.SX
-    M: ca.SX
+    M: ca.SX  # (n, n), as C; in q, qd and the symbols
     C: ca.SX
-    G: ca.SX
+    G: ca.SX  # (n, 1)
     p: Layout
-    symbols: ca.SX
-    recursion: tuple[ca.SX, ca.SX] | None = None
-    units: tuple[str, ...] = ()
-    motors: tuple[int, ...] = ()
+    symbols: ca.SX  # of p
+    recursion: tuple[ca.SX, ca.SX] | None = None  # symbols of the acceleration, (n, 1), and the torque, with friction
+    units: tuple[str, ...] = ()  # of each joint's position, "rad" or "m"; rad where none are given
+    motors: tuple[int, ...] = ()  # the joints that have one; all where none are given
 
     def __post_init__(self) -> None:
         n = self.dof

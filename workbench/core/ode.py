@@ -23,23 +23,6 @@ from workbench.validation.signatures import door
 class Ode:
     """An ordinary differential equation x' = f(t, x, p), y = h(t, x, p) with named states, parameters and outputs.
 
-    Attributes
-    ----------
-    t, x, p
-        Symbols: time (1, 1) in s, state (nx, 1), parameters (np, 1).
-    rate, output
-        f, (nx, 1), and h, (ny, 1).
-    inputs
-        The parameters that an outside signal may drive (the torque of an open loop, say).
-    notes
-        Warnings for a reader of reports: an estimate that uses the truth, say.
-    follows, drives
-        Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
-    horizon
-        The last time at which the equations hold, in s: that of the last row of a table, say.
-    counts
-        The thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do.
-
     Raises
     ------
     ValueError
@@ -61,17 +44,17 @@ class Ode:
     states: Layout
     parameters: Layout
     outputs: Layout
-    t: ca.SX
-    x: ca.SX
-    p: ca.SX
-    rate: ca.SX
-    output: ca.SX
-    inputs: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    follows: tuple[str, ...] = ()
-    drives: tuple[str, ...] = ()
-    horizon: float = math.inf
-    counts: str = ""
+    t: ca.SX  # symbol of time in s, (1, 1)
+    x: ca.SX  # of the state, (nx, 1)
+    p: ca.SX  # of the parameters, (np, 1)
+    rate: ca.SX  # f, (nx, 1)
+    output: ca.SX  # h, (ny, 1)
+    inputs: tuple[str, ...] = ()  # the parameters that an outside signal may drive (the torque of an open loop, say)
+    notes: tuple[str, ...] = ()  # warnings for a reader of reports: an estimate that uses the truth, say
+    follows: tuple[str, ...] = ()  # of a loop, the outputs that follow a reference, each beside it (`x_ref`)
+    drives: tuple[str, ...] = ()  # of a loop, the commands
+    horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
+    counts: str = ""  # the thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",

@@ -225,34 +225,20 @@ def _power(order: int) -> str:
 class Roles:
     """The information that the command of a loop depends on, directly or through any memory.
 
-    Attributes
-    ----------
-    law, observer
-        Their names; '' where there is no observer.
-    readings
-        By the name of each output of the plant: 'read' where a reading acts at its own instant, 'filtered' where it
-        acts by a memory of that output alone, 'estimated' where an estimate from other readings, too, stands for it.
-    reference
-        Of the wanted signals, 'q_ref' for that of q, those that the command depends on.
-    models
-        By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on, and by that of a
-        model of any other plant 'f' where it does: none where a model is given and not used.
-    unread
-        The signals which no instrument gives, a disturbance among them, of which an estimate acts.
-    truths
-        Of those, the ones that act themselves.
-    law_states, observer_states
-        The count of numbers in the memory of each.
+    A reading acts as 'read' at its own instant, 'filtered' by a memory of that output alone, or 'estimated' where an
+    estimate from other readings, too, stands for it. `models` has, by the path of each model of the arm, which of its
+    'M', 'C' and 'G' the command depends on, and by that of a model of any other plant 'f' where it does: none where a
+    model is given and not used.
     """
 
     law: str
-    observer: str
-    readings: Mapping[str, tuple[Way, ...]]
-    reference: tuple[str, ...]
+    observer: str  # '' where there is none
+    readings: Mapping[str, tuple[Way, ...]]  # by the name of each output of the plant; () where it does not act
+    reference: tuple[str, ...]  # the wanted signals on which the command depends, 'q_ref' for that of q
     models: Mapping[str, tuple[str, ...]]
-    unread: tuple[str, ...]
-    truths: tuple[str, ...]
-    law_states: int
+    unread: tuple[str, ...]  # signals which no instrument gives, a disturbance among them, of which an estimate acts
+    truths: tuple[str, ...]  # of those, the ones that act themselves
+    law_states: int  # numbers in its memory
     observer_states: int
 
     @property

@@ -31,13 +31,6 @@ Inputs = Annotated[Signals, "inputs"]
 class AbstractPlant(ABC):
     """A plant: driven by its inputs, watched by its outputs.
 
-    Attributes
-    ----------
-    counts
-        The thing that the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
-    period
-        Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
-
     Examples
     --------
     >>> @wb.block
@@ -51,8 +44,8 @@ class AbstractPlant(ABC):
     """
 
     update: Callable[..., Parts]
-    counts: str = ""
-    period: float | None = None
+    counts: str = ""  # the thing that the numbers of its vectors count: 'joint' of an arm
+    period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
     @property
     def truths(self) -> Layout:
@@ -101,16 +94,10 @@ class AbstractPlant(ABC):
 
 
 class AbstractMember(ABC):
-    """A block that a computer can run: an observer or a law.
-
-    Attributes
-    ----------
-    period
-        The period in s at which a computer runs it; None in continuous time, or if it is that of the loop's computer.
-    """
+    """A block that a computer can run: an observer or a law."""
 
     update: Callable[..., Parts]
-    period: float | None = None
+    period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
 
     @property
     def memory(self) -> Layout:

@@ -30,33 +30,19 @@ GROWN = 1e6  # a state this many times larger than it began, where no step is sh
 class Reference:
     """One solution at N times, and its certificate.
 
-    Attributes
-    ----------
-    t, x
-        (N,) in s, and (N, nx).
-    error
-        (N, nx), how far the run at the tolerances is from x, one at a hundredth of them: above the error of x itself,
-        as long as errors fall with the tolerance.
-    events, event_error
-        The events on switching surfaces, in order, and the largest change of an event's time between the two runs, in
-        s; NaN if they met different events.
-    slid
-        Spans (begin, end, surfaces) in sliding, by Filippov's definition of a solution.
-    steps, evaluations
-        Of the tighter run.
-    method
-        "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5).
+    `x` is from a run at a hundredth of the tolerances, and `error` how far the run at the tolerances is from it: above
+    the error of x itself, as long as errors fall with the tolerance.
     """
 
-    t: Array
-    x: Array
-    error: Array
+    t: Array  # (N,) in s
+    x: Array  # (N, nx)
+    error: Array  # (N, nx)
     events: tuple[Event, ...]
-    event_error: float
-    slid: tuple[tuple[float, float, tuple[str, ...]], ...]
-    steps: int
+    event_error: float  # s, the largest change of an event's time between the runs; NaN if they met different events
+    slid: tuple[tuple[float, float, tuple[str, ...]], ...]  # begin, end and surfaces of sliding, as Filippov defines it
+    steps: int  # of the tighter run
     evaluations: int
-    method: str
+    method: str  # "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5)
 
 
 @door

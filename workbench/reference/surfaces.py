@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array
 
-NAMES = {getattr(ca, name): name.removeprefix("OP_").lower() for name in dir(ca) if name.startswith("OP_")}
 REFUSED = (ca.OP_EQ, ca.OP_NE, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN)
 ROOTS = (ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW)
 SMALLEST = float(np.finfo(float).tiny)
@@ -20,22 +20,14 @@ LONGEST = 60  # how much of an expression a message shows
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One surface sigma(t, x) = 0.
+    """One surface sigma(t, x) = 0, where `side` and `corner` stand for sign(sigma).
 
-    Attributes
-    ----------
-    sigma
-        The switching function, in t, x, and the sides of surfaces before it.
-    side, corner
-        Symbols that stand for sign(sigma): `side` where the rate jumps, `corner` where it only bends (|sigma| = corner
-        sigma), which is free to be 0 on the surface itself.
-    level
-        For a step of a staircase, floor(a) = level - 1/2 + side/2 with sigma = a - level; else None.
-    jumps
-        True if the rate has the symbol `side`: then the state may slide on the surface.
+    A rate that has the symbol `side` jumps, and the state may slide on the surface; one that has `corner` only bends
+    (|sigma| = corner sigma), and a corner is free to be 0 on the surface itself. For a step of a staircase floor(a) =
+    level - 1/2 + side/2 with sigma = a - level.
     """
 
-    sigma: ca.SX
+    sigma: ca.SX  # in t, x, and the sides of surfaces before it
     side: ca.SX
     corner: ca.SX
     level: ca.SX | None
@@ -68,6 +60,10 @@ class Switched:
         rate = reader.read(ca.Function("f", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}), ode)
         surfaces = tuple(Surface(*parts, k in reader.jumping) for k, parts in enumerate(reader.surfaces))
         return Switched(ode.name, ode.t, ode.x, rate, surfaces)
+
+    def names(self, which: Iterable[int]) -> str:
+        """The switching functions of some surfaces, in order."""
+        return ", ".join(self.surfaces[k].name for k in sorted(which))
 
     def symbols(self, which: Sequence[int]) -> ca.SX:
         """The sides of some surfaces, (k, 1)."""
@@ -130,7 +126,7 @@ class _Reader:
             case ca.OP_IF_ELSE_ZERO:
                 return self._truth(a[0]) * a[1]
         if code in REFUSED:
-            raise self._refusal(NAMES[code])
+            raise self._refusal(NAMES[code].lower())
         if code in ROOTS and self._bends(a[0]):
             # beyond its surface a root of |sigma| has no smooth continuation: its mirror image is at least real
             return _plain(code, ca.fabs(a[0]), *a[1:])

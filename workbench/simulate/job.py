@@ -31,21 +31,13 @@ NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps.
-
-    Attributes
-    ----------
-    p
-        (B, np).
-    seed, runs
-        The keys of their noise: a whole number, and one for each run, (B,).
-    """
+    """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps."""
 
     step: Step
-    p: Array
+    p: Array  # (B, np)
     stride: int
     seed: int
-    runs: Integers
+    runs: Integers  # (B,), with the seed the keys of their noise
     begin: int = 0
     arithmetic: str = "fused"
 

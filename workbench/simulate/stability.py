@@ -21,23 +21,13 @@ POINTS = 400  # of a run, at which its Jacobian is looked at
 @dataclass(frozen=True)
 @door
 class StepLimit:
-    """The longest step that keeps every decaying mode of a run decaying.
+    """The longest step that keeps every decaying mode of a run decaying; NaN where no state has a Jacobian."""
 
-    Attributes
-    ----------
-    h, limit
-        The step that was taken, or a substep of it, and the longest that is stable, in s.
-    at, eigenvalue
-        When the limit is reached, in s, and the mode that sets it, in 1/s.
-    checked
-        At how many states of the run the eigenvalues were taken; with none there is no limit but NaN.
-    """
-
-    h: float
-    limit: float
-    at: float
-    eigenvalue: complex
-    checked: int
+    h: float  # s, the step that was taken, or a substep of it
+    limit: float  # s
+    at: float  # s, when the limit is reached
+    eigenvalue: complex  # 1/s, of the mode that sets it
+    checked: int  # states of the run at which the eigenvalues were taken
 
     @property
     def holds(self) -> bool:

@@ -100,25 +100,15 @@ def _limit(runs: Trajectories) -> float:
 @dataclass(frozen=True)
 @door
 class Accuracy:
-    """The relative change of one metric as every step is halved.
-
-    Attributes
-    ----------
-    median, worst
-        Over the runs, of the largest change among the metric's numbers.
-    within
-        The share of the runs whose change is within the tolerance.
-    runs, lost
-        The numbers of runs with a value at the halved steps, and without one.
-    """
+    """The relative change of one metric as every step is halved."""
 
     metric: str
     tolerance: float
-    median: float
+    median: float  # over the runs, of the largest change among the metric's numbers
     worst: float
-    within: float
-    runs: int
-    lost: int
+    within: float  # the share of the runs whose change is within the tolerance
+    runs: int  # with a value at the halved steps
+    lost: int  # without one
 
     @property
     def met(self) -> bool:

@@ -24,23 +24,11 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 @door
 class Trajectories:
-    """B runs of one `Step` at N common times.
-
-    Attributes
-    ----------
-    job
-        The runs: the step, the parameters, and the keys of the noise.
-    t
-        (N,), in s.
-    x
-        (B, N, nx); from the time a run has diverged its rows are NaN.
-    divergence
-        When each run diverged, and in which state.
-    """
+    """B runs of one `Step` at N common times."""
 
     job: Job
-    t: Array
-    x: Array
+    t: Array  # (N,), in s
+    x: Array  # (B, N, nx); from the time a run has diverged its rows are NaN
     divergence: Divergence
 
     def __post_init__(self) -> None:

@@ -36,24 +36,15 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The nodes of a graph by where they are evaluated.
-
-    Attributes
-    ----------
-    numbers, per_run, per_step, inside
-        Places of nodes in the order of evaluation: those of the length of the step alone that others use; those of
-        parameters too; those of time and of parameters that are equal in all runs; and all others.
-    lanes, table
-        Those before `inside` that the loop uses and finds in memory: one a run, and one a step.
-    """
+    """The places of the nodes of a graph in the order of evaluation, by where they are evaluated."""
 
     graph: Graph
-    numbers: tuple[int, ...]
-    per_run: tuple[int, ...]
-    per_step: tuple[int, ...]
-    inside: tuple[int, ...]
-    lanes: tuple[int, ...]
-    table: tuple[int, ...]
+    numbers: tuple[int, ...]  # of the length of the step alone, that others use
+    per_run: tuple[int, ...]  # of parameters too
+    per_step: tuple[int, ...]  # of time and of parameters that are equal in all runs
+    inside: tuple[int, ...]  # all others
+    lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
+    table: tuple[int, ...]  # the same, made once a step
 
     @staticmethod
     def of_step(step: Step, varied: tuple[int, ...]) -> Plan:

@@ -13,6 +13,7 @@ from functools import lru_cache
 import casadi as ca
 
 from workbench.core import Rule, Step
+from workbench.notation.program import NAMES
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
@@ -44,7 +45,6 @@ OPERATIONS: Mapping[int, str] = {
     ca.OP_NOT: "not",
 }
 UNKNOWN = "unknown "
-NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 
 
 def read(step: Step) -> Graph:
