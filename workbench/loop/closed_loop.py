@@ -9,28 +9,13 @@ import casadi as ca
 
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
+from workbench.loop import wiring
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.sampled_loop import FINE, Queue, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
-from workbench.loop.wiring import (
-    above,
-    asked,
-    commanded,
-    estimated,
-    horizon,
-    measured,
-    memory,
-    notes,
-    refuse_misfits,
-    refuse_odd_ports,
-    shown,
-    signals,
-    split,
-    wanted,
-)
 from workbench.validation.refusals import one_of, refusal, seconds
 from workbench.validation.signatures import door
 
@@ -64,13 +49,13 @@ class ClosedLoop:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
-        refuse_odd_ports(self)
+        wiring.refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
-        refuse_misfits(self)
+        wiring.refuse_misfits(self)
 
     @property
     def follows(self) -> tuple[str, ...]:
@@ -194,25 +179,25 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
                 "`ClosedLoop.digital(period)` in place of `ode()`."
             )
     lifted = lift(closed)
-    loop, states, inputs = lifted.block, memory(closed), closed.plant.inputs
+    loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
     observer, law = loop.observer, loop.controller
     t, x = ca.SX.sym("t"), states.symbols()
-    z = split(states.view(x))
+    z = wiring.split(states.view(x))
 
-    ref = outside.meets("references", wanted(loop, t))
-    y = measured(loop, t, z["plant"])
-    seen, est = estimated(loop, t, z["observer"], outside.meets("readings", y))
-    u = commanded(loop, t, z["controller"], est, ref)
+    ref = outside.meets("references", wiring.wanted(loop, t))
+    y = wiring.measured(loop, t, z["plant"])
+    seen, est = wiring.estimated(loop, t, z["observer"], outside.meets("readings", y))
+    u = wiring.commanded(loop, t, z["controller"], est, ref)
     acts = outside.meets("inputs", u)
-    moves = {"plant": asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
+    moves = {"plant": wiring.asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
     told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
-    moves["observer"] = asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
-    moves["controller"] = asked(law, "rate", law.memory, t, z["controller"], heard, followed)
+    moves["observer"] = wiring.asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
+    moves["controller"] = wiring.asked(law, "rate", law.memory, t, z["controller"], heard, followed)
     if outside.cut.size:
         outputs, watched = outside.cut, dict((y | u).only(outside.cut))
     else:
-        applied = asked(loop.plant, "applied", inputs, t, z["plant"], acts)
-        outputs, watched = shown(loop, y, ref, est, u, applied, signals(loop, z["controller"], est, ref))
+        applied = wiring.asked(loop.plant, "applied", inputs, t, z["plant"], acts)
+        outputs, watched = wiring.shown(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
     symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,
@@ -220,13 +205,13 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         lifted.layout + outside.layout,
         outputs,
         *symbols,
-        states.flatten(above(moves)),
+        states.flatten(wiring.above(moves)),
         outputs.flatten(watched),
         inputs=outside.layout.names,
-        notes=notes(closed, continuous=True),
+        notes=wiring.notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
-        horizon=horizon(closed),
+        horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
     )
 
@@ -253,10 +238,10 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
     u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
     z = Signals(states.view(x))
-    rate = asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
-    y = asked(lifted.block, "measure", outputs + plant.truths, t, z)
+    rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
+    y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
-    equations, ends = (t, x, p, states.flatten(rate), watched), horizon(plant)
+    equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
     return replace(ode, counts=plant.counts)

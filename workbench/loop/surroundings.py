@@ -146,11 +146,6 @@ class Sensor:
     noise: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
     quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
 
-    @property
-    def port(self) -> Entry:
-        """The output."""
-        return _port(self.output, self.unit, self.noise)
-
 
 @block
 class Limit:
@@ -222,7 +217,7 @@ class Instruments(AbstractInstruments):
     @property
     def reads(self) -> Layout:
         """The outputs that have a sensor."""
-        return Layout(tuple(sensor.port for sensor in self.sensors))
+        return Layout(tuple(_port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors))
 
     @property
     def limits(self) -> Layout:

@@ -46,10 +46,10 @@ class Modes:
         return self.onward(t, x, mode, {k for k in range(count) if not abs(sigma[k]) > 1e-14 * (1 + abs(t))})
 
     def onward(self, t: float, x: Array, mode: Mode, on: Collection[int]) -> Piece:
-        """The piece that continues from a state that lies on the surfaces `on`.
+        """The piece that continues from a state that lies on the surfaces `on`, or a refusal.
 
         A piece continues if each side it names is the side that it moves to; in sliding, if the sides that keep it on
-        the surface are between -1 and 1. If no piece does, or more than one that differ, a ValueError says so.
+        the surface are between -1 and 1.
         """
         places = sorted({*on, *mode.sliding})
         names = ", ".join(f"{self.switched.surfaces[k].name} = 0" for k in places)

@@ -90,14 +90,7 @@ class Piece:
 
     @staticmethod
     def of(switched: Switched, mode: Mode) -> Piece:
-        """The piece of a mode.
-
-        Raises
-        ------
-        ValueError
-            If no equivalent control exists, as the rate is not affine in the sides, or none of the first two
-            derivatives of sigma depends on them; or if the mode ends wherever it begins.
-        """
+        """The piece of a mode; a ValueError says why it has none, as no equivalent control."""
         t, x, free = switched.t, switched.x, switched.symbols(mode.sliding)
         rate, sigma = _fixed(switched, mode)
         names = switched.names(mode.sliding)

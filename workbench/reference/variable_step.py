@@ -87,10 +87,7 @@ class StoppedError(Exception):
 
 
 def travel(flow: Flow, t: float, x: Array, end: float, times: Array, rule: Rule, effort: Effort) -> Leg:
-    """Follow the flow from (t, x) to `end` or to the first guard, and keep the states at `times` within (t, end].
-
-    A `StoppedError` says if the rate or the state is not finite, or there are too many steps.
-    """
+    """Follow the flow from (t, x) to `end` or to the first guard, and keep the states at `times` within (t, end]."""
     solver = _solver(flow, t, x, end, rule, effort)
     armed, kept = armed_at(flow.piece, t, x), list[Array]()
     while solver.status == "running":

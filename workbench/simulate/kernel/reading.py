@@ -17,44 +17,13 @@ from workbench.notation.program import NAMES
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
-OPERATIONS: Mapping[int, str] = {
-    ca.OP_ADD: "add",
-    ca.OP_SUB: "sub",
-    ca.OP_MUL: "mul",
-    ca.OP_NEG: "neg",
-    ca.OP_INV: "inv",
-    ca.OP_SQRT: "sqrt",
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_TANH: "tanh",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_FABS: "fabs",
-    ca.OP_SIGN: "sign",
-    ca.OP_FLOOR: "floor",
-    ca.OP_FMOD: "fmod",
-    ca.OP_FMIN: "fmin",
-    ca.OP_FMAX: "fmax",
-    ca.OP_LT: "lt",
-    ca.OP_LE: "le",
-    ca.OP_EQ: "eq",
-    ca.OP_NE: "ne",
-    ca.OP_AND: "and",
-    ca.OP_OR: "or",
-    ca.OP_NOT: "not",
-}
+HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not"
+OPERATIONS: Mapping[int, str] = {getattr(ca, f"OP_{name.upper()}"): name for name in HELD.split()}
 UNKNOWN = "unknown "
 
 
 def read(step: Step) -> Graph:
-    """The graph of a step's rates and updates, which it goes through once a stage.
-
-    Raises
-    ------
-    ValueError
-        If the step has an operation that no kernel knows; the message names it and the state it is for.
-    """
+    """The graph of a step's rates and updates; a ValueError names an operation that no kernel knows, and its state."""
     graph = _graph(step.rule)
     if (unknown := _unknown(graph)) is not None:
         operation, state = unknown
