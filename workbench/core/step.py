@@ -12,9 +12,10 @@ import casadi as ca
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
-from workbench.validation.refusals import require, seconds, whole
+from workbench.validation.refusals import Array, require, seconds, whole
 from workbench.validation.signatures import door
 
+X = TypeVar("X", ca.SX, Array)
 Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
 
 # The classical Runge-Kutta method: its nodes c_j, the part of h k_j that leads from x to the next stage, and the
@@ -195,10 +196,12 @@ def _rk4(ode: Ode) -> Rule:
     return Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
 
 
-def runge_kutta(f: Callable[[Any, Any, Held], Any], t: Any, x: Any, p: Held, h: Any) -> Any:
+def runge_kutta(f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float) -> X:
     """x(t + h) from x(t), expressions or arrays, by the classical Runge-Kutta method, for x' = f(t, x, p)."""
-    stage, total = x, 0.0
+    stage: X = x
+    total: Any = 0.0
     for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
         rate = f(t + node * h, stage, p)
         stage, total = x + ahead * h * rate, total + weight * rate
-    return x + h / DIVISOR * total
+    end: X = x + h / DIVISOR * total
+    return end

@@ -15,7 +15,7 @@ from workbench.loop.dependence import roles
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.sampled_loop import FINE, Queue, digital
-from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
+from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Instruments, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
 from workbench.validation.signatures import door
 
@@ -168,7 +168,8 @@ class ClosedLoop:
         length = seconds("ClosedLoop.digital(period=...)", period)
         outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
         queue = Queue.of(self.plant.inputs, delay)
-        return digital(self, length, instruments, queue, FINE if fine else 0, name, outside)
+        gauges = Instruments() if instruments is None else instruments
+        return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)
 
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:

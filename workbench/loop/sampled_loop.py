@@ -11,7 +11,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
+from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
 from workbench.core.port import one_entry
 from workbench.loop import wiring
 from workbench.loop.contracts import Parts, euler, is_recursion
@@ -29,7 +29,7 @@ MOST_PERIODS = 1000  # each is a state for every input
 def digital(
     loop: Blocks,
     period: float,
-    instruments: AbstractInstruments | None,
+    instruments: AbstractInstruments,
     queue: Queue,
     fine: int,
     name: str,
@@ -37,13 +37,11 @@ def digital(
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     refuse_inputs_of_recursion(loop, outside)
-    if instruments is not None:
-        wiring.refuse_instruments(loop, instruments)
+    wiring.refuse_instruments(loop, instruments)
     every = {socket: _every(getattr(loop, socket), period) for socket in SOCKETS}
-    lifted = lift(loop)
-    gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
+    lifted, gauges = lift(loop), lift(instruments, "instruments.")
     remembers = wiring.memory(loop) + _remembered(loop, every, queue)
-    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
+    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
     after = {n: ca.densify(ca.SX(part)) for n, part in computer.after(k, remembers.view(x), w).items()}
@@ -105,7 +103,7 @@ class Computer:
     """
 
     loop: Blocks
-    instruments: AbstractInstruments | None
+    instruments: AbstractInstruments
     period: float
     every: Mapping[str, int]
     queue: Queue
@@ -118,16 +116,14 @@ class Computer:
         plant = self._moved_plant(k, t, z["plant"], x)
         ref = self.outside.meets("references", wiring.wanted(loop, t))
         y = self.outside.meets("readings", wiring.measured(loop, t, plant))
-        if self.instruments is not None:
-            y = y | self.instruments.read(y.only(self.instruments.reads), w)
+        y = y | self.instruments.read(y.only(self.instruments.reads), w)
         seen, est = wiring.estimated(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
         law = loop.controller.run_every(self.every["controller"] * self.period)
         twin = copy(loop)  # in which the law runs at its period
         object.__setattr__(twin, "controller", law)
         u = wiring.commanded(twin, t, z["controller"], est, ref)
-        if self.instruments is not None:
-            u = u | self.instruments.limited(u.only(self.instruments.limits))
+        u = u | self.instruments.limited(u.only(self.instruments.limits))
         last = {name: x.get(f"hold.{name}", part) for name, part in u.items()} | self.queue.last(x)
         held, waiting = self.queue.moved(x, self._unless("controller", k, u, last))
         moved = self._moved(twin, t, z, seen, est, held, ref)

@@ -17,15 +17,16 @@ from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
-from workbench.simulate.stability import POINTS, tightest
 from workbench.simulate.step_size import (
     HALVINGS,
     PILOTS,
+    POINTS,
     Check,
     accuracy,
     change,
     pilot_runs,
     step_for_tolerance,
+    tightest,
 )
 from workbench.validation.refusals import Array, Integers, positive, seconds
 from workbench.validation.signatures import door

@@ -19,8 +19,7 @@ from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
-from workbench.simulate.stability import longest_steps, modes_at
-from workbench.simulate.step_size import change
+from workbench.simulate.step_size import change, longest_steps, modes_at
 from workbench.study.contract import equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
