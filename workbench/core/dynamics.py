@@ -17,7 +17,7 @@ from workbench.core.lift import Lifted, lift
 from workbench.notation import mathml
 from workbench.notation.formula import Formula, System
 from workbench.notation.reader import equations_of
-from workbench.validation.refusals import Array, vector
+from workbench.validation.refusals import Array, refusal, vector
 from workbench.validation.signatures import door
 
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
@@ -112,9 +112,7 @@ class Dynamics:
         object.__setattr__(self, "units", self.units or ("rad",) * n)
         object.__setattr__(self, "motors", self.motors or tuple(range(n)))
         if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
-            raise ValueError(
-                f"`Dynamics(units=...)` must be 'rad' or 'm' for each of the {n} joints; got {self.units}."
-            )
+            raise refusal("Dynamics(units=...)", f"'rad' or 'm' for each of the {n} joints", self.units)
         if not set(self.motors) <= set(range(n)):
             raise ValueError(f"`Dynamics(motors=...)` must be joints counted from 0 to {n - 1}; got {self.motors}.")
         qdd, tau = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))

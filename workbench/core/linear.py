@@ -14,7 +14,7 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
-from workbench.validation.refusals import described, known, refusal, seconds
+from workbench.validation.refusals import known, refusal, seconds
 from workbench.validation.views import listed
 
 States = Annotated[ca.SX, "nx"]
@@ -177,9 +177,7 @@ def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], sy
     if given is not None:
         chosen = [given] if isinstance(given, str) else list(given)
         if len(chosen) != len(names):
-            raise ValueError(
-                f"`LinearSystem.of({port}=...)` must be {len(names)} names, one a number; got {described(given)}."
-            )
+            raise refusal(f"LinearSystem.of({port}=...)", f"{len(names)} names, one a number", given)
         return chosen
     for name in names:
         if MADE_UP.fullmatch(name):
@@ -197,10 +195,8 @@ def _in_units(port: Layout, units: Mapping[str, str]) -> Layout:
 def _period(system: Any, dt: float | None) -> float | None:
     if system.dt is True:
         if dt is None:
-            raise ValueError(
-                f"`LinearSystem.of(dt=...)` must be the period in s of '{system.name}', a discrete system that says "
-                "none (`dt=True`); got None."
-            )
+            must = f"the period in s of '{system.name}', a discrete system that says none (`dt=True`)"
+            raise refusal("LinearSystem.of(dt=...)", must, None)
         return seconds("LinearSystem.of(dt=...)", dt)
     own = float(system.dt) if system.dt else None
     if dt is not None and dt != own:

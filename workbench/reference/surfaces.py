@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.expressions import evaluated
 from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array
 
@@ -83,19 +84,10 @@ class _Reader:
         self.corners: set[int] = set()  # symbols of corners
 
     def read(self, function: ca.Function, ode: Ode) -> ca.SX:
-        inputs, registers = (ode.t, ode.x), dict[int, ca.SX]()
-        rate = ca.SX.zeros(ode.states.size)
-        for line in range(function.n_instructions()):
-            code = function.instruction_id(line)
-            reads, writes = function.instruction_input(line), function.instruction_output(line)
-            if code == ca.OP_OUTPUT:
-                rate[function.sparsity_out(0).row(writes[1])] = registers[reads[0]]
-            elif code == ca.OP_INPUT:
-                registers[writes[0]] = inputs[reads[0]][reads[1]]
-            elif code == ca.OP_CONST:
-                registers[writes[0]] = ca.SX(function.instruction_constant(line))
-            else:
-                registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
+        inputs, rate = (ode.t, ode.x), ca.SX.zeros(ode.states.size)
+        results = evaluated(function, lambda part, entry: inputs[part][entry], ca.SX, self._operation)
+        for place, part in results[0].items():
+            rate[function.sparsity_out(0).row(place)] = part
         return rate
 
     def _operation(self, code: int, *a: ca.SX) -> ca.SX:

@@ -13,6 +13,7 @@ from functools import lru_cache
 import casadi as ca
 
 from workbench.core import Rule, Step
+from workbench.core.expressions import evaluated
 from workbench.notation.program import NAMES
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
@@ -59,22 +60,12 @@ class _Reader:
 
     def read(self, function: ca.Function) -> list[int]:
         """The places of the results of the function."""
-        registers: dict[int, int] = {}
-        results: dict[tuple[int, int], int] = {}
-        for line in range(function.n_instructions()):
-            code = function.instruction_id(line)
-            reads, writes = function.instruction_input(line), function.instruction_output(line)
-            if code == ca.OP_OUTPUT:
-                results[writes[0], writes[1]] = registers[reads[0]]
-            elif code == ca.OP_INPUT:
-                registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], entry=reads[1])
-            elif code == ca.OP_CONST:
-                registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
-            else:
-                registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
+        results = evaluated(function, self._source, self.nodes.constant, self._operation)
         zero = self.nodes.constant(0.0)
-        sizes = map(function.size1_out, range(function.n_out()))
-        return [results.get((part, i), zero) for part, size in enumerate(sizes) for i in range(size)]
+        return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
+
+    def _source(self, part: int, entry: int) -> int:
+        return self.nodes.add(SOURCES[part], entry=entry)
 
     def _operation(self, code: int, *operands: int) -> int:
         match code:
