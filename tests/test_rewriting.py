@@ -7,10 +7,9 @@ from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.robots.arm_catalogue import planar
-from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes
+from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes, fused, opened
 from workbench.simulate.kernel.plan import graph_of
 from workbench.simulate.kernel.reading import read
-from workbench.simulate.kernel.rewriting import fused, opened
 
 
 def equation(*rates):

@@ -59,9 +59,9 @@ def parameter(
 ) -> Any:
     """A number, vector or matrix of the equations: `lift` turns it into symbols keyed by its path.
 
-    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, or counts them, as in
-    ("3",), or is ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds
-    themselves; `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
+    `shape` names its axes, as in ("n",) or ("n", "n"), where `n` is the block's `dof`, counts them, as in ("3",), or is
+    ("*",) for one number or a vector; `symbol` is its printed letter. `strict` excludes the bounds themselves;
+    `symmetric` and `definite` are those of `Bounds`. A number with the default None may be left out.
 
     Examples
     --------
@@ -132,10 +132,7 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
-    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say.
-
-    A text of several units, "m, rad", gives a vector several units, and a single number "m or rad".
-    """
+    """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say."""
     texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
     for name, each in texts.items():
@@ -196,14 +193,12 @@ def block(cls: type[T]) -> type[T]:
 
 
 def _repr_html_(self: Any) -> str:
-    """A table of the fields of a block with their units, for a notebook."""
     units = {f.name: unit_of(self, quantity) for f, quantity in quantities(self)}
     rows = [(f.name, cell(getattr(self, f.name)), units.get(f.name, "")) for f in fields(self)]
     return table_to_html(type(self).__name__, ("name", "value", "unit"), rows)
 
 
 def _restore(self: Any, state: Mapping[str, Any]) -> None:
-    """The state of a copied or unpickled block, whose arrays become read-only again."""
     for value in state.values():
         if isinstance(value, np.ndarray):
             value.flags.writeable = False
@@ -216,7 +211,6 @@ def is_block(thing: Any) -> bool:
 
 
 def _check_fields(owner: Any) -> None:
-    """Convert and check the parts of a block, and check its named choices."""
     for f in fields(owner):
         value = getattr(owner, f.name)
         if (choices := f.metadata.get("option")) is not None:
@@ -228,7 +222,6 @@ def _check_fields(owner: Any) -> None:
 
 
 def _check_quantities(owner: Any) -> None:
-    """Turn every number into a read-only array of doubles in its declared shape, or refuse it."""
     sizes = _sizes(owner)
     for f, quantity in quantities(owner):
         if f.default is None and getattr(owner, f.name) is None:
@@ -245,7 +238,6 @@ def _check_quantities(owner: Any) -> None:
 
 
 def _sizes(owner: Any) -> dict[str, int]:
-    """The number of joints as the size of axis n, unless the parts that give it are not checked yet."""
     try:
         return {"n": int(owner.dof)}
     except Exception:  # a part of a wrong type may raise anything when it is counted

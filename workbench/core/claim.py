@@ -20,22 +20,10 @@ Margin = Callable[[Signals], ca.SX]
 class Claim:
     """A statement that can be true or false, with its hypotheses and its source: data, which `verify` judges.
 
-    Attributes
-    ----------
-    name
-        Its name in other claims, tables and witnesses.
-    hypotheses
-        The claims that it rests on.
-    margin
-        From signals by name to an expression (k, 1) that is >= 0 at every instant of a run for which the
-        claim holds; None where no instant can tell. The claim of a block sees its own parameters and
-        memory by their own names, all others by path, the outputs of the loop and `t`; with a prime behind
-        its name (`K'`) a signal is its derivative along the run.
-
-    Raises
-    ------
-    ValueError
-        If a text is empty, a hypothesis is no `Claim`, or the margin no function.
+    The margin maps signals by name to an expression (k, 1) that is >= 0 at every instant of a run for which the claim
+    holds; it is None where no instant can tell. The claim of a block sees its own parameters and memory by their own
+    names, all others by path, the outputs of the loop and `t`; a signal with a prime (`K'`) is its derivative along the
+    run.
     """
 
     name: str

@@ -17,7 +17,7 @@ from workbench.core.lift import Lifted, lift
 from workbench.notation import mathml
 from workbench.notation.formula import Formula, System
 from workbench.notation.reader import equations_of
-from workbench.validation.refusals import Array, vector
+from workbench.validation.refusals import Array, refusal, vector
 from workbench.validation.signatures import door
 
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
@@ -93,43 +93,26 @@ def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:
 @dataclass(frozen=True, eq=False)
 @door
 class Dynamics:
-    """The matrices of one arm over symbols q, qd and p.
-
-    Attributes
-    ----------
-    M, C, G
-        (n, n), (n, n) and (n, 1) expressions in `q`, `qd` and the parameters' symbols.
-    p
-        Names, units, bounds and nominal values of the parameters.
-    recursion
-        Symbols of the acceleration (n, 1) and the torque that it takes (n, 1), with friction if the arm has any:
-        a shorter way than through the matrices, where there is one.
-    units
-        The unit of each joint's position, "rad" or "m"; rad for all joints where none are given.
-    motors
-        The joints that have a motor; all where none are given.
-    """
+    """The matrices of one arm over symbols q, qd and p."""
 
     name: str
     q: ca.SX
     qd: ca.SX
-    M: ca.SX
+    M: ca.SX  # (n, n), as C; in q, qd and the symbols
     C: ca.SX
-    G: ca.SX
+    G: ca.SX  # (n, 1)
     p: Layout
-    symbols: ca.SX
-    recursion: tuple[ca.SX, ca.SX] | None = None
-    units: tuple[str, ...] = ()
-    motors: tuple[int, ...] = ()
+    symbols: ca.SX  # of p
+    recursion: tuple[ca.SX, ca.SX] | None = None  # symbols of the acceleration, (n, 1), and the torque, with friction
+    units: tuple[str, ...] = ()  # of each joint's position, "rad" or "m"; rad where none are given
+    motors: tuple[int, ...] = ()  # the joints that have one; all where none are given
 
     def __post_init__(self) -> None:
         n = self.dof
         object.__setattr__(self, "units", self.units or ("rad",) * n)
         object.__setattr__(self, "motors", self.motors or tuple(range(n)))
         if len(self.units) != n or not set(self.units) <= {"rad", "m"}:
-            raise ValueError(
-                f"`Dynamics(units=...)` must be 'rad' or 'm' for each of the {n} joints; got {self.units}."
-            )
+            raise refusal("Dynamics(units=...)", f"'rad' or 'm' for each of the {n} joints", self.units)
         if not set(self.motors) <= set(range(n)):
             raise ValueError(f"`Dynamics(motors=...)` must be joints counted from 0 to {n - 1}; got {self.motors}.")
         qdd, tau = self.recursion or (ca.SX.sym("qdd", n), ca.SX(n, 1))
@@ -209,7 +192,6 @@ class Dynamics:
         return ca.Function("forward_dynamics", [self.q, self.qd, tau, self.symbols], [qdd, *ca.horzsplit(solved, n)])
 
     def _at(self, call: str, p: Array | None, **state: Any) -> list[Array]:
-        """The vectors of a state, then the parameters, each of its length."""
         vectors = [vector(f"{call}({name}=...)", value, self.dof, "joints") for name, value in state.items()]
         return [*vectors, self.p.default if p is None else vector(f"{call}(p=...)", p, self.p.size, "parameters")]
 
@@ -227,11 +209,9 @@ class Dynamics:
         return np.array(self.forward_dynamics(*self._at("Dynamics.acceleration", p, q=q, qd=qd, tau=tau))[0]).ravel()
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Dynamics of '{self.name}': {self.dof} joints, {self.p.size} parameters>"
 
     def _repr_html_(self) -> str:
-        """The matrices as equations, for a notebook."""
         definitions, equations = equations_of({"M": self.M, "C": self.C, "G": self.G}, self.names())
         blocks: list[Formula] = [System(definitions), *equations] if definitions else [*equations]
         return "\n".join(mathml.emit(block) for block in blocks)

@@ -6,7 +6,7 @@ import contextlib
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
+T = TypeVar("T")
 ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads
 AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write down their pattern than their values
 
@@ -119,3 +120,25 @@ def instructions(function: ca.Function) -> list[tuple[Any, ...]]:
         value = function.instruction_constant(k).hex() if op == ca.OP_CONST else ""
         lines.append((op, tuple(function.instruction_input(k)), tuple(function.instruction_output(k)), value))
     return lines
+
+
+def evaluated(
+    function: ca.Function,
+    inputs: Callable[[int, int], T],
+    constant: Callable[[float], T],
+    operation: Callable[..., T],
+) -> list[dict[int, T]]:
+    """The stored entries of each result of an SX function, computed in an arithmetic of one's own."""
+    registers, results = dict[int, T](), [dict[int, T]() for _ in range(function.n_out())]
+    for line in range(function.n_instructions()):
+        code = function.instruction_id(line)
+        reads, writes = function.instruction_input(line), function.instruction_output(line)
+        if code == ca.OP_OUTPUT:
+            results[writes[0]][writes[1]] = registers[reads[0]]
+        elif code == ca.OP_INPUT:
+            registers[writes[0]] = inputs(reads[0], reads[1])
+        elif code == ca.OP_CONST:
+            registers[writes[0]] = constant(function.instruction_constant(line))
+        else:
+            registers[writes[0]] = operation(code, *(registers[read] for read in reads))
+    return results

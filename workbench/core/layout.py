@@ -120,11 +120,9 @@ class Layout:
         return self.entries[self.names.index(self._known(name))]
 
     def __repr__(self) -> str:
-        """One line: the names with their units and sizes."""
         return f"<Layout {listed([_short(entry) for entry in self.entries]) or 'without names'}>"
 
     def _repr_html_(self) -> str:
-        """A table of names, values and units."""
         rows = [(e.name, e.default.tolist(), e.unit, e.bounds) for e in self.entries]
         return table_to_html("Layout", ("name", "value", "unit", "bounds"), rows)
 
@@ -153,11 +151,7 @@ class Layout:
     def pack(self, values: Mapping[str, Any] | None = None) -> Array:
         """Rows (B, size) from values by name; the other quantities take their defaults.
 
-        Parameters
-        ----------
-        values
-            A value per name: of the quantity's shape, or (B, ...) for one value a run. A name such
-            as `K[0,1]` sets a single number.
+        A value has the quantity's shape, or (B, ...) for one value a run. A name such as `K[0,1]` sets a single number.
 
         Raises
         ------

@@ -29,11 +29,9 @@ class Lifted(Generic[T]):
 
 @door
 def lift(block: T, prefix: str = "") -> Lifted[T]:
-    """The twin of `block`, of the same class, whose parameters are SX symbols keyed by path.
+    """The twin of `block`, of the same class, whose parameters are SX symbols keyed by path: `plant.arm.links[0].mass`.
 
-    A block met twice (the arm that is simulated and the arm the designer believes in) gets two sets
-    of symbols, so that model mismatch needs no code. The names are those of the fields, with dots
-    and indices: `plant.arm.links[0].mass`.
+    A block met twice (the arm that is simulated and the arm the designer believes in) gets two sets of symbols.
 
     Raises
     ------

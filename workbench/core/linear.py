@@ -14,7 +14,7 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
-from workbench.validation.refusals import described, known, refusal, seconds
+from workbench.validation.refusals import known, refusal, seconds
 from workbench.validation.views import listed
 
 States = Annotated[ca.SX, "nx"]
@@ -28,13 +28,8 @@ class LinearSystem:
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x + D u.
 
-    Parameters
-    ----------
-    A, B, C, D
-        (nx, nx), (nx, nu), (ny, nx) and (ny, nu). A system without states has D alone, and one that has none passes no
-        input on at once.
-    states, inputs, outputs
-        Their names and units, and where the states start.
+    A is (nx, nx), B (nx, nu), C (ny, nx) and D (ny, nu). A system without states has D alone, and one that has no D
+    passes no input on at once. `states` has their names, their units and where they start.
     """
 
     states: Layout
@@ -60,7 +55,6 @@ class LinearSystem:
                 )
 
     def __repr__(self) -> str:
-        """One line: the names of its ports and its period."""
         ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
         period = "" if self.dt is None else f", every {self.dt:g} s"
         return f"<LinearSystem from {ways}: {self.states.size} states{period}>"
@@ -183,9 +177,7 @@ def _labels(port: str, given: str | Sequence[str] | None, own: Iterable[str], sy
     if given is not None:
         chosen = [given] if isinstance(given, str) else list(given)
         if len(chosen) != len(names):
-            raise ValueError(
-                f"`LinearSystem.of({port}=...)` must be {len(names)} names, one a number; got {described(given)}."
-            )
+            raise refusal(f"LinearSystem.of({port}=...)", f"{len(names)} names, one a number", given)
         return chosen
     for name in names:
         if MADE_UP.fullmatch(name):
@@ -201,13 +193,10 @@ def _in_units(port: Layout, units: Mapping[str, str]) -> Layout:
 
 
 def _period(system: Any, dt: float | None) -> float | None:
-    """The period of a discrete system in s; None of a continuous one."""
     if system.dt is True:
         if dt is None:
-            raise ValueError(
-                f"`LinearSystem.of(dt=...)` must be the period in s of '{system.name}', a discrete system that says "
-                "none (`dt=True`); got None."
-            )
+            must = f"the period in s of '{system.name}', a discrete system that says none (`dt=True`)"
+            raise refusal("LinearSystem.of(dt=...)", must, None)
         return seconds("LinearSystem.of(dt=...)", dt)
     own = float(system.dt) if system.dt else None
     if dt is not None and dt != own:

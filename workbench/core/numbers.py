@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
@@ -56,6 +56,8 @@ class Bounds:
     @door
     def refuse_unsymmetric(self, name: str, matrices: Array) -> None:
         """Refuse a matrix of (B, n, n) that is not symmetric, or not as definite as it must be."""
+        if matrices.ndim < 2 or matrices.shape[-1] != matrices.shape[-2]:
+            raise refusal("Bounds.refuse_unsymmetric(matrices=...)", "matrices (B, n, n)", matrices)
         size = np.abs(matrices)
         odd = np.argwhere(np.abs(matrices - np.swapaxes(matrices, -1, -2)) > ROUNDING * size.max(initial=0.0))
         if len(odd):

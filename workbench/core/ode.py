@@ -21,32 +21,13 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Ode:
-    """An ordinary differential equation with named states, parameters and outputs.
-
-    Attributes
-    ----------
-    t, x, p
-        Symbols: time (1, 1) in s, state (nx, 1), parameters (np, 1).
-    rate
-        f(t, x, p), (nx, 1).
-    outputs, output
-        Names of y, and y = h(t, x, p) as an expression (ny, 1).
-    inputs
-        The parameters that an outside signal may drive (the torque of an open loop, say).
-    notes
-        Warnings for a reader of reports: an estimate that uses the truth, say.
-    follows, drives
-        Of a loop, the outputs that follow a reference, each beside what is wanted of it (`x_ref`), and the commands.
-    horizon
-        The last time at which the equations hold, in s: that of the last row of a table, say.
-    counts
-        The thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do.
+    """An ordinary differential equation x' = f(t, x, p), y = h(t, x, p) with named states, parameters and outputs.
 
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, or if rate or output has a
-        symbol that is none of t, x and p.
+        If symbols, rate or output do not have the sizes of their layouts, or rate or output has a symbol that is none
+        of t, x and p.
     LookupError
         If an input is no parameter.
 
@@ -63,17 +44,17 @@ class Ode:
     states: Layout
     parameters: Layout
     outputs: Layout
-    t: ca.SX
-    x: ca.SX
-    p: ca.SX
-    rate: ca.SX
-    output: ca.SX
-    inputs: tuple[str, ...] = ()
-    notes: tuple[str, ...] = ()
-    follows: tuple[str, ...] = ()
-    drives: tuple[str, ...] = ()
-    horizon: float = math.inf
-    counts: str = ""
+    t: ca.SX  # symbol of time in s, (1, 1)
+    x: ca.SX  # of the state, (nx, 1)
+    p: ca.SX  # of the parameters, (np, 1)
+    rate: ca.SX  # f, (nx, 1)
+    output: ca.SX  # h, (ny, 1)
+    inputs: tuple[str, ...] = ()  # the parameters that an outside signal may drive (the torque of an open loop, say)
+    notes: tuple[str, ...] = ()  # warnings for a reader of reports: an estimate that uses the truth, say
+    follows: tuple[str, ...] = ()  # of a loop, the outputs that follow a reference, each beside it (`x_ref`)
+    drives: tuple[str, ...] = ()  # of a loop, the commands
+    horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
+    counts: str = ""  # the thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
@@ -187,7 +168,6 @@ class Ode:
             )
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Ode '{self.name}': {self.sizes}>"
 
     @property
@@ -197,19 +177,12 @@ class Ode:
         return ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in counts.items())
 
     def _repr_html_(self) -> str:
-        """The names, units and values of states and parameters, for a notebook."""
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
 
 
 @door
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
-    """The same equation with one more state per integrand g(t, x, p): z' = g, z(0) = 0.
-
-    Parameters
-    ----------
-    integrands
-        A name per integrand, each an expression (k, 1) in the symbols of `ode`.
-    """
+    """The same equation with a state z for each integrand g(t, x, p), (k, 1), by its name: z' = g, z(0) = 0."""
     entries = tuple(Entry(name, np.zeros(g.numel()), (units or {}).get(name, "")) for name, g in integrands.items())
     extra = Layout(entries)
     z = extra.symbols()
@@ -225,9 +198,9 @@ def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[st
 def with_sensitivity(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with S = dx/dtheta carried along: S' = (df/dx) S + df/dtheta.
 
-    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`).
-    S is a state 'S' of shape (nx, k), the columns in the order of the names. Where f has a corner
-    (saturation, |s|), S is that of the smooth pieces, which is exact but for the corners' instants.
+    Each name is a parameter, a state (its initial value) or one number of either (`plant.q[0]`). S is a state 'S' of
+    shape (nx, k), the columns in the order of the names; where f has a corner (saturation, |s|), it is that of the
+    smooth pieces.
 
     Raises
     ------

@@ -29,11 +29,6 @@ class NoSignalError(AttributeError, LookupError):
 class Signals(Mapping[str, ca.SX]):
     """A read-only mapping from names to columns of symbols, whose names are attributes too: `y["q"]` is `y.q`.
 
-    Parameters
-    ----------
-    parts, named
-        An expression for each name; a number stands for itself.
-
     Examples
     --------
     >>> y = wb.Signals(omega=3.0, v=12.0)
@@ -87,7 +82,6 @@ class Signals(Mapping[str, ca.SX]):
         return f"<Signals {', '.join(self._parts) or 'without names'}>"
 
     def _repr_html_(self) -> str:
-        """A table of names and expressions."""
         texts = {name: str(part) for name, part in self.items()}
         rows = [(name, text if len(text) <= LINE else f"{text[:LINE]}...") for name, text in texts.items()]
         return table_to_html("Signals", ("name", "expression"), rows)
@@ -104,8 +98,6 @@ METHODS = {name for name in dir(Signals) if not name.startswith("_")}  # `y.name
 @door
 def layout(**signals: Any) -> Layout:
     """A port or a memory: a unit for each name, or a unit and the number or numbers at the start, zero else.
-
-    `layout(omega="rad/s", v=("V", 12.0), q=("rad", [0, 0]))` has two signals of one number and one of two.
 
     Raises
     ------
@@ -139,10 +131,7 @@ def one_entry(port: Layout, name: str) -> Entry:
 
 
 def misfits(wanted: Layout, offered: Layout) -> list[str]:
-    """The reasons why an offered port cannot serve a wanted one, a clause for each signal that does not fit.
-
-    In a clause '{gives}' stands for the block that offers and its verb.
-    """
+    """The reasons why an offered port cannot serve a wanted one, a clause for each; '{gives}' in it is who offers."""
     clauses = []
     for entry in wanted.entries:
         if entry.name not in offered:
@@ -222,7 +211,6 @@ def _gain(out: str, of: str, seconds: int) -> str:
 
 
 def _split(unit: str) -> tuple[str, int]:
-    """A unit without the seconds that it ends in, and their power."""
     match = SECONDS.search(unit)
     base = unit[: match.start()] if match else unit
     return "" if base == "1" else base, int(match[1] or 1) if match else 0
@@ -237,35 +225,20 @@ def _power(order: int) -> str:
 class Roles:
     """The information that the command of a loop depends on, directly or through any memory.
 
-    Attributes
-    ----------
-    law, observer
-        Their names; '' where there is no observer.
-    readings
-        By the name of each output of the plant: 'read' where a reading acts at its own instant, 'filtered'
-        where it acts by a memory of that output alone, and 'estimated' where an estimate from other readings, too,
-        stands for it; nothing where it does not act.
-    reference
-        Of the wanted signals, 'q_ref' for that of q, those that the command depends on.
-    models
-        By the path of each model of the arm, which of its 'M', 'C' and 'G' the command depends on, and by that of a
-        model of any other plant 'f', its equations, where it does: none of them where a model is given and not used.
-    unread
-        The signals which no instrument gives, a disturbance among them, of which an estimate acts.
-    truths
-        Of those, the ones that act themselves.
-    law_states, observer_states
-        The count of numbers in the memory of each.
+    A reading acts as 'read' at its own instant, 'filtered' by a memory of that output alone, or 'estimated' where an
+    estimate from other readings, too, stands for it. `models` has, by the path of each model of the arm, which of its
+    'M', 'C' and 'G' the command depends on, and by that of a model of any other plant 'f' where it does: none where a
+    model is given and not used.
     """
 
     law: str
-    observer: str
-    readings: Mapping[str, tuple[Way, ...]]
-    reference: tuple[str, ...]
+    observer: str  # '' where there is none
+    readings: Mapping[str, tuple[Way, ...]]  # by the name of each output of the plant; () where it does not act
+    reference: tuple[str, ...]  # the wanted signals on which the command depends, 'q_ref' for that of q
     models: Mapping[str, tuple[str, ...]]
-    unread: tuple[str, ...]
-    truths: tuple[str, ...]
-    law_states: int
+    unread: tuple[str, ...]  # signals which no instrument gives, a disturbance among them, of which an estimate acts
+    truths: tuple[str, ...]  # of those, the ones that act themselves
+    law_states: int  # numbers in its memory
     observer_states: int
 
     @property

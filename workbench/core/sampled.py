@@ -23,25 +23,11 @@ MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be d
 class Sampled:
     """x+ = g(k, x, p, w) at the instants t_k = k period, k = 0, 1, ..., and x' = f(t, x, p) from each to the next.
 
-    Attributes
-    ----------
-    flow
-        f, over all states, and the outputs; at t_k they are taken after the jump.
-    period
-        In s.
-    k, w
-        Symbols: the number of the jump (1, 1), and standard normal numbers (nw, 1), fresh ones at every jump.
-    jump
-        g as an expression (m, 1) in k, `flow.x`, `flow.p` and w, for the first m states. The others,
-        integrals that were added to the flow, say, do not jump.
-    methods
-        The methods by which the memory of each block is stepped, in words.
-
     Raises
     ------
     ValueError
-        If the period is no positive finite number, or the jump is none of at most all states, or has a
-        symbol that is none of k, x, p and w.
+        If the period is no positive finite number, or the jump is none of at most all states, or has a symbol that is
+        none of k, x, p and w.
 
     Examples
     --------
@@ -55,12 +41,12 @@ class Sampled:
     array([1.])
     """
 
-    flow: Ode
-    period: float
-    k: ca.SX
-    w: ca.SX
-    jump: ca.SX
-    methods: tuple[str, ...] = ()
+    flow: Ode  # f, over all states, and the outputs; at t_k they are taken after the jump
+    period: float  # s
+    k: ca.SX  # symbol of the number of the jump, (1, 1)
+    w: ca.SX  # of standard normal numbers, (nw, 1), fresh ones at every jump
+    jump: ca.SX  # g, (m, 1), for the first m states, in k, `flow.x`, `flow.p` and w; the others do not jump
+    methods: tuple[str, ...] = ()  # by which the memory of each block is stepped, in words
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)
@@ -133,10 +119,8 @@ class Sampled:
         return digest.hexdigest()
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
 
     def _repr_html_(self) -> str:
-        """The names, units and values of states and parameters, for a notebook."""
         name = f"{self.name}, sampled every {self.period:g} s"
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})

@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
 
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
-from workbench.validation.refusals import require, seconds, whole
+from workbench.validation.refusals import Array, require, seconds, whole
 from workbench.validation.signatures import door
 
+X = TypeVar("X", ca.SX, Array)
 Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
 
 # The classical Runge-Kutta method: its nodes c_j, the part of h k_j that leads from x to the next stage, and the
@@ -32,17 +33,8 @@ RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
-    Attributes
-    ----------
-    h, k, t, x, p, w
-        Symbols: the length (1, 1) in s, the number of the step (1, 1), the time k h (1, 1) in s, the state (nx, 1),
-        the parameters (np, 1), and standard normal numbers (nw, 1), fresh ones at every step of every run.
-    rate
-        (n, 1): dx/dt of the first n entries in t, x and p, which take a classical Runge-Kutta step; n may be 0.
-    update
-        (nx - n, 1): the next value of the other entries, in all the symbols; the rate knows none of them.
-    output
-        y, (ny, 1), in h, k, t, x and p, from t_k on.
+    The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
+    next value of the other entries; the rate knows none of them. y holds from t_k on.
 
     Raises
     ------
@@ -50,15 +42,15 @@ class Rule:
         If rate and update together are not as many as the entries of x.
     """
 
-    h: ca.SX
-    k: ca.SX
-    t: ca.SX
-    x: ca.SX
-    p: ca.SX
-    w: ca.SX
-    rate: ca.SX
-    update: ca.SX
-    output: ca.SX
+    h: ca.SX  # symbol of the length in s, (1, 1)
+    k: ca.SX  # of the number of the step, (1, 1)
+    t: ca.SX  # of the time k h in s, (1, 1)
+    x: ca.SX  # of the state, (nx, 1)
+    p: ca.SX  # of the parameters, (np, 1)
+    w: ca.SX  # of standard normal numbers, (nw, 1), fresh ones at every step of every run
+    rate: ca.SX  # (n, 1), in t, x and p
+    update: ca.SX  # (nx - n, 1), in all the symbols
+    output: ca.SX  # y, (ny, 1), in h, k, t, x and p
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
@@ -116,17 +108,10 @@ class Rule:
 @dataclass(frozen=True, eq=False)
 @door
 class Step:
-    """One step of length h of a recursion with named states, parameters and outputs.
+    """One step of length h [s] of a recursion with named states, parameters and outputs: t_k = k h.
 
-    Attributes
-    ----------
-    h
-        The step's length in s: t_k = k h.
-    rule
-        x+ and y as expressions.
-    flow, amplification, substeps
-        The differential equation that the step approximates, and the polynomial R(z) by which a substep of
-        h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`.
+    `flow` is the differential equation that the step approximates, and `amplification` the polynomial R(z), highest
+    power first, by which a substep of h / `substeps` multiplies a mode exp(lambda t), with z = lambda h / `substeps`.
     """
 
     h: float
@@ -149,7 +134,6 @@ class Step:
         whole("Step(substeps=...)", self.substeps)
 
     def __repr__(self) -> str:
-        """One line, without the equations."""
         noise = f", {self.noises} normal numbers" if self.noises else ""
         return f"<Step of '{self.flow.name}': h = {self.h:g} s, {self.states.size} states{noise}>"
 
@@ -202,26 +186,22 @@ def rk4(ode: Ode, h: float) -> Step:
     >>> step.h, step.states.names
     (0.001, ('omega', 'i'))
     """
-    ode, h = checked("rk4", ode, h)
-    return Step(h, ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
-
-
-def checked(call: str, ode: object, h: object) -> tuple[Ode, float]:
-    """The equation and the length [s] of a step, or a refusal."""
-    return require(f"{call}(ode=...)", ode, Ode), seconds(f"{call}(h=...)", h)
+    ode = require("rk4(ode=...)", ode, Ode)
+    return Step(seconds("rk4(h=...)", h), ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
 
 
 @lru_cache(maxsize=64)
 def _rk4(ode: Ode) -> Rule:
-    """The rule of the steps of any length for one equation."""
     h, k = ca.SX.sym("h"), ca.SX.sym("k")
     return Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
 
 
-def runge_kutta(f: Callable[[ca.SX, ca.SX, Held], ca.SX], t: ca.SX, x: ca.SX, p: Held, h: ca.SX | float) -> ca.SX:
-    """x(t + h) from x(t) by the classical Runge-Kutta method, for x' = f(t, x, p)."""
-    stage, total = x, ca.SX(0)
+def runge_kutta(f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float) -> X:
+    """x(t + h) from x(t), expressions or arrays, by the classical Runge-Kutta method, for x' = f(t, x, p)."""
+    stage: X = x
+    total: Any = 0.0
     for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
         rate = f(t + node * h, stage, p)
         stage, total = x + ahead * h * rate, total + weight * rate
-    return x + h / DIVISOR * total
+    end: X = x + h / DIVISOR * total
+    return end

@@ -75,12 +75,8 @@ class AbstractJoints(ABC):
 
 
 class AbstractArmController(AbstractJoints, AbstractController):
-    """A law for an arm with a motor at each joint: from q, qd and the wanted motion to the torques.
-
-    Attributes
-    ----------
-    estimates
-        The signals that it reads, of q, qd and d.
+    """A law for an arm with a motor at each joint: from its `estimates`, of q, qd and d, and the wanted motion to the
+    torques.
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
@@ -115,12 +111,8 @@ class AbstractArmController(AbstractJoints, AbstractController):
 
 
 class AbstractArmObserver(AbstractJoints, AbstractObserver):
-    """An observer of an arm's positions, velocities and disturbance.
-
-    Attributes
-    ----------
-    measured
-        The signals that it reads, of q, qd and, where it uses the truth, d.
+    """An observer of an arm that reads what is `measured`, of q, qd and, where it uses the truth, d, and gives all
+    three.
     """
 
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")

@@ -9,28 +9,13 @@ import casadi as ca
 
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
+from workbench.loop import wiring
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
 from workbench.loop.outside import Outside, added, cut
 from workbench.loop.sampled_loop import FINE, Queue, digital
-from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
-from workbench.loop.wiring import (
-    above,
-    asked,
-    commanded,
-    estimated,
-    horizon,
-    measured,
-    memory,
-    notes,
-    refuse_misfits,
-    refuse_odd_ports,
-    shown,
-    signals,
-    split,
-    wanted,
-)
+from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Instruments, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
 from workbench.validation.signatures import door
 
@@ -39,13 +24,8 @@ from workbench.validation.signatures import door
 class ClosedLoop:
     """A plant, an observer, a controller and a reference, whose ports fit one another.
 
-    Parameters
-    ----------
-    plant, observer, controller
-        A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is
-        no observer, the law reads what the instruments read.
-    reference
-        Where there is none, the law follows nothing.
+    A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is no
+    observer, the law reads what the instruments read; where there is no reference, it follows nothing.
 
     Raises
     ------
@@ -69,13 +49,13 @@ class ClosedLoop:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
-        refuse_odd_ports(self)
+        wiring.refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
-        refuse_misfits(self)
+        wiring.refuse_misfits(self)
 
     @property
     def follows(self) -> tuple[str, ...]:
@@ -121,21 +101,16 @@ class ClosedLoop:
         Raises
         ------
         ValueError
-            If the law is one that only a computer can run, as an implicit relay is, or calls a signal of its
-            own as the loop calls one.
+            If the law is one that only a computer can run, or calls a signal of its own as the loop calls one.
         """
         return _around(self, name, added(self) if inputs else Outside())
 
     def broken(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
-        """The loop cut at inputs of the plant, all unless told, or at readings, where 'drive' acts: the declared input.
+        """The loop cut at inputs of the plant, all unless named by `at`, or at outputs, where 'drive' acts: the
+        declared input.
 
         The outputs are the signals that arrive at the cut, in the same order: commands, which the observer still counts
         on, or outputs of the plant. With drive = output the loop is that of `ode`; its gain L is from drive to -output.
-
-        Parameters
-        ----------
-        at
-            Names of inputs or outputs of the plant, one or several.
 
         Raises
         ------
@@ -159,14 +134,12 @@ class ClosedLoop:
     ) -> Sampled:
         """The closed loop with observer and controller in a computer, which runs them once in `period` seconds.
 
-        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law
-        sees the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the
-        plant moves. Then observer and law move their memories by their `methods`; the observer counts on the command
-        that is held. A block with a `period` of its own, a whole multiple of this one, runs once in that.
-
-        With a `delay` of n periods a command waits as long, at 'hold.next.2', ..., 'hold.next': what these are at the
-        start, as the plant's `inputs` have it unless set, is held first. The outputs are those of `ode`, of which
-        estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ... of an arm).
+        At t_k = k period the computer reads the instruments, and its observer estimates from the readings; the law sees
+        the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the plant
+        moves. Then observer and law move their memories by their `methods`; the observer counts on the command that is
+        held. A block with a `period` of its own, a whole multiple of this one, runs once in that. The outputs are those
+        of `ode`, of which estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ...
+        of an arm).
 
         Parameters
         ----------
@@ -174,6 +147,7 @@ class ClosedLoop:
             Noise and steps of the readings, limits of the commands; without any, readings are exact.
         delay
             True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
+            Commands wait at 'hold.next.2', ..., 'hold.next', and first come those that are there at the start.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.
@@ -194,11 +168,11 @@ class ClosedLoop:
         length = seconds("ClosedLoop.digital(period=...)", period)
         outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
         queue = Queue.of(self.plant.inputs, delay)
-        return digital(self, length, instruments, queue, FINE if fine else 0, name, outside)
+        gauges = Instruments() if instruments is None else instruments
+        return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)
 
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
-    """The equation of a loop, with the signals from outside that enter it."""
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             raise ValueError(
@@ -206,25 +180,25 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
                 "`ClosedLoop.digital(period)` in place of `ode()`."
             )
     lifted = lift(closed)
-    loop, states, inputs = lifted.block, memory(closed), closed.plant.inputs
+    loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
     observer, law = loop.observer, loop.controller
     t, x = ca.SX.sym("t"), states.symbols()
-    z = split(states.view(x))
+    z = wiring.split(states.view(x))
 
-    ref = outside.meets("references", wanted(loop, t))
-    y = measured(loop, t, z["plant"])
-    seen, est = estimated(loop, t, z["observer"], outside.meets("readings", y))
-    u = commanded(loop, t, z["controller"], est, ref)
+    ref = outside.meets("references", wiring.wanted(loop, t))
+    y = wiring.measured(loop, t, z["plant"])
+    seen, est = wiring.estimated(loop, t, z["observer"], outside.meets("readings", y))
+    u = wiring.commanded(loop, t, z["controller"], est, ref)
     acts = outside.meets("inputs", u)
-    moves = {"plant": asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
+    moves = {"plant": wiring.asked(loop.plant, "rate", closed.plant.states, t, z["plant"], acts)}
     told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
-    moves["observer"] = asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
-    moves["controller"] = asked(law, "rate", law.memory, t, z["controller"], heard, followed)
+    moves["observer"] = wiring.asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
+    moves["controller"] = wiring.asked(law, "rate", law.memory, t, z["controller"], heard, followed)
     if outside.cut.size:
         outputs, watched = outside.cut, dict((y | u).only(outside.cut))
     else:
-        applied = asked(loop.plant, "applied", inputs, t, z["plant"], acts)
-        outputs, watched = shown(loop, y, ref, est, u, applied, signals(loop, z["controller"], est, ref))
+        applied = wiring.asked(loop.plant, "applied", inputs, t, z["plant"], acts)
+        outputs, watched = wiring.shown(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
     symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,
@@ -232,13 +206,13 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         lifted.layout + outside.layout,
         outputs,
         *symbols,
-        states.flatten(above(moves)),
+        states.flatten(wiring.above(moves)),
         outputs.flatten(watched),
         inputs=outside.layout.names,
-        notes=notes(closed, continuous=True),
+        notes=wiring.notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
-        horizon=horizon(closed),
+        horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
     )
 
@@ -265,10 +239,10 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
     u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
     z = Signals(states.view(x))
-    rate = asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
-    y = asked(lifted.block, "measure", outputs + plant.truths, t, z)
+    rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
+    y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)
     watched = outputs.flatten({name: ca.densify(part) for name, part in y.only(outputs).items()})
     p = ca.vertcat(lifted.symbols, u)
-    equations, ends = (t, x, p, states.flatten(rate), watched), horizon(plant)
+    equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
     return replace(ode, counts=plant.counts)

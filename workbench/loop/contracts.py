@@ -10,7 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from copy import copy
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 import casadi as ca
 
@@ -31,13 +31,6 @@ Inputs = Annotated[Signals, "inputs"]
 class AbstractPlant(ABC):
     """A plant: driven by its inputs, watched by its outputs.
 
-    Attributes
-    ----------
-    counts
-        The thing that the numbers of its vectors count: 'joint' of an arm; empty where they go by their indices.
-    period
-        Of a plant in discrete time, which has an `update` in place of a `rate`, in s; else None.
-
     Examples
     --------
     >>> @wb.block
@@ -51,8 +44,8 @@ class AbstractPlant(ABC):
     """
 
     update: Callable[..., Parts]
-    counts: str = ""
-    period: float | None = None
+    counts: str = ""  # the thing that the numbers of its vectors count: 'joint' of an arm
+    period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
     @property
     def truths(self) -> Layout:
@@ -100,13 +93,29 @@ class AbstractPlant(ABC):
         )
 
 
-class AbstractObserver(ABC):
-    """An observer: from measurements to estimates, which never depend on the command of the same instant.
+class AbstractMember(ABC):
+    """A block that a computer can run: an observer or a law."""
 
-    Attributes
-    ----------
-    period
-        The period in s at which a computer runs it; None in continuous time, or if it is that of the loop's computer.
+    update: Callable[..., Parts]
+    period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the block: the fields that are declared by `initial`."""
+        return initial_states(self)
+
+    @property
+    def method(self) -> str:
+        """The name of the method by which `advance` steps the memory, as a page has it."""
+        return RECURSION if is_recursion(self) else EULER
+
+    def without(self) -> Mapping[str, Any]:
+        """The block less each of its parts, by the name of the part; none where it has no parts."""
+        return {}
+
+
+class AbstractObserver(AbstractMember):
+    """An observer: from measurements to estimates, which never depend on the command of the same instant.
 
     Examples
     --------
@@ -118,9 +127,6 @@ class AbstractObserver(ABC):
     >>> Tachometer().gives.names
     ('omega',)
     """
-
-    update: Callable[..., Parts]
-    period: float | None = None
 
     @property
     def inputs(self) -> Layout:
@@ -142,11 +148,6 @@ class AbstractObserver(ABC):
     def gives(self) -> Layout:
         """The signals that it estimates."""
 
-    @property
-    def memory(self) -> Layout:
-        """The states of the observer: the fields that are declared by `initial`."""
-        return initial_states(self)
-
     @abstractmethod
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         """The estimates."""
@@ -156,11 +157,6 @@ class AbstractObserver(ABC):
         del t, z, y, est, u
         return {}
 
-    @property
-    def method(self) -> str:
-        """The name of the method by which `advance` steps the memory, as a page has it."""
-        return RECURSION if is_recursion(self) else EULER
-
     @door
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the readings and the commands."""
@@ -168,19 +164,9 @@ class AbstractObserver(ABC):
             return self.update(t, z, y, est, u)
         return euler(z, self.rate(t, z, y, est, u), period)
 
-    def without(self) -> Mapping[str, AbstractObserver]:
-        """The observer less each of its parts, by the name of the part; none where it has no parts."""
-        return {}
 
-
-class AbstractController(ABC):
+class AbstractController(AbstractMember):
     """A law: from estimates and the wanted signals to commands.
-
-    Attributes
-    ----------
-    period
-        The period in s at which a computer runs the law; None in continuous time, or if it is that of the loop's
-        computer.
 
     Examples
     --------
@@ -194,9 +180,6 @@ class AbstractController(ABC):
     >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
     ('omega',)
     """
-
-    update: Callable[..., Parts]
-    period: float | None = None
 
     @property
     def follows(self) -> Layout:
@@ -218,11 +201,6 @@ class AbstractController(ABC):
     def drives(self) -> Layout:
         """The inputs of the plant that it commands."""
 
-    @property
-    def memory(self) -> Layout:
-        """The states of the law: the fields that are declared by `initial`."""
-        return initial_states(self)
-
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The commands."""
@@ -237,21 +215,12 @@ class AbstractController(ABC):
         del z, est, ref
         return {}
 
-    @property
-    def method(self) -> str:
-        """The name of the method by which `advance` steps the memory, as a page has it."""
-        return RECURSION if is_recursion(self) else EULER
-
     @door
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
         """The memory at the end of a period in s, over which a computer holds the estimate and the reference."""
         if is_recursion(self):
             return self.update(t, z, est, ref)
         return euler(z, self.rate(t, z, est, ref), period)
-
-    def without(self) -> Mapping[str, AbstractController]:
-        """The law less each of its parts, by the name of the part; none where it has no parts."""
-        return {}
 
     @door
     def run_every(self, period: float) -> Self:
@@ -261,7 +230,7 @@ class AbstractController(ABC):
         return law
 
 
-def is_recursion(block: AbstractObserver | AbstractController | AbstractPlant) -> bool:
+def is_recursion(block: AbstractMember | AbstractPlant) -> bool:
     """True if a block is one in discrete time: it has an `update` in place of a `rate`.
 
     A block that has both, as what it holds may be of either kind, says which by an attribute `recursion`.

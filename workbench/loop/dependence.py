@@ -23,8 +23,8 @@ Edges = dict[str, set[str]]
 
 
 @dataclass(frozen=True, eq=False)
-class Probe(AbstractArm):
-    """An arm whose matrices are symbols, to find the expressions of a loop in which they occur."""
+class _Probe(AbstractArm):
+    """An arm whose matrices are symbols plus terms in their arguments, to find where a loop has them."""
 
     M: ca.SX
     C: ca.SX
@@ -32,43 +32,33 @@ class Probe(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return int(self.G.numel())
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """A symbol plus a term in q."""
         return self.M + ca.sum1(q)
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """A symbol plus a term in q and qd."""
         return self.C + ca.sum1(q) + ca.sum1(qd)
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """A symbol plus a term in q."""
         return self.G + ca.sum1(q)
 
     def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        """An expression of all arguments of an acceleration, without the solution of an equation."""
         return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
 @door
 def roles(loop: Any) -> Roles:
-    """The inputs that the command of a loop's law depends on, at one instant or by way of a memory.
+    """The inputs that the command of the law of a `ClosedLoop`, or of what has one as its `loop`, depends on.
 
-    Dependence is that of the equations with the numbers of this loop, so that a term whose gain is 0 does not count.
-    It is one of structure: what cancels only after a calculation does count. The torque that the observer is told is
-    the computer's own and gives nothing.
-
-    Parameters
-    ----------
-    loop
-        A `ClosedLoop`, or what has one as its `loop`.
+    Dependence, at one instant or by way of a memory, is that of the equations with the numbers of this loop, so that a
+    term whose gain is 0 does not count; what cancels only after a calculation does. The torque that the observer is
+    told is the computer's own and gives nothing.
 
     Raises
     ------
     ValueError
-        If it is neither.
+        If `loop` is neither.
     """
     closed = getattr(loop, "loop", loop)
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
@@ -120,8 +110,7 @@ def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
             yield from _held(part, place, kind)
 
 
-def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
-    """The block with a probe in place of each of its models."""
+def _probed(block: Any, path: str, probes: Mapping[str, _Probe]) -> Any:
     twin = copy(block)
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
@@ -166,12 +155,11 @@ def _symbols(port: Layout) -> Signals:
     return Signals(port.view(port.symbols()))
 
 
-def _probe(n: int) -> Probe:
-    return Probe(ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
+def _probe(n: int) -> _Probe:
+    return _Probe(ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
-    """The names of the inputs on which an expression depends."""
     return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
 
 

@@ -48,12 +48,8 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x.
 
-    Parameters
-    ----------
-    system
-        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names.
-    start
-        (nx,), where the states start; at zero unless given.
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names; its
+    states start at `start`, (nx,), or at zero.
 
     Raises
     ------
@@ -114,18 +110,11 @@ class LinearLaw(AbstractLinear, AbstractController):
 
         z' = A z + B v    or    z+ = A z + B v,              u = u0 + C z + D v,              v = inputs - v0.
 
-    An input of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an
-    input x is instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`,
-    whereas the errors that a loop shows, `e_x`, have the other sign. A discrete law is exact at its period.
-
-    Parameters
-    ----------
-    system
-        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names.
-    error
-        True to feed its inputs with errors.
-    u0, v0
-        (nu,) and (nv,), outputs and inputs at the operating point about which it was designed; zero unless given.
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. An input
+    of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an input x is
+    instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`, whereas the
+    errors that a loop shows, `e_x`, have the other sign. `u0` (nu,) and `v0` (nv,) are outputs and inputs at the
+    operating point about which it was designed; zero unless given. A discrete law is exact at its period.
 
     Raises
     ------
@@ -184,12 +173,8 @@ class LinearLaw(AbstractLinear, AbstractController):
     update = rate
 
     def run_every(self, period: float) -> LinearLaw:
-        """The same law, which a computer runs once in `period` seconds.
-
-        Raises
-        ------
-        ValueError
-            If the law is a recursion, and this is another period than its own.
+        """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a
+        ValueError.
         """
         if self.recursion and abs(period - float(self.system.dt or 0)) > 1e-6 * period:
             raise ValueError(
@@ -215,13 +200,9 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 
         z' = A z + B [y; u]    or    z+ = A z + B [y; u],              estimates = C z + D [y; u].
 
-    Parameters
-    ----------
-    system
-        A `LinearSystem`, or a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names:
-        an input of the name of an output of the plant reads that, and its outputs are estimates.
-    counts_on
-        The inputs of the system that are commands; in a loop, unless told, those that are inputs of the plant.
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names: an input
+    of the name of an output of the plant reads that, and its outputs are estimates. `counts_on` names the inputs that
+    are commands; in a loop, unless told, those that are inputs of the plant.
 
     Raises
     ------
@@ -278,7 +259,6 @@ def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
 
 
 def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
-    """Refuse a system with direct feedthrough from one of these inputs to an output."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:
         return

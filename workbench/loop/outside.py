@@ -16,16 +16,10 @@ from workbench.validation.refusals import known, several
 
 @dataclass(frozen=True)
 class Outside:
-    """Signals that come from outside a loop, which are parameters and declared inputs of its equations.
+    """Signals that come from outside a loop: parameters `symbols` by `layout`, the declared inputs of its equations.
 
-    Attributes
-    ----------
-    layout, symbols
-        The parameters.
-    parts
-        By "references", "readings" and "inputs", a symbol for each signal that is met there.
-    cut
-        The signals in whose place they stand; where there are none, they are added.
+    `parts` has, by "references", "readings" and "inputs", a symbol for each signal that is met there. The symbols stand
+    in the place of the signals `cut`; where there are none, they are added.
     """
 
     layout: Layout = field(default_factory=Layout)

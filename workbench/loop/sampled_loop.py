@@ -11,29 +11,13 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Lifted, Ode, Sampled, Signals, lift
+from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
 from workbench.core.port import one_entry
+from workbench.loop import wiring
 from workbench.loop.contracts import Parts, euler, is_recursion
 from workbench.loop.outside import Outside, refuse_inputs_of_recursion
 from workbench.loop.surroundings import AbstractInstruments
-from workbench.loop.wiring import (
-    SOCKETS,
-    Blocks,
-    above,
-    asked,
-    below,
-    commanded,
-    estimated,
-    horizon,
-    measured,
-    memory,
-    notes,
-    refuse_instruments,
-    shown,
-    signals,
-    split,
-    wanted,
-)
+from workbench.loop.wiring import SOCKETS, Blocks
 from workbench.validation.refusals import MOST, as_number, known, refusal
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
@@ -45,7 +29,7 @@ MOST_PERIODS = 1000  # each is a state for every input
 def digital(
     loop: Blocks,
     period: float,
-    instruments: AbstractInstruments | None,
+    instruments: AbstractInstruments,
     queue: Queue,
     fine: int,
     name: str,
@@ -53,13 +37,11 @@ def digital(
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     refuse_inputs_of_recursion(loop, outside)
-    if instruments is not None:
-        refuse_instruments(loop, instruments)
+    wiring.refuse_instruments(loop, instruments)
     every = {socket: _every(getattr(loop, socket), period) for socket in SOCKETS}
-    lifted = lift(loop)
-    gauges = Lifted(None, Layout(), ca.SX(0, 1)) if instruments is None else lift(instruments, "instruments.")
-    remembers = memory(loop) + _remembered(loop, every, queue)
-    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises if instruments is not None else 0)
+    lifted, gauges = lift(loop), lift(instruments, "instruments.")
+    remembers = wiring.memory(loop) + _remembered(loop, every, queue)
+    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
     after = {n: ca.densify(ca.SX(part)) for n, part in computer.after(k, remembers.view(x), w).items()}
@@ -73,7 +55,7 @@ def digital(
     equations = (states.flatten(moves), outputs.flatten(watched))
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations, inputs=outside.layout.names)
     follows = () if outside.cut.size else loop.follows
-    flow = replace(flow, notes=notes(loop), horizon=horizon(loop), counts=loop.plant.counts)
+    flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
     return Sampled(flow, period, k, w, states.flatten(after), _methods(loop, every["controller"] * period, fine))
 
@@ -105,7 +87,6 @@ def _remembered(loop: Blocks, every: Mapping[str, int], queue: Queue) -> Layout:
 
 
 def _units(loop: Blocks) -> dict[str, str]:
-    """The units of the held signals."""
     true = {entry.name: entry.unit for entry in (loop.plant.outputs + loop.plant.truths).entries}
     return {
         **{f"hold.{name}": unit for name, unit in loop.controller.signal_units.items()},
@@ -122,7 +103,7 @@ class Computer:
     """
 
     loop: Blocks
-    instruments: AbstractInstruments | None
+    instruments: AbstractInstruments
     period: float
     every: Mapping[str, int]
     queue: Queue
@@ -131,32 +112,25 @@ class Computer:
 
     def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> dict[str, ca.SX]:
         """The states x after the instant t_k: all that the computer remembers and holds."""
-        loop, z, t = self.loop, split(x), k * self.period
+        loop, z, t = self.loop, wiring.split(x), k * self.period
         plant = self._moved_plant(k, t, z["plant"], x)
-        ref = self.outside.meets("references", wanted(loop, t))
-        y = self.outside.meets("readings", measured(loop, t, plant))
-        if self.instruments is not None:
-            y = y | self.instruments.read(y.only(self.instruments.reads), w)
-        seen, est = estimated(loop, t, z["observer"], y)
+        ref = self.outside.meets("references", wiring.wanted(loop, t))
+        y = self.outside.meets("readings", wiring.measured(loop, t, plant))
+        y = y | self.instruments.read(y.only(self.instruments.reads), w)
+        seen, est = wiring.estimated(loop, t, z["observer"], y)
         est = self._unless("observer", k, est, {n: x.get(f"hold.{n}_hat", part) for n, part in est.items()})
         law = loop.controller.run_every(self.every["controller"] * self.period)
         twin = copy(loop)  # in which the law runs at its period
         object.__setattr__(twin, "controller", law)
-        u = commanded(twin, t, z["controller"], est, ref)
-        if self.instruments is not None:
-            u = u | self.instruments.limited(u.only(self.instruments.limits))
+        u = wiring.commanded(twin, t, z["controller"], est, ref)
+        u = u | self.instruments.limited(u.only(self.instruments.limits))
         last = {name: x.get(f"hold.{name}", part) for name, part in u.items()} | self.queue.last(x)
         held, waiting = self.queue.moved(x, self._unless("controller", k, u, last))
         moved = self._moved(twin, t, z, seen, est, held, ref)
         moved = {socket: self._unless(socket, k, Signals(new), z[socket]) for socket, new in moved.items()}
-        own = signals(twin, z["controller"], est, ref)
-        return {
-            **above({"plant": plant, **moved}),
-            **waiting,
-            **above({"hold": held}),
-            **above({"hold": {f"{name}_hat": part for name, part in est.items()}}),
-            **above({"hold": {name: ca.vec(ca.SX(part)) for name, part in own.items()}}),
-        }
+        own = {name: ca.vec(ca.SX(part)) for name, part in wiring.signals(twin, z["controller"], est, ref).items()}
+        holds = {**held, **{f"{name}_hat": part for name, part in est.items()}, **own}
+        return waiting | wiring.above({"plant": plant, **moved, "hold": holds})
 
     def _unless(self, socket: str, k: ca.SX, new: Signals, old: Mapping[str, ca.SX]) -> Signals:
         """The new signals of a block where this is one of its instants, and the old ones elsewhere."""
@@ -171,28 +145,27 @@ class Computer:
         if not is_recursion(plant):
             return z
         u = Signals({name: x[f"hold.{name}"] for name in plant.inputs.names})
-        new = asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
+        new = wiring.asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
         runs = k > 0 if self.every["plant"] == 1 else ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)
         return Signals({name: ca.if_else(runs, part, z[name]) for name, part in new.items()})
 
     def _moved(
         self, loop: Blocks, t: ca.SX, z: Mapping[str, Signals], seen: Signals, est: Signals, u: Signals, ref: Signals
     ) -> dict[str, Signals]:
-        """The memories of observer and law at the end of their periods."""
         observer, law = loop.observer, loop.controller
         told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
 
         def observed(own: Signals) -> Mapping[str, ca.SX]:
-            _, now = estimated(loop, t, own, seen)
-            return asked(observer, "rate", observer.memory, t, own, seen, now, told)
+            _, now = wiring.estimated(loop, t, own, seen)
+            return wiring.asked(observer, "rate", observer.memory, t, own, seen, now, told)
 
         def adapted(own: Signals) -> Mapping[str, ca.SX]:
-            return asked(law, "rate", law.memory, t, own, heard, followed)
+            return wiring.asked(law, "rate", law.memory, t, own, heard, followed)
 
         def moved(block: Any, rate: Callable[[Signals], Parts], z: Signals, period: float, *given: Signals) -> Signals:
             if self.fine and not is_recursion(block):
                 return _refined(rate, z, period, self.fine)
-            return asked(block, "advance", block.memory, t, z, *given, period)
+            return wiring.asked(block, "advance", block.memory, t, z, *given, period)
 
         return {
             "observer": moved(observer, observed, z["observer"], self.every["observer"] * self.period, seen, est, told),
@@ -216,19 +189,19 @@ def _between(
     loop: Blocks, queue: Queue, t: ca.SX, x: Mapping[str, ca.SX], outside: Outside
 ) -> tuple[dict[str, ca.SX], Layout, dict[str, ca.SX]]:
     """The rates of all states between two instants, where only the plant moves, and the outputs then."""
-    plant, z = loop.plant, split(x)["plant"]
-    held = below("hold", {name: part for name, part in x.items() if name not in queue.places})
+    plant, z = loop.plant, wiring.split(x)["plant"]
+    held = wiring.below("hold", {name: part for name, part in x.items() if name not in queue.places})
     u = Signals({name: held.pop(name) for name in plant.inputs.names})
     acts = outside.meets("inputs", u)
     est = Signals({name: held.pop(f"{name}_hat") for name in loop.observer.gives.names})
     moves = {name: ca.SX.zeros(part.shape) for name, part in x.items()}
     if not is_recursion(plant):
-        moves |= above({"plant": asked(plant, "rate", plant.states, t, z, acts)})
-    y, ref = measured(loop, t, z), outside.meets("references", wanted(loop, t))
+        moves |= wiring.above({"plant": wiring.asked(plant, "rate", plant.states, t, z, acts)})
+    y, ref = wiring.measured(loop, t, z), outside.meets("references", wiring.wanted(loop, t))
     if outside.cut.size:
         return moves, outside.cut, {n: ca.densify(ca.SX(part)) for n, part in (y | u).only(outside.cut).items()}
-    outputs, watched = shown(loop, y, ref, est, u, asked(plant, "applied", plant.inputs, t, z, acts), held)
-    return moves, outputs, watched
+    applied = wiring.asked(plant, "applied", plant.inputs, t, z, acts)
+    return moves, *wiring.shown(loop, y, ref, est, u, applied, held)
 
 
 def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:
@@ -287,7 +260,6 @@ class Queue:
 
 
 def _periods(count: object) -> int:
-    """A whole number of periods, or a refusal with a remedy."""
     clean = as_number(count)
     if clean is None or not (0 <= clean <= MOST_PERIODS and clean == round(clean)):
         must = f"a whole number of periods from 0 to {MOST_PERIODS}, as a computer commands at its instants"

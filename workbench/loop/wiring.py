@@ -160,13 +160,7 @@ def split(parts: Mapping[str, ca.SX]) -> dict[str, Signals]:
 def shown(
     loop: Blocks, y: Signals, ref: Signals, est: Signals, u: Signals, applied: Signals, own: Parts
 ) -> tuple[Layout, dict[str, ca.SX]]:
-    """The signals that are worth watching in any loop, with their layout.
-
-    Each output, wanted signal, command and truth goes by its own name; `x_ref` is the reference of x, `e_x` the error
-    x - x_ref, `e_hat_x` that of the estimate where x is wanted for itself, `u_applied` the input that acts for the
-    command u, and `x_error` the true signal less its estimate. The plant's `labels` shorten them. The law's own
-    signals, `own`, come last.
-    """
+    """The signals that are worth watching in any loop, with their layout, as `ClosedLoop.ode` has them."""
     outputs, inputs, truths = loop.plant.outputs, loop.plant.inputs, loop.plant.truths
     of = {entry.name: entry for entry in (outputs + truths).entries}
     follows = [of[name] for name in loop.reference.says.names if name in outputs]

@@ -17,15 +17,16 @@ from workbench.metrics.measurement import Measurement, Score
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
-from workbench.simulate.stability import POINTS, tightest
 from workbench.simulate.step_size import (
     HALVINGS,
     PILOTS,
+    POINTS,
     Check,
     accuracy,
     change,
     pilot_runs,
     step_for_tolerance,
+    tightest,
 )
 from workbench.validation.refusals import Array, Integers, positive, seconds
 from workbench.validation.signatures import door
@@ -122,7 +123,7 @@ class _Pair:
 def _at_steps(asked: _Asked, h: float, seed: int) -> _Pair:
     """The runs at the step h and at its half."""
     make = maker(asked.equation, asked.metrics)
-    coarse, fine = make("rk4", h), make("rk4", h / 2)
+    coarse, fine = make(h), make(h / 2)
     every = coarse.h if asked.every is None else asked.every
     call = partial(simulate, p=asked.p, x0=_extended(asked.x0, fine), until=asked.until, every=every, seed=seed)
     # the longer run first: from it the engine sees how good its code should be
@@ -169,7 +170,7 @@ def chosen_step(
     else:
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
         longest, halvings = unit / ceil(COUNT * unit / until), HALVINGS
-    start = _extended(x0, make("rk4", longest))
+    start = _extended(x0, make(longest))
     assert start is not None
     return step_for_tolerance(
         make, p, start, until, tolerance, longest, halvings=halvings, seed=seed, arithmetic=arithmetic

@@ -46,21 +46,16 @@ class Modes:
         return self.onward(t, x, mode, {k for k in range(count) if not abs(sigma[k]) > 1e-14 * (1 + abs(t))})
 
     def onward(self, t: float, x: Array, mode: Mode, on: Collection[int]) -> Piece:
-        """The piece that continues from a state that lies on the surfaces `on`.
+        """The piece that continues from a state that lies on the surfaces `on`, or a refusal.
 
-        A piece continues if each side it names is the side that it moves to; in sliding, if the sides
-        that keep it on the surface are between -1 and 1.
-
-        Raises
-        ------
-        ValueError
-            If no piece does, or more than one that differ.
+        A piece continues if each side it names is the side that it moves to; in sliding, if the sides that keep it on
+        the surface are between -1 and 1.
         """
         places = sorted({*on, *mode.sliding})
         names = ", ".join(f"{self.switched.surfaces[k].name} = 0" for k in places)
         options = [(1, -1, 0) if self.switched.surfaces[k].jumps else (1, -1) for k in places]
         if math.prod(map(len, options)) > MOST:
-            raise _refused(t, f"lies on {len(places)} surfaces at once, which is too many to look at: {names}")
+            raise stop(t, f"the state lies on {len(places)} surfaces at once, which is too many to look at: {names}")
         found: dict[bool, list[Piece]] = {True: [], False: []}
         looked, reasons = list[Piece](), list[str]()
         for sides in itertools.product(*options):
@@ -72,13 +67,13 @@ class Modes:
             if (verdict := self._continues(piece, t, x, places)) is not None:
                 found[verdict].append(piece)
         if len(found[True]) > 1:
-            raise _refused(t, f"leaves {names} to more than one side: the solution is not unique")
+            raise stop(t, f"the state leaves {names} to more than one side: the solution is not unique")
         if not found[True] and not _alike(found[False], looked, t, x):
             why = reasons[0] if reasons else "the solution is not unique"
-            raise _refused(t, f"stays on {names}, where each side has a rate of its own: {why}")
+            raise stop(t, f"the state stays on {names}, where each side has a rate of its own: {why}")
         if not found[True] and not found[False]:
             why = f": {reasons[0]}" if reasons else " in a way that is unique and continues"
-            raise _refused(t, f"can neither cross {names} nor slide there{why}")
+            raise stop(t, f"the state can neither cross {names} nor slide there{why}")
         return (found[True] or found[False])[0]
 
     def _continues(self, piece: Piece, t: float, x: Array, on: list[int]) -> bool | None:
@@ -170,5 +165,6 @@ def _alike(pieces: list[Piece], looked: list[Piece], t: float, x: Array) -> bool
     return not (spread > ALIKE * size).any()
 
 
-def _refused(t: float, what: str) -> ValueError:
-    return ValueError(f"`reference(ode=...)` stops at t = {t:.12g} s, where the state {what}.")
+def stop(t: float, why: str) -> ValueError:
+    """The error of a solution that ends at a time."""
+    return ValueError(f"`reference(ode=...)` stops at t = {t:.12g} s, where {why}.")

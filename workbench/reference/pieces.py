@@ -73,46 +73,27 @@ class Guard:
 class Piece:
     """The smooth rate x' = f(t, x) while no side changes, with its constraints and guards.
 
-    On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side
-    enters the first derivative): Utkin's equivalent control.
-
-    Attributes
-    ----------
-    rate
-        f, (nx, 1).
-    sides
-        u on the surfaces in sliding, (k, 1).
-    gains
-        The matrix (k, k) by which u enters the derivatives that it makes zero.
-    push
-        d f / d u, (nx, k): where a side that switches drives the state.
-    constraints
-        The expressions that are zero in sliding: sigma, and d sigma / dt where no side enters it.
+    On the surfaces in sliding the sides u solve d sigma / dt = 0 (d^2 sigma / dt^2 = 0 where no side enters the first
+    derivative): Utkin's equivalent control. The constraints are zero there: sigma, and d sigma / dt where no side
+    enters it.
     """
 
     mode: Mode
     t: ca.SX
     x: ca.SX
-    rate: ca.SX
-    sides: ca.SX
-    gains: ca.SX
-    push: ca.SX
+    rate: ca.SX  # f, (nx, 1)
+    sides: ca.SX  # u on the surfaces in sliding, (k, 1)
+    gains: ca.SX  # (k, k), by which u enters the derivatives that it makes zero
+    push: ca.SX  # df/du, (nx, k): where a side that switches drives the state
     constraints: ca.SX
     guards: tuple[Guard, ...]
 
     @staticmethod
     def of(switched: Switched, mode: Mode) -> Piece:
-        """The piece of a mode.
-
-        Raises
-        ------
-        ValueError
-            If no equivalent control exists: the rate is not affine in the sides, or none of the first
-            two derivatives of sigma depends on them; or if the mode ends wherever it begins.
-        """
+        """The piece of a mode; a ValueError says why it has none, as no equivalent control."""
         t, x, free = switched.t, switched.x, switched.symbols(mode.sliding)
         rate, sigma = _fixed(switched, mode)
-        names = ", ".join(switched.surfaces[k].name for k in mode.sliding)
+        names = switched.names(mode.sliding)
         on = ca.vertcat(ca.SX(0, 1), *[sigma[k] for k in mode.sliding])
         push = ca.jacobian(rate, free)
         if ca.depends_on(ca.vertcat(on, ca.vec(push)), free):

@@ -30,34 +30,19 @@ GROWN = 1e6  # a state this many times larger than it began, where no step is sh
 class Reference:
     """One solution at N times, and its certificate.
 
-    Attributes
-    ----------
-    t, x
-        (N,) in s, and (N, nx).
-    error
-        (N, nx), how far the run at the tolerances is from x, one at a hundredth of them: above the error of x itself,
-        as long as errors fall with the tolerance.
-    events
-        The events on switching surfaces, in order.
-    event_error
-        The largest change of an event's time between the two runs, in s; NaN if they met different events.
-    slid
-        Spans (begin, end, surfaces) in sliding, by Filippov's definition of a solution.
-    steps, evaluations
-        Of the tighter run.
-    method
-        "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5).
+    `x` is from a run at a hundredth of the tolerances, and `error` how far the run at the tolerances is from it: above
+    the error of x itself, as long as errors fall with the tolerance.
     """
 
-    t: Array
-    x: Array
-    error: Array
+    t: Array  # (N,) in s
+    x: Array  # (N, nx)
+    error: Array  # (N, nx)
     events: tuple[Event, ...]
-    event_error: float
-    slid: tuple[tuple[float, float, tuple[str, ...]], ...]
-    steps: int
+    event_error: float  # s, the largest change of an event's time between the runs; NaN if they met different events
+    slid: tuple[tuple[float, float, tuple[str, ...]], ...]  # begin, end and surfaces of sliding, as Filippov defines it
+    steps: int  # of the tighter run
     evaluations: int
-    method: str
+    method: str  # "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5)
 
 
 @door
@@ -74,10 +59,10 @@ def reference(
 ) -> Reference:
     """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
 
-    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No
-    step crosses one: its zero is located to rounding, and the solution goes on from there, across or
-    along it. Along it the sides are those that keep it there (Filippov; Utkin's equivalent control). Refused,
-    not followed: twisting where its switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
+    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
+    crosses one: its zero is located to rounding, and the solution goes on from there, across or along it. Along it the
+    sides are those that keep it there (Filippov; Utkin's equivalent control). Refused, not followed: twisting where its
+    switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
 
     Parameters
     ----------
@@ -88,22 +73,22 @@ def reference(
     rtol, atol
         Tolerances of the run whose error is estimated; what is handed back is a run at a hundredth of them.
     method
-        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy,
-        bounds the steps, and thousands are left.
+        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy, bounds the
+        steps, and thousands are left.
     most_steps
         After how many steps to give up.
 
     Raises
     ------
     ValueError
-        If an argument is not as above; if the rate switches by an operation that has no surface, or is not
-        finite; if the solution escapes, is not unique, cannot continue from a surface, switches infinitely
-        often with no sliding motion after it, or needs too many steps. The message names the time reached.
+        If an argument is not as above; if the rate switches by an operation that has no surface, or is not finite; if
+        the solution escapes, is not unique, cannot continue from a surface, switches infinitely often with no sliding
+        motion after it, or needs too many steps. The message names the time reached.
 
     References
     ----------
-    Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992),
-    Sliding Modes in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
+    Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992), Sliding Modes
+    in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
     """
     start, when = _values("x0", x0, ode.states), _times("reference", times)
     ode.refuse_beyond("reference(times=...)", float(when[-1]))
@@ -204,7 +189,6 @@ def _certified(
 
 
 def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
-    """The reason why a solution stopped, in one sentence."""
     at = f"stops at t = {stopped.t:.12g} s"
     worst = int(np.argmax(np.abs(stopped.x)))
     size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
@@ -234,7 +218,6 @@ def _times(call: str, times: Array | Sequence[float]) -> Array:
 
 
 def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
-    """The tolerances, checked."""
     if not TIGHTEST <= rtol < 1:
         must = f"a number from {TIGHTEST:g}, which double precision resolves, to below 1"
         raise refusal(f"{call}(rtol=...)", must, rtol)

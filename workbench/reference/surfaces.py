@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.expressions import evaluated
+from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array
 
-NAMES = {getattr(ca, name): name.removeprefix("OP_").lower() for name in dir(ca) if name.startswith("OP_")}
 REFUSED = (ca.OP_EQ, ca.OP_NE, ca.OP_FMOD, ca.OP_REMAINDER, ca.OP_COPYSIGN)
 ROOTS = (ca.OP_SQRT, ca.OP_POW, ca.OP_CONSTPOW)
 SMALLEST = float(np.finfo(float).tiny)
@@ -20,22 +21,14 @@ LONGEST = 60  # how much of an expression a message shows
 
 @dataclass(frozen=True, eq=False)
 class Surface:
-    """One surface sigma(t, x) = 0.
+    """One surface sigma(t, x) = 0, where `side` and `corner` stand for sign(sigma).
 
-    Attributes
-    ----------
-    sigma
-        The switching function, in t, x, and the sides of surfaces before it.
-    side, corner
-        Symbols that stand for sign(sigma): `side` where the rate jumps, `corner` where it only bends
-        (|sigma| = corner sigma), which is free to be 0 on the surface itself.
-    level
-        For a step of a staircase, floor(a) = level - 1/2 + side/2 with sigma = a - level; else None.
-    jumps
-        True if the rate has the symbol `side`: then the state may slide on the surface.
+    A rate that has the symbol `side` jumps, and the state may slide on the surface; one that has `corner` only bends
+    (|sigma| = corner sigma), and a corner is free to be 0 on the surface itself. For a step of a staircase floor(a) =
+    level - 1/2 + side/2 with sigma = a - level.
     """
 
-    sigma: ca.SX
+    sigma: ca.SX  # in t, x, and the sides of surfaces before it
     side: ca.SX
     corner: ca.SX
     level: ca.SX | None
@@ -61,17 +54,17 @@ class Switched:
 
     @staticmethod
     def of(ode: Ode, p: Array) -> Switched:
-        """The rate of an `Ode` at the parameters p (np,).
-
-        Raises
-        ------
-        ValueError
-            If the rate switches in a way that has no surface; the message names the operation.
+        """The rate of an `Ode` at the parameters p (np,); a ValueError names an operation that switches and has no
+        surface.
         """
         reader = _Reader(ode.name)
         rate = reader.read(ca.Function("f", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}), ode)
         surfaces = tuple(Surface(*parts, k in reader.jumping) for k, parts in enumerate(reader.surfaces))
         return Switched(ode.name, ode.t, ode.x, rate, surfaces)
+
+    def names(self, which: Iterable[int]) -> str:
+        """The switching functions of some surfaces, in order."""
+        return ", ".join(self.surfaces[k].name for k in sorted(which))
 
     def symbols(self, which: Sequence[int]) -> ca.SX:
         """The sides of some surfaces, (k, 1)."""
@@ -91,23 +84,13 @@ class _Reader:
         self.corners: set[int] = set()  # symbols of corners
 
     def read(self, function: ca.Function, ode: Ode) -> ca.SX:
-        inputs, registers = (ode.t, ode.x), dict[int, ca.SX]()
-        rate = ca.SX.zeros(ode.states.size)
-        for line in range(function.n_instructions()):
-            code = function.instruction_id(line)
-            reads, writes = function.instruction_input(line), function.instruction_output(line)
-            if code == ca.OP_OUTPUT:
-                rate[function.sparsity_out(0).row(writes[1])] = registers[reads[0]]
-            elif code == ca.OP_INPUT:
-                registers[writes[0]] = inputs[reads[0]][reads[1]]
-            elif code == ca.OP_CONST:
-                registers[writes[0]] = ca.SX(function.instruction_constant(line))
-            else:
-                registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
+        inputs, rate = (ode.t, ode.x), ca.SX.zeros(ode.states.size)
+        results = evaluated(function, lambda part, entry: inputs[part][entry], ca.SX, self._operation)
+        for place, part in results[0].items():
+            rate[function.sparsity_out(0).row(place)] = part
         return rate
 
     def _operation(self, code: int, *a: ca.SX) -> ca.SX:
-        """One operation, its switching replaced by sides."""
         if all(part.is_constant() for part in a) and code != ca.OP_IF_ELSE_ZERO:
             return _plain(code, *a)
         match code:
@@ -135,7 +118,7 @@ class _Reader:
             case ca.OP_IF_ELSE_ZERO:
                 return self._truth(a[0]) * a[1]
         if code in REFUSED:
-            raise self._refusal(NAMES[code])
+            raise self._refusal(NAMES[code].lower())
         if code in ROOTS and self._bends(a[0]):
             # beyond its surface a root of |sigma| has no smooth continuation: its mirror image is at least real
             return _plain(code, ca.fabs(a[0]), *a[1:])

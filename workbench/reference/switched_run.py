@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.reference.continuation import Modes, determined, turned
+from workbench.reference.continuation import Modes, determined, stop, turned
 from workbench.reference.pieces import ROUNDING, Mode, Piece
 from workbench.reference.variable_step import SHORTEST, Effort, Flow, Leg, Rule, StoppedError, travel
 from workbench.validation.refusals import Array
@@ -20,25 +20,16 @@ FINE, FINEST = 1e-6, 1e-8
 
 @dataclass(frozen=True)
 class Event:
-    """A crossing of a switching surface, or the begin or end of sliding on it, and its time.
+    """A crossing of a switching surface, or the begin or end of sliding on it.
 
-    Attributes
-    ----------
-    t
-        In s.
-    surface
-        The switching function sigma, as text.
-    what
-        "crosses", "slides" (sliding begins), "leaves" (sliding ends), or "settles" (sliding begins with
-        sigma = d sigma / dt = 0, after switchings that accumulate or after none).
-    rate
-        d sigma / dt on arrival; for "leaves" the rate at which the side passes 1 or -1, in 1/s.
+    It "crosses", "slides" (sliding begins), "leaves" (sliding ends), or "settles" (sliding begins with sigma = d sigma
+    / dt = 0, after switchings that accumulate or after none).
     """
 
-    t: float
-    surface: str
+    t: float  # s
+    surface: str  # the switching function sigma
     what: str
-    rate: float
+    rate: float  # 1/s, d sigma / dt on arrival; for "leaves" the rate at which the side passes 1 or -1
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,12 +58,8 @@ class Streak:
     def after(self, before: Piece, piece: Piece, leg: Leg, ahead: Array) -> tuple[Piece, float, Array] | None:
         """Note a crossing; if crossings accumulate, return the piece, the time and the state after all of them.
 
-        While they do, the absolute tolerance is to be multiplied by `share`. `ahead` are the times still asked for.
-
-        Raises
-        ------
-        ValueError
-            If they accumulate and no sliding motion of second order follows.
+        While they do, the absolute tolerance is to be multiplied by `share`. `ahead` are the times still asked for. If
+        no sliding motion of second order follows, a ValueError says so.
         """
         assert leg.hit is not None
         k = leg.hit.surface
@@ -96,25 +83,15 @@ class Streak:
             return None
         end = _settled(self.modes, piece, leg.t, leg.x, left, set(self.surfaces[-4:]))
         if isinstance(end, str):
-            names = ", ".join(self.modes.switched.surfaces[k].name for k in sorted(set(self.surfaces[-4:])))
-            raise ValueError(
-                f"`reference(ode=...)` stops at t = {leg.t + left:.12g} s, where the switchings of {names} "
-                f"accumulate and no sliding motion of second order continues: {end}."
-            )
+            names = self.modes.switched.names(set(self.surfaces[-4:]))
+            why = f"the switchings of {names} accumulate and no sliding motion of second order continues: {end}"
+            raise stop(leg.t + left, why)
         self.clear()
         return end[0], leg.t + left, end[1]
 
 
 def follow(modes: Modes, valid: Callable[[float, Array], bool], x: Array, times: Array, rule: Rule) -> Run:
-    """The solution from x at time 0, at increasing `times`.
-
-    Raises
-    ------
-    ValueError
-        If no piece, or more than one, continues it, or switchings accumulate where no sliding motion follows.
-    StoppedError
-        If it does not continue numerically.
-    """
+    """The solution from x at time 0, at increasing `times`; a `StoppedError` where it does not continue numerically."""
     t, effort, events, slid, streak = 0.0, Effort(), list[Event](), list[tuple[float, float, Mode]](), Streak(modes)
     kept, still = [x] if times[0] == 0 else [], 0
     piece = modes.start(t, x)
@@ -131,14 +108,13 @@ def follow(modes: Modes, valid: Callable[[float, Array], bool], x: Array, times:
         piece, at_rest = _next(modes, before, leg, rule)
         if at_rest is not None:
             x = at_rest
-            events.append(Event(t, _names(modes, set(piece.mode.sliding) - set(before.mode.sliding)), "settles", 0.0))
+            names = modes.switched.names(set(piece.mode.sliding) - set(before.mode.sliding))
+            events.append(Event(t, names, "settles", 0.0))
         elif leg.hit is not None and leg.hit.kind != "turn":
             events.append(_event(modes, before, piece, leg))
             if still > 3 * len(modes.switched.surfaces):  # more than all of them at one instant
-                raise ValueError(
-                    f"`reference(ode=...)` stops at t = {t:.12g} s, where {events[-1].surface} switches again and "
-                    "again: its first two derivatives do not tell to which side the state moves."
-                )
+                why = "switches again and again: its first two derivatives do not tell to which side the state moves"
+                raise stop(t, f"{events[-1].surface} {why}")
             after = streak.after(before, piece, leg, times[len(kept) :])
             if after is not None:
                 piece, t, x = after
@@ -166,10 +142,6 @@ def _next(modes: Modes, piece: Piece, leg: Leg, rule: Rule) -> tuple[Piece, Arra
     if end is None:
         raise refusal
     return end
-
-
-def _names(modes: Modes, places: Collection[int]) -> str:
-    return ", ".join(modes.switched.surfaces[k].name for k in sorted(places))
 
 
 def _event(modes: Modes, before: Piece, after: Piece, leg: Leg) -> Event:

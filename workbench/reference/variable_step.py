@@ -10,6 +10,7 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 from scipy.optimize import brentq
 
+from workbench.core.step import runge_kutta
 from workbench.reference.pieces import SAMPLES, Guard, Piece
 from workbench.validation.refusals import Array
 
@@ -86,13 +87,7 @@ class StoppedError(Exception):
 
 
 def travel(flow: Flow, t: float, x: Array, end: float, times: Array, rule: Rule, effort: Effort) -> Leg:
-    """Follow the flow from (t, x) to `end` or to the first guard, and keep the states at `times` within (t, end].
-
-    Raises
-    ------
-    StoppedError
-        If the rate or the state is not finite, or there are too many steps.
-    """
+    """Follow the flow from (t, x) to `end` or to the first guard, and keep the states at `times` within (t, end]."""
     solver = _solver(flow, t, x, end, rule, effort)
     armed, kept = armed_at(flow.piece, t, x), list[Array]()
     while solver.status == "running":
@@ -286,14 +281,6 @@ def polished(piece: Piece, t: float, x: Array, index: int) -> tuple[float, Array
         if not abs(h) < reach or t + h == t:
             break
         reach = abs(h)
-        t, x = t + h, _rk4(piece, t, x, h)
+        y = piece.with_companions(t, x)
+        t, x = t + h, runge_kutta(lambda t, y, _: piece.field(t, y).ravel(), t, y, None, h)[: len(x)]
     return t, x
-
-
-def _rk4(piece: Piece, t: float, x: Array, h: float) -> Array:
-    y = piece.with_companions(t, x)
-    a = piece.field(t, y).ravel()
-    b = piece.field(t + h / 2, y + h / 2 * a).ravel()
-    c = piece.field(t + h / 2, y + h / 2 * b).ravel()
-    d = piece.field(t + h, y + h * c).ravel()
-    return np.asarray((y + h / 6 * (a + 2 * b + 2 * c + d))[: len(x)])

@@ -6,7 +6,7 @@ machine code. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`; 
 """
 
 from workbench.simulate.batch import simulate
-from workbench.simulate.stability import StepLimit, step_limit
+from workbench.simulate.step_size import StepLimit, step_limit
 from workbench.simulate.trajectories import Trajectories
 
 __all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]

@@ -1,14 +1,11 @@
 """Arithmetics, which round the operations of a step, and engines, which march it.
 
-An arithmetic is a name for how operations are rounded: runs of a step in one have the same bits.
-
     fused       a product is rounded once, together with the sum that it is for
     portable    every product and every sum is rounded by itself
-    casadi      as CasADi's machine does it, with the elementary functions of this platform's library
+    casadi      as CasADi's machine does it, with this platform's elementary functions, for steps that no graph can hold
 
-The first two are those of a step's graph: IEEE 754 rounds their operations in one way, so they have the same bits on
-every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no remainder of a quotient beyond
-2^52: a run that comes to need one has diverged. The third is for steps that no graph can hold.
+The first two have the same bits on every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no
+remainder of a quotient beyond 2^52: a run that comes to need one has diverged.
 """
 
 from __future__ import annotations
@@ -41,13 +38,7 @@ def check(name: object) -> str:
 
 
 def signature(name: str) -> str:
-    """The arithmetic and all else on which its bits depend: runs of a step with one signature have the same bits.
-
-    Raises
-    ------
-    ValueError
-        If there is no arithmetic of that name.
-    """
+    """The arithmetic and all else on which its bits depend: runs of a step with one signature have the same bits."""
     if check(name) == CASADI:
         return f"{CASADI} {ca.CasadiMeta.version()} {platform.system()} {platform.machine()}"
     return f"{name} {VERSION}"
@@ -55,11 +46,7 @@ def signature(name: str) -> str:
 
 @door
 def default_for(step: Step) -> str:
-    """The arithmetic in which this machine runs many copies of a step best.
-
-    It is that of the compiled march where this can run the step, else that of NumPy, or of CasADi if no graph holds
-    the step. `simulate` takes it too, but for few runs of what it cannot compile, which CasADi is fastest with.
-    """
+    """The arithmetic of the fastest march for many copies of a step here: compiled, else NumPy's, else CasADi's."""
     try:
         pass_of(step)
     except ValueError:  # an operation that the graph does not know
@@ -91,13 +78,7 @@ def native(name: str) -> March:
 
 
 def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | None = None) -> str:
-    """The arithmetic for some runs of a step: the named one, else the engine's, else that of the fastest march.
-
-    Raises
-    ------
-    ValueError
-        If there is none of that name, the engine has not got it, or the step cannot be run in it.
-    """
+    """The arithmetic for some runs of a step: the named one, the engine's, or the fastest march's; refused by name."""
     if engine is not None:
         one_of("simulate(engine=...)", engine, ENGINES)
         chosen = ENGINES[engine][0] if name is None else check(name)

@@ -36,17 +36,17 @@ def simulate(
 ) -> Trajectories:
     """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
 
-    A run depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on
-    its neighbours, its place, the number of threads or the width of this processor's vectors.
+    A run depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on its
+    neighbours, its place, the number of threads or the width of this processor's vectors.
 
     Parameters
     ----------
     p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more than 64 MB
-        is not copied: leave it as it is while the trajectories are in use.
+        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more than 64 MB is
+        not copied: leave it as it is while the trajectories are in use.
     until, every
-        The horizon and the distance of the kept times, in s: multiples of the step. With `every=until` only the end
-        is kept, and memory does not grow with the horizon.
+        The horizon and the distance of the kept times, in s: multiples of the step; with `every=until` only the end is
+        kept.
     seed, runs
         The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
     arithmetic, engine
@@ -82,7 +82,6 @@ def simulate(
 
 
 def _keys(seed: int, runs: Integers | None, count: int) -> tuple[int, Integers]:
-    """The keys of the noise, one for each of `count` runs."""
     seed = refusals.seed("simulate(seed=...)", seed)
     if runs is None:
         return seed, np.arange(count)

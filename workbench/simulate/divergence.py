@@ -33,9 +33,7 @@ class Loss:
 def find_divergence(job: Job, x: Array, march: March) -> Divergence:
     """The divergence of the runs in x (B, 1 + kept, nx), which `march` filled; their later rows become NaN.
 
-    A state that is finite again at the next kept time counts as finite. What is beyond the reach of an arithmetic, as
-    the sine of more than 1e12 rad in that of a graph, has no value there, and loses a run whose state needs it; where
-    a minimum or a maximum with a number swallows it, the run goes on with that number.
+    A state that is finite again at the next kept time counts as finite.
     """
     found = Divergence(np.full(len(x), np.nan), np.full(len(x), -1))
     for loss in _losses(job, x, march):
@@ -46,7 +44,6 @@ def find_divergence(job: Job, x: Array, march: March) -> Divergence:
 
 
 def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
-    """The loss of each run in x that is not finite throughout."""
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
     last = np.argmin(finite[lost], axis=1) - 1

@@ -31,23 +31,13 @@ NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps.
-
-    Attributes
-    ----------
-    p
-        (B, np).
-    seed, runs
-        The keys of their noise: a whole number, and one for each run, (B,).
-    arithmetic
-        The rounding of the operations: 'fused', 'portable' or 'casadi'.
-    """
+    """Runs of one step, from its step number `begin` on, with their states kept every `stride` steps."""
 
     step: Step
-    p: Array
+    p: Array  # (B, np)
     stride: int
     seed: int
-    runs: Integers
+    runs: Integers  # (B,), with the seed the keys of their noise
     begin: int = 0
     arithmetic: str = "fused"
 
@@ -90,8 +80,7 @@ class Job:
 class Piece(NamedTuple):
     """Rows of x that share one table of time: `rows` of them from `row` on, `steps` steps each, from step `begin`.
 
-    It goes on from the states in row `start`: those before its first, or those that a piece before it left there;
-    `whole` says whether its last row is done, or left for the next piece.
+    It goes on from the states in row `start`; `whole` says whether its last row is done, or left for the next piece.
     """
 
     rows: int

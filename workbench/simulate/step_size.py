@@ -1,27 +1,128 @@
-"""The step for a stated tolerance, chosen by halving, and the accuracy of metrics: their change as it is halved."""
+"""The length of a step: the limit of stability along a run, the step for a tolerance, and the accuracy of metrics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 
+import casadi as ca
 import numpy as np
 
-from workbench.core import Step
+from workbench.core import Ode, Step
+from workbench.core.expressions import rows
 from workbench.simulate.batch import simulate
-from workbench.simulate.stability import StepLimit, longest_steps, modes_at
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import Array, Integers, whole
 from workbench.validation.signatures import door
 
+POINTS = 400  # of a run, at which its Jacobian is looked at
 NOTHING = 1e-9  # a state or a value that stays below it, in its unit, is as good as zero
 PILOTS = 16
 STATES = 4  # of a run at which its modes are looked at
 HALVINGS = 12
 
-# (method, h) -> the step of length h [s] by that method, or that of a sampling period with substeps of length h.
-Make = Callable[[str, float], Step]
+# h -> the step of length h [s], or that of a sampling period with substeps of length h.
+Make = Callable[[float], Step]
+
+
+@dataclass(frozen=True)
+@door
+class StepLimit:
+    """The longest step that keeps every decaying mode of a run decaying; NaN where no state has a Jacobian."""
+
+    h: float  # s, the step that was taken, or a substep of it
+    limit: float  # s
+    at: float  # s, when the limit is reached
+    eigenvalue: complex  # 1/s, of the mode that sets it
+    checked: int  # states of the run at which the eigenvalues were taken
+
+    @property
+    def holds(self) -> bool:
+        """True if the step is within the limit."""
+        return self.h <= self.limit
+
+
+@door
+def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -> StepLimit:
+    """The stability limit of the step along one run, from frozen-time eigenvalues at up to `points` of its kept states.
+
+    A mode lambda with Re lambda < 0 is kept decaying while |R(h lambda)| <= 1, where R is the method's amplification;
+    modes that grow by themselves set no limit. A state whose Jacobian is not finite is not counted; if none is left the
+    limit, its time and its mode are NaN, and it does not hold.
+    """
+    step, points = trajectories.step, whole("step_limit(points=...)", points)
+    run, h = whole("step_limit(run=...)", run, 0, len(trajectories) - 1), step.h / step.substeps
+    good = np.flatnonzero(np.isfinite(trajectories.x[run]).all(axis=1))
+    picked = good[np.unique(np.linspace(0, len(good) - 1, min(points, len(good))).astype(int))]
+    p = np.repeat(trajectories.p[run][np.newaxis], len(picked), axis=0)
+    modes = modes_at(step.flow, trajectories.t[picked], trajectories.x[run, picked], p)
+    finite = np.isfinite(modes).all(axis=1)
+    picked, modes = picked[finite], modes[finite]
+    if modes.size == 0:
+        return StepLimit(h, np.nan, np.nan, complex(np.nan, np.nan), 0)
+    limits = longest_steps(modes, step.amplification)
+    where = np.unravel_index(np.argmin(limits), limits.shape)
+    return StepLimit(
+        h,
+        float(limits[where]),
+        float(trajectories.t[picked[where[0]]]),
+        complex(modes[where]),
+        len(picked),
+    )
+
+
+def tightest(limits: Sequence[StepLimit]) -> StepLimit:
+    """The limit that is nearest to its step, or farthest below it; one of NaN only where all are."""
+    return max(limits, key=lambda limit: np.nan_to_num(limit.h / limit.limit, nan=-1.0))
+
+
+def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
+    """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
+
+    A state on which no rate depends is left out, so that m <= nx. A row with a value that is not finite is NaN.
+    """
+    n, jacobian = len(t), _jacobian(flow)
+    m = jacobian.size1_out(0)
+    A = rows(jacobian, t[:, np.newaxis], x[:, : flow.states.size], p).reshape(n, m, m).transpose(0, 2, 1)
+    acts = np.any(A, axis=(0, 1))
+    A = A[:, acts][:, :, acts]
+    finite = np.isfinite(A).all(axis=(1, 2))
+    modes = np.full(A.shape[:2], np.nan, dtype=complex)
+    modes[finite] = np.linalg.eigvals(A[finite])
+    modes[~np.isfinite(modes).all(axis=1)] = np.nan  # an eigenvalue of a huge matrix may overflow by itself
+    return modes
+
+
+@lru_cache(maxsize=64)
+def _jacobian(flow: Ode) -> ca.Function:
+    """df/dx as a function (t, x, p), of those states alone on which some rate depends."""
+    A = ca.jacobian(flow.rate, flow.x)
+    acts = sorted({column for _, column in zip(*A.sparsity().get_triplet(), strict=True)})
+    return ca.Function("workbench_acting", [flow.t, flow.x, flow.p], [ca.densify(A[acts, acts])])
+
+
+def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
+    """For each mode the longest step h with |R(h lambda)| <= 1; infinite where the mode does not decay."""
+    size = np.abs(modes)
+    decays = (modes.real < 0) & (size > 0)
+    angles, reach = _region(amplification)
+    radius = np.interp(np.abs(np.where(decays, np.angle(modes), np.pi)), angles, reach)
+    with np.errstate(over="ignore"):  # no step is too long for the slowest modes
+        return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
+
+
+@lru_cache
+def _region(amplification: tuple[float, ...]) -> tuple[Array, Array]:
+    """The reach of the stability region along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
+    stages = len(amplification) - 1
+    angles, r = np.linspace(np.pi / 2, np.pi, 361), np.linspace(0, stages**2 + 2, 2001)[1:]
+    excess = np.abs(np.polyval(amplification, r * np.exp(1j * angles[:, np.newaxis]))) - 1 - 1e-9
+    first = np.maximum(np.argmax(excess > 0, axis=1), 1)
+    row = np.arange(len(angles))
+    before, after = excess[row, first - 1], excess[row, first]
+    crossing = r[first] - (r[1] - r[0]) * np.clip(after / (after - before), 0, 1)
+    return angles, np.where(before > 0, 0.0, crossing)
 
 
 def pilot_runs(p: Array, x0: Array, count: int = PILOTS) -> Integers:
@@ -47,16 +148,9 @@ def step_for_tolerance(
     """The first of `longest`, its half, its quarter and so on in s, at which RK4 keeps a tolerance.
 
     The change of a state to half the step is taken at the multiples of `longest`, relative to the largest value that
-    the state has in the run; then the largest of all states, and the mean over the runs. Integrals of metrics are
-    states; the memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no
-    step exceeds: a step beyond it may lose a run as its half does.
-
-    Parameters
-    ----------
-    p, x0
-        (R, np) and (R, nx), the pilot runs.
-    seed
-        Of the noise, which is the same at all steps.
+    the state has in the run; then the largest of all states, and the mean over the pilot runs p (R, np), x0 (R, nx).
+    The memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no step
+    exceeds.
 
     Raises
     ------
@@ -64,9 +158,9 @@ def step_for_tolerance(
         If no pilot run stays finite, or none of the steps keeps the tolerance.
     """
     march = partial(simulate, p=p, x0=x0, until=until, every=longest, seed=seed, arithmetic=arithmetic)
-    rough, found = march(make("rk4", longest)), np.nan
+    rough, found = march(make(longest)), np.nan
     for halving in range(halvings):
-        fine, h = march(make("rk4", longest / 2 ** (halving + 1))), longest / 2**halving
+        fine, h = march(make(longest / 2 ** (halving + 1))), longest / 2**halving
         if not fine.diverged.all():
             found = _relative_change(fine, rough)
             if found <= tolerance and h <= _limit(fine):
@@ -107,25 +201,15 @@ def _limit(runs: Trajectories) -> float:
 @dataclass(frozen=True)
 @door
 class Accuracy:
-    """The relative change of one metric as every step is halved.
-
-    Attributes
-    ----------
-    median, worst
-        Over the runs, of the largest change among the metric's numbers.
-    within
-        The share of the runs whose change is within the tolerance.
-    runs, lost
-        The numbers of runs with a value at the halved steps, and without one.
-    """
+    """The relative change of one metric as every step is halved."""
 
     metric: str
     tolerance: float
-    median: float
+    median: float  # over the runs, of the largest change among the metric's numbers
     worst: float
-    within: float
-    runs: int
-    lost: int
+    within: float  # the share of the runs whose change is within the tolerance
+    runs: int  # with a value at the halved steps
+    lost: int  # without one
 
     @property
     def met(self) -> bool:
@@ -140,7 +224,6 @@ class Accuracy:
         return f"{self.metric} beyond its tolerance {self.tolerance:g}: it changes by {self.worst:.1e} at half the step"
 
     def __str__(self) -> str:
-        """One line with the verdict."""
         met = "met" if self.met else "NOT met" if self.runs else "NOT tested"
         return (
             f"{self.metric}: tolerance {self.tolerance:g} {met} by {100 * self.within:.3g} % of {self.runs:,} runs: "
@@ -151,13 +234,7 @@ class Accuracy:
 @dataclass(frozen=True)
 @door
 class Check:
-    """The accuracy of each metric, and the tightest stability limit of the `looked_at` runs along which it was taken.
-
-    Attributes
-    ----------
-    looked_at, runs
-        Along how many runs the limit was taken, of how many.
-    """
+    """The accuracy of each metric, and the tightest stability limit along `looked_at` of all `runs`."""
 
     metrics: tuple[Accuracy, ...]
     limit: StepLimit
@@ -170,7 +247,6 @@ class Check:
         return self.limit.holds and all(accuracy.met for accuracy in self.metrics)
 
     def __str__(self) -> str:
-        """A line for each metric and one for the limit."""
         h, limit = 1000 * self.limit.h, 1000 * self.limit.limit
         verdict = "within" if self.limit.holds else "BEYOND"
         where = f"the step of {h:.3g} ms at {self.limit.at:.4g} s is {verdict} its limit of {limit:.3g} ms"
@@ -188,8 +264,8 @@ def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:
 def accuracy(name: str, change: Array, value: Array, tolerance: float) -> Accuracy:
     """The accuracy of a metric with the values (B, ...) at the half step that changed so much (B, ...).
 
-    A change is relative to the value, of which less than 1e-9 in its unit is as good as nothing. Where
-    there is a value and no change, as the longer step lost the run, the change is infinite.
+    A change is relative to the value, but at least to 1e-9 in its unit; where the longer step lost the run it is
+    infinite.
     """
     change, value = change.reshape(len(change), -1), value.reshape(len(value), -1)
     valued = ~np.isnan(value).any(axis=1)

@@ -24,23 +24,11 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 @door
 class Trajectories:
-    """B runs of one `Step` at N common times.
-
-    Attributes
-    ----------
-    t
-        (N,), in s.
-    x
-        (B, N, nx); from the time a run has diverged its rows are NaN.
-    job
-        The runs: the step, the parameters, and the keys of the noise.
-    divergence
-        When each run diverged, and in which state.
-    """
+    """B runs of one `Step` at N common times."""
 
     job: Job
-    t: Array
-    x: Array
+    t: Array  # (N,), in s
+    x: Array  # (B, N, nx); from the time a run has diverged its rows are NaN
     divergence: Divergence
 
     def __post_init__(self) -> None:
@@ -83,12 +71,10 @@ class Trajectories:
         return np.asarray(np.isfinite(self.diverged_at))
 
     def __repr__(self) -> str:
-        """One line: how many runs, how many times, and how many diverged."""
         lost = f", {int(self.diverged.sum())} diverged" if self.diverged.any() else ""
         return f"<{len(self)} runs of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s{lost}>"
 
     def _repr_html_(self) -> str:
-        """A table of the states: their units, and the least and the largest value of all runs and times."""
         units = [unit for entry in self.step.states.entries for unit in entry.units]
         columns = [column[np.isfinite(column)] for column in self.x.T]
         ends = [(f"{part.min():.6g}", f"{part.max():.6g}") if part.size else ("", "") for part in columns]
@@ -134,7 +120,6 @@ class Trajectories:
         return pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
 
     def _columns(self, run: int) -> dict[str, Array]:
-        """The numbers of one run over time, (N,), by name and unit; a state goes before an output of the same name."""
         states, outputs = self.step.states, self.step.outputs
         columns: dict[str, Array] = {}
         for entry in (*states.entries, *(entry for entry in outputs.entries if entry.name not in states)):

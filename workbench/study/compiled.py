@@ -19,8 +19,7 @@ from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
-from workbench.simulate.stability import longest_steps, modes_at
-from workbench.simulate.step_size import change
+from workbench.simulate.step_size import change, longest_steps, modes_at
 from workbench.study.contract import equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
@@ -289,7 +288,7 @@ def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool =
         run = replace(run, h=step / 2)
     h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
     assert h is not None
-    coarse, fine = make("rk4", h), make("rk4", h / 2)
+    coarse, fine = make(h), make(h / 2)
     multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.kept, coarse.h, "the step")
     chosen = sweep.run.h is None
     sweep = replace(sweep, run=replace(run, h=h))

@@ -109,7 +109,7 @@ def calls() -> dict[str, Any]:
         "measure_own": partial(measure_own, watched=("y",), sampled=None, checked=None, integrated=None,
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
-        "measured": partial(room.measured, ODE, [rms], 0.1, "rk4"),
+        "measured": partial(room.measured, ODE, [rms], 0.1),
         "maker": partial(maker, ODE, [rms]),
         "resolved": partial(resolved, ODE, [rms], 1.0),
         "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),

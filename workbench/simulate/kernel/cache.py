@@ -1,11 +1,8 @@
 """The disk cache: the machine code of kernels, each under a key that names all it depends on.
 
-A file is a header and the code. The header repeats the key and has the code's hash, so that a file which is
-damaged, cut off or not our own is told from a good one, and is compiled anew. No fault of the
-disk is an error: the kernel is compiled anew.
-
-The code is executed. So the folder must belong to the user and be writable for nobody else; any other
-is not used. `WORKBENCH_CACHE` names another folder, or is "off".
+A file is a header, with the key and the code's hash, and the code. One that is damaged, cut off or not our own is
+compiled anew, and no fault of the disk is an error. As the code is executed, the folder must belong to the user and be
+writable for nobody else. `WORKBENCH_CACHE` names another folder, or is "off".
 """
 
 from __future__ import annotations
@@ -82,7 +79,7 @@ def store(key: str, code: bytes) -> None:
     with suppress(OSError):
         try:
             # not forced to the disk: a file that a power failure cut off does not match its header
-            with open(part, "xb", opener=_for_the_user) as stream:
+            with open(part, "xb", opener=lambda path, flags: os.open(path, flags, 0o600)) as stream:
                 stream.write(_header(key, code) + code)
             os.replace(part, place / f"{key}.kernel")
         finally:
@@ -92,7 +89,6 @@ def store(key: str, code: bytes) -> None:
 
 
 def _of_the_user() -> Path:
-    """The folder of this system for files of a user's programs that can be made again."""
     if sys.platform == "win32":
         return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local")
     if sys.platform == "darwin":
@@ -109,11 +105,6 @@ def _private(status: os.stat_result) -> bool:
 def _at_once(path: str, flags: int) -> int:
     """Open a file for reading without waiting, as for a named pipe without a writer."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))
-
-
-def _for_the_user(path: str, flags: int) -> int:
-    """Open a new file that others neither read nor write."""
-    return os.open(path, flags, 0o600)
 
 
 def _header(key: str, code: bytes) -> bytes:

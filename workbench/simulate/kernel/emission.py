@@ -6,8 +6,8 @@ import struct
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
 
-from workbench.simulate.kernel.evaluation import Evaluation
 from workbench.simulate.kernel.graph import Graph
+from workbench.simulate.kernel.plan import Evaluation
 
 INTRINSICS = {"sqrt": 1, "fabs": 1, "floor": 1, "trunc": 1, "copysign": 2, "fma": 3}  # of so many operands
 INSTRUCTIONS = {

@@ -1,13 +1,22 @@
-"""Graph: a block of operations, each of them once, with the inputs on which it depends."""
+"""Graph: a block of operations, each of them once; the same with less work in it, and that of a whole step.
+
+The rewriting depends on the graph alone and not on which parameters vary, so neither do the bits of a run.
+"""
 
 from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from typing import NamedTuple
+
+from workbench.core.step import AHEAD, DIVISOR, NODES, WEIGHTS
+
+DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
 
 class Level(enum.IntEnum):
@@ -137,3 +146,139 @@ class Nodes:
         if place == len(self.held):
             self.held.append(node)
         return place
+
+
+def rewritten(graph: Graph) -> Graph:
+    """The graph with sums of angles opened and products fused, in an order for few registers."""
+    return ordered(fused(opened(graph)))
+
+
+def opened(graph: Graph) -> Graph:
+    """The same graph, with sin(a + b) made of the sines and cosines of a and b where these are needed anyway."""
+    angles = {node.operands[0] for node in graph.nodes if node.op in ("sin", "cos")}
+    depth = dict.fromkeys(angles, 0)
+    for angle in sorted(angles):
+        depth[angle] = 1 + max([depth.get(i, 0) for i in graph.nodes[angle].operands], default=0)
+    nodes: list[Node] = []
+    new: dict[int, int] = {}
+    made: dict[tuple[str, int], int] = {}
+
+    def add(op: str, *operands: int) -> int:
+        nodes.append(Node(op, operands))
+        return len(nodes) - 1
+
+    def turned(op: str, angle: int) -> int:
+        if (op, angle) not in made:
+            node = graph.nodes[angle]
+            summed = node.op in ("add", "sub") and angles.issuperset(node.operands) and depth[angle] <= DEEPEST
+            made[op, angle] = apart(op, node) if summed else add(op, new[angle])
+        return made[op, angle]
+
+    def apart(op: str, node: Node) -> int:
+        (sin_a, cos_a), (sin_b, cos_b) = ((turned("sin", i), turned("cos", i)) for i in node.operands)
+        if op == "sin":
+            return add(node.op, add("mul", sin_a, cos_b), add("mul", cos_a, sin_b))
+        return add("sub" if node.op == "add" else "add", add("mul", cos_a, cos_b), add("mul", sin_a, sin_b))
+
+    for place, node in enumerate(graph.nodes):
+        if node.op in ("sin", "cos"):
+            new[place] = turned(node.op, node.operands[0])
+        else:
+            new[place] = len(nodes)
+            operands = tuple([new[i] for i in node.operands])
+            nodes.append(Node(node.op, operands, node.value, node.entry) if operands else node)
+    return Graph(tuple(nodes), tuple(new[place] for place in graph.results))
+
+
+def fused(graph: Graph) -> Graph:
+    """The same graph without unused nodes, and with each product rounded together with the sum it is for.
+
+    The product must have no other use, and change with no less than the sum: else it would be made more often.
+    """
+    needed, nodes, levels = graph.before(graph.results), graph.nodes, graph.levels
+    uses = Counter(chain.from_iterable(set(nodes[place].operands) for place in needed))
+    uses.update(graph.results)
+    gone: set[int] = set()
+    changed: dict[int, Node] = {}
+
+    def product(place: int, of: int) -> tuple[int, ...]:
+        alone = nodes[place].op == "mul" and uses[place] == 1 and levels[place] == levels[of] > Level.LENGTH
+        return nodes[place].operands if alone else ()
+
+    for place in needed:
+        op, operands = nodes[place].op, nodes[place].operands
+        if op not in ("add", "sub") or operands[0] == operands[1]:
+            continue
+        a, b = operands
+        if pair := product(b, place):
+            gone.add(b)
+            changed[place] = Node("fma" if op == "add" else "fnma", (*pair, a))
+        elif pair := product(a, place):
+            gone.add(a)
+            changed[place] = Node("fma" if op == "add" else "fms", (*pair, b))
+    return graph.part((place for place in needed if place not in gone), changed)
+
+
+def ordered(graph: Graph) -> Graph:
+    """The same graph in an order with few values alive at once: deepest operand first, shallowest result first."""
+    height: list[int] = []
+    for node in graph.nodes:
+        height.append(1 + max([height[i] for i in node.operands], default=0))
+    order: dict[int, None] = {}
+    stack = sorted(set(graph.results), key=lambda place: -height[place])
+    while stack:
+        place = stack[-1]
+        waiting = [i for i in graph.nodes[place].operands if i not in order]
+        if place in order or not waiting:
+            order.setdefault(stack.pop())
+        else:
+            stack += sorted(waiting, key=lambda i: height[i])
+    return graph.part(order, {})
+
+
+def stepped(graph: Graph, rates: int) -> Graph:
+    """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged."""
+    nodes = Nodes()
+    add, constant = nodes.add, nodes.constant
+    needed = {node.entry for node in graph.nodes if node.op == "x"}
+    before = {i: add("x", entry=i) for i in sorted(needed.union(range(rates)))}
+    if not rates:
+        after = _put(graph, graph.results, nodes, 0.0, before)
+        return Graph(tuple(nodes.held), tuple(after))
+    h = add("h")
+    now, total, updates = before, list[int](), list[int]()
+    for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
+        made = _put(graph, graph.results[:rates] if total else graph.results, nodes, node, now)
+        updates += made[rates:]
+        total = [_plus(nodes, weight, *both) for both in zip(made, total, strict=True)] if total else made[:rates]
+        if ahead:
+            step = add("mul", (constant(ahead), h))
+            now = {i: add("fma", (step, made[i], before[i])) for i in range(rates) if i in needed}
+    share = add("div", (h, constant(DIVISOR)))
+    after = [add("fma", (share, rate, before[i])) for i, rate in enumerate(total)]
+    return Graph(tuple(nodes.held), (*after, *updates))
+
+
+def _plus(nodes: Nodes, weight: float, rate: int, so_far: int) -> int:
+    return nodes.add("add", (so_far, rate)) if weight == 1 else nodes.add("fma", (nodes.constant(weight), rate, so_far))
+
+
+def _put(graph: Graph, results: Sequence[int], nodes: Nodes, node: float, state: Mapping[int, int]) -> list[int]:
+    """The places of some results once their graph is among other nodes, at `node` of a step and with this state."""
+    new: dict[int, int] = {}
+    for place in graph.before(results):
+        op, operands, value, entry = graph.nodes[place]
+        if op == "t":
+            new[place] = _time(nodes, node)
+        elif op == "x":
+            new[place] = state[entry]
+        else:
+            new[place] = nodes.add(op, tuple([new[i] for i in operands]), value, entry)
+    return [new[place] for place in results]
+
+
+def _time(nodes: Nodes, node: float) -> int:
+    """(k + node) h, the second part added to the first."""
+    h = nodes.add("h")
+    begin = nodes.add("mul", (nodes.add("k"), h))
+    return nodes.add("add", (begin, nodes.add("mul", (nodes.constant(node), h)))) if node else begin

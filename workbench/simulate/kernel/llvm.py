@@ -108,7 +108,6 @@ def _in_memory(code: bytes) -> Native:
 
 
 def _machine_code(ir: str, level: int) -> bytes:
-    """An object file for this processor."""
     machine, module = _machine(level), llvm.parse_assembly(ir)
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
@@ -125,5 +124,4 @@ def _machine(level: int) -> Any:
 
 @cache
 def _host() -> tuple[str, str]:
-    """Name and features of this processor."""
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()

@@ -1,18 +1,16 @@
-"""Lowering: a plan as LLVM IR, the whole time loop in one native function over vectors of runs.
+"""Lowering: a plan as LLVM IR, the time loop in native functions over vectors of runs.
 
 A block is `width` runs side by side; whatever belongs to runs is an array of vectors, one lane a run.
 
-    i64 workbench_march(ptr pieces, i64 count, i64 blocks, i64 kept, i64 seed, ptr runs, ptr constants, ptr p,
-                        ptr scratch, ptr table, ptr x, ptr out)
+    void workbench_table(i64 groups, i64 begin, ptr constants, ptr p, ptr table)
+    i1 workbench_piece(i64 blocks, i64 rows, i64 stride, i64 begin, i64 row, i64 kept, i64 seed, ptr runs,
+                       ptr constants, ptr p, ptr scratch, ptr table, ptr x, ptr out)
 
-goes through `count` pieces of time, each of them five whole numbers: rows to keep, steps from one row to the
-next, the number of the first step, the place of the first row, and whether its last row is done. For each it
-makes the table of what depends on time alone, small enough for a cache, and then advances one block after the
-other. `p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states
-(blocks, nx, width), which it receives again; `out` receives the rows (blocks, kept, nx, width). `scratch` has
-room for the values made once a run (nl, width), `table` for those made once a step (groups of `width` steps,
-nt, width). It ends with the last piece, or with a done row in which no run is finite, and says how many
-pieces it did.
+The first makes the table of what depends on time alone, for groups of `width` steps from step `begin` on: (groups, nt,
+width). The second advances one block after the other by `rows` times `stride` steps, and says if a run is finite then.
+`p` holds the parameters (blocks, np, width), `runs` and `seed` the keys of the noise, `x` the states (blocks, nx,
+width), which it receives again; `out` (blocks, kept, nx, width) receives the rows from `row` on. `scratch` has room for
+the values made once a run (nl, width).
 """
 
 from __future__ import annotations
@@ -28,46 +26,12 @@ from workbench.simulate.kernel.plan import Plan
 def lower(plan: Plan, width: int, fused: bool = True) -> str:
     """The IR of a plan for vectors of `width` runs, with `fused` products or without."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
-    march = MARCH.format(width=width, less=width - 1, table=CALL if plan.table else "")
-    functions = [march, _piece(plan, width, fused), *([_table(plan, width, fused)] if plan.table else ())]
+    functions = [_piece(plan, width, fused), *([_table(plan, width, fused)] if plan.table else ())]
     return "\n".join([*declarations(width), truth, *functions])
 
 
-MARCH = """
-define i64 @workbench_march(ptr %pieces, i64 %count, i64 %blocks, i64 %kept, i64 %seed, ptr %runs, ptr %constants,
-                            ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out) {{
-start:
-  br label %piece
-piece:
-  %i = phi i64 [ 0, %start ], [ %i1, %piece ]
-  %here = getelementptr [5 x i64], ptr %pieces, i64 %i
-  %stride_at = getelementptr i64, ptr %here, i64 1
-  %begin_at = getelementptr i64, ptr %here, i64 2
-  %row_at = getelementptr i64, ptr %here, i64 3
-  %done_at = getelementptr i64, ptr %here, i64 4
-  %rows = load i64, ptr %here
-  %stride = load i64, ptr %stride_at
-  %begin = load i64, ptr %begin_at
-  %row = load i64, ptr %row_at
-  %done = load i64, ptr %done_at
-  %steps = mul i64 %rows, %stride
-  %more = add i64 %steps, {less}
-  %groups = sdiv i64 %more, {width}
-{table}
-  %alive = call i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
-                                    ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
-  %i1 = add i64 %i, 1
-  %left = icmp slt i64 %i1, %count
-  %amid = icmp eq i64 %done, 0
-  %go_on = or i1 %alive, %amid
-  %again = and i1 %left, %go_on
-  br i1 %again, label %piece, label %end
-end:
-  ret i64 %i1
-}}"""
-
 PIECE = """
-define internal i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
+define i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
         ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
         alignstack(64) "stackrealign" {{
 start:
@@ -123,11 +87,8 @@ end:
   ret i1 %alive1
 }}"""
 
-CALL = """
-  call void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)"""
-
 TABLE = """
-define internal void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
+define void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
             alignstack(64) "stackrealign" {{
 start:
 {prepare}

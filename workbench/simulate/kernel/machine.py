@@ -11,6 +11,7 @@ writes LLVM IR for an operator, computes it on NumPy's arrays, or notes it down 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -44,6 +45,16 @@ class Truth:
         return Truth(self.machine, self.machine.do("not", self.value))
 
 
+def _of_words(operation: str) -> Callable[[Word, Word | int], Word]:
+    """An operator of two words, the second of which may be a whole number."""
+
+    def operator(word: Word, other: Word | int) -> Word:
+        operand = other.value if isinstance(other, Word) else word.machine.word(other)
+        return Word(word.machine, word.machine.do(operation, word.value, operand))
+
+    return operator
+
+
 @dataclass(frozen=True, eq=False)
 class Word:
     """A word of 64 bits on a machine."""
@@ -51,26 +62,13 @@ class Word:
     machine: Machine
     value: Value
 
-    def __add__(self, other: Word | int) -> Word:
-        return self._with("word_add", other)
-
-    def __mul__(self, other: Word | int) -> Word:
-        return self._with("word_mul", other)
-
-    def __and__(self, other: Word | int) -> Word:
-        return self._with("word_and", other)
-
-    def __or__(self, other: Word | int) -> Word:
-        return self._with("word_or", other)
-
-    def __xor__(self, other: Word | int) -> Word:
-        return self._with("word_xor", other)
-
-    def __lshift__(self, other: int) -> Word:
-        return self._with("shl", other)
-
-    def __rshift__(self, other: int) -> Word:
-        return self._with("lshr", other)
+    __add__ = _of_words("word_add")
+    __mul__ = _of_words("word_mul")
+    __and__ = _of_words("word_and")
+    __or__ = _of_words("word_or")
+    __xor__ = _of_words("word_xor")
+    __lshift__ = _of_words("shl")
+    __rshift__ = _of_words("lshr")
 
     @property
     def nonzero(self) -> Truth:
@@ -87,9 +85,13 @@ class Word:
         """The word as a signed whole number."""
         return Number(self.machine, self.machine.do("signed", self.value))
 
-    def _with(self, operation: str, other: Word | int) -> Word:
-        operand = other.value if isinstance(other, Word) else self.machine.word(other)
-        return Word(self.machine, self.machine.do(operation, self.value, operand))
+
+def _of_numbers(operation: str) -> Callable[[Number, Number | float], Number]:
+    return lambda number, other: number.do(operation, other)
+
+
+def _of_order(operation: str) -> Callable[[Number, Number | float], Truth]:
+    return lambda number, other: number.compare(operation, other)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,20 +101,17 @@ class Number:
     machine: Machine
     value: Value
 
-    def __add__(self, other: Number | float) -> Number:
-        return self.do("add", other)
-
-    def __sub__(self, other: Number | float) -> Number:
-        return self.do("sub", other)
+    __add__ = _of_numbers("add")
+    __sub__ = _of_numbers("sub")
+    __mul__ = _of_numbers("mul")
+    __truediv__ = _of_numbers("div")
+    __lt__ = _of_order("lt")
+    __le__ = _of_order("le")
+    __gt__ = _of_order("gt")
+    __ge__ = _of_order("ge")
 
     def __rsub__(self, other: float) -> Number:
         return number(self.machine, other) - self
-
-    def __mul__(self, other: Number | float) -> Number:
-        return self.do("mul", other)
-
-    def __truediv__(self, other: Number | float) -> Number:
-        return self.do("div", other)
 
     def __rtruediv__(self, other: float) -> Number:
         return number(self.machine, other) / self
@@ -123,18 +122,6 @@ class Number:
     def __abs__(self) -> Number:
         return self.do("fabs")
 
-    def __lt__(self, other: Number | float) -> Truth:
-        return self.compare("lt", other)
-
-    def __le__(self, other: Number | float) -> Truth:
-        return self.compare("le", other)
-
-    def __gt__(self, other: Number | float) -> Truth:
-        return self.compare("gt", other)
-
-    def __ge__(self, other: Number | float) -> Truth:
-        return self.compare("ge", other)
-
     @property
     def bits(self) -> Word:
         """The bits of the number as a word."""
@@ -142,14 +129,12 @@ class Number:
 
     def do(self, operation: str, *others: Number | float) -> Number:
         """The result of an operation on this number and others."""
-        return Number(self.machine, self.machine.do(operation, self.value, *map(self._value, others)))
+        operands = (number(self.machine, other).value for other in others)
+        return Number(self.machine, self.machine.do(operation, self.value, *operands))
 
     def compare(self, operation: str, other: Number | float) -> Truth:
         """A comparison with another one; NaN differs from all numbers, and is neither smaller nor larger."""
-        return Truth(self.machine, self.machine.do(operation, self.value, self._value(other)))
-
-    def _value(self, other: Number | float) -> Value:
-        return other.value if isinstance(other, Number) else self.machine.constant(other)
+        return Truth(self.machine, self.machine.do(operation, self.value, number(self.machine, other).value))
 
 
 def number(machine: Machine, value: Number | float) -> Number:

@@ -28,11 +28,12 @@ _marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
 
 @dataclass(frozen=True, eq=False)
 class Kernel:
-    """A compiled step: which of its values are made outside the loop, and the function that does the work."""
+    """A compiled step: which of its values are made outside the loop, and the functions of `lowering`."""
 
     plan: Plan
     width: int
-    march: Callable[..., int]
+    table: Callable[..., None] | None
+    piece: Callable[..., bool]
 
 
 @lru_cache(maxsize=256)
@@ -40,18 +41,16 @@ def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> K
     """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
     module = llvm.compiled(_ir(plan, width, fused), haste)
     number, pointer = ctypes.c_int64, ctypes.c_void_p
-    march = module.function("workbench_march", pointer, *[number] * 4, *[pointer] * 7, result=number)
-    return Kernel(plan, width, march)
+    piece = module.function("workbench_piece", *[number] * 7, *[pointer] * 7, result=ctypes.c_bool)
+    table = module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None
+    return Kernel(plan, width, table, piece)
 
 
 _ir = lru_cache(maxsize=16)(lower)
 
 
 def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
-    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps.
-
-    Vectors of `width` runs are as wide as the processor's unless it is given; few runs are served faster by half.
-    """
+    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, `width` runs side by side."""
     job.check(x)
     kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
     made, parts = _kernel(job, kept, width), lots(job, width)
@@ -88,18 +87,23 @@ def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -
 
     first, end = stage[0].row, stage[-1].row + stage[-1].rows
     p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
-    times = np.array([(piece.rows, piece.steps, piece.begin, piece.row - first, piece.whole) for piece in stage])
     groups = max(-(-piece.length // width) for piece in stage)
     out = _room(blocks, end - first, nx, width)
     scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
     # all of it is held while the march runs
-    memory = (times, _aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
-    counts = (len(stage), blocks, end - first, job.seed - (job.seed >> 63 << 64))
-    pieces, *places = (array.ctypes.data for array in memory)
-    done = made.march(pieces, *counts, *places)
+    memory = (_aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
+    places = [array.ctypes.data for array in memory]
+    seed, done = job.seed - (job.seed >> 63 << 64), end
+    for piece in stage:
+        if made.table:
+            made.table(-(-piece.length // width), piece.begin, *places[1:3], places[4])
+        row = piece.row - first
+        alive = made.piece(blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed, *places)
+        if piece.whole and not alive:  # no run is finite any more
+            done = piece.row + piece.rows
+            break
     x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
-    if done < len(stage):  # no run was finite any more
-        x[:, stage[done].row : end] = np.nan
+    x[:, done:end] = np.nan
 
 
 @lru_cache(maxsize=256)
@@ -116,7 +120,6 @@ def _room(*shape: int, kind: type[Any] = float) -> Array:
 
 
 def _aligned(array: Any) -> Array:
-    """The same numbers in aligned memory."""
     room = _room(*array.shape, kind=array.dtype.type)
     room[...] = array
     return room

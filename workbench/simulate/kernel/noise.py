@@ -5,8 +5,7 @@ u in (0, 1) and a point (c, s) on the unit circle, and these a pair of independe
 
     r c,  r s          with  r = sqrt(-2 ln u)
 
-The definition stands here once, on the words and numbers of a machine. It uses whole numbers and + - * / sqrt, which
-IEEE 754 rounds in one way, and no fused product, so a number has the same bits on every machine. The error of a number
+It uses whole numbers and + - * / sqrt, and no fused product, so a number has the same bits on every machine. Its error
 is below 1e-15 of it; none exceeds 8.58, where u is 2^-53.
 
 References
@@ -59,16 +58,8 @@ LOGARITHM = (
 def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     """Standard normal numbers (B, N, entries), each a function of its seed, run, step and entry only.
 
-    Arguments beyond the ranges below would repeat other numbers: `simulate` refuses them.
-
-    Parameters
-    ----------
-    seed
-        From 0 to 2^64 - 1. Seeds side by side give numbers as independent as those of any two.
-    runs, steps
-        The indices (B,) of the runs, from 0 to 2^63 - 1, and (N,) of the steps, from 0 to 2^32 - 1.
-    entries
-        The count of numbers at each step of a run, up to 2^33. The first ones do not depend on it.
+    `seed` is below 2^64, the indices `runs` (B,) are below 2^63 and `steps` (N,) below 2^32, and `entries` at most
+    2^33.
     """
     run_words, step_words = np.asarray(runs).astype(np.uint64), np.asarray(steps).astype(np.uint64)
     pairs = np.arange((entries + 1) // 2, dtype=np.uint64)

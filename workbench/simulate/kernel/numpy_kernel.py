@@ -13,9 +13,8 @@ import numpy as np
 
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.kernel.arrays import Arrays, Line, Tape, play
-from workbench.simulate.kernel.evaluation import Evaluation
 from workbench.simulate.kernel.machine import Value
-from workbench.simulate.kernel.plan import Plan
+from workbench.simulate.kernel.plan import Evaluation, Plan
 from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
@@ -48,7 +47,6 @@ def _loop(plan: Plan, fused: bool) -> tuple[list[Line], dict[int, Value], dict[i
 
 
 def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
-    """Fill the rows of a piece in x for one lot of runs."""
     plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
     lines, constants, sources, results = _loop(plan, job.fused)
     steps = np.arange(piece.begin, piece.begin + piece.length)

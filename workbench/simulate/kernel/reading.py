@@ -13,48 +13,18 @@ from functools import lru_cache
 import casadi as ca
 
 from workbench.core import Rule, Step
+from workbench.core.expressions import evaluated
+from workbench.notation.program import NAMES
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
-OPERATIONS: Mapping[int, str] = {
-    ca.OP_ADD: "add",
-    ca.OP_SUB: "sub",
-    ca.OP_MUL: "mul",
-    ca.OP_NEG: "neg",
-    ca.OP_INV: "inv",
-    ca.OP_SQRT: "sqrt",
-    ca.OP_SIN: "sin",
-    ca.OP_COS: "cos",
-    ca.OP_EXP: "exp",
-    ca.OP_LOG: "log",
-    ca.OP_TANH: "tanh",
-    ca.OP_ATAN2: "atan2",
-    ca.OP_FABS: "fabs",
-    ca.OP_SIGN: "sign",
-    ca.OP_FLOOR: "floor",
-    ca.OP_FMOD: "fmod",
-    ca.OP_FMIN: "fmin",
-    ca.OP_FMAX: "fmax",
-    ca.OP_LT: "lt",
-    ca.OP_LE: "le",
-    ca.OP_EQ: "eq",
-    ca.OP_NE: "ne",
-    ca.OP_AND: "and",
-    ca.OP_OR: "or",
-    ca.OP_NOT: "not",
-}
+HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not"
+OPERATIONS: Mapping[int, str] = {getattr(ca, f"OP_{name.upper()}"): name for name in HELD.split()}
 UNKNOWN = "unknown "
-NAMES = {getattr(ca, name): name.removeprefix("OP_") for name in dir(ca) if name.startswith("OP_")}
 
 
 def read(step: Step) -> Graph:
-    """The graph of a step's rates and updates, which it goes through once a stage.
-
-    Raises
-    ------
-    ValueError
-        If the step has an operation that no kernel knows; the message names it and the state it is for.
-    """
+    """The graph of a step's rates and updates; a ValueError names an operation that no kernel knows, and its state."""
     graph = _graph(step.rule)
     if (unknown := _unknown(graph)) is not None:
         operation, state = unknown
@@ -84,33 +54,20 @@ def _unknown(graph: Graph) -> tuple[str, int] | None:
 
 
 class _Reader:
-    """The reader that turns the instructions of CasADi into nodes."""
-
     def __init__(self) -> None:
         self.nodes = Nodes()
         self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
 
     def read(self, function: ca.Function) -> list[int]:
         """The places of the results of the function."""
-        registers: dict[int, int] = {}
-        results: dict[tuple[int, int], int] = {}
-        for line in range(function.n_instructions()):
-            code = function.instruction_id(line)
-            reads, writes = function.instruction_input(line), function.instruction_output(line)
-            if code == ca.OP_OUTPUT:
-                results[writes[0], writes[1]] = registers[reads[0]]
-            elif code == ca.OP_INPUT:
-                registers[writes[0]] = self.nodes.add(SOURCES[reads[0]], entry=reads[1])
-            elif code == ca.OP_CONST:
-                registers[writes[0]] = self.nodes.constant(function.instruction_constant(line))
-            else:
-                registers[writes[0]] = self._operation(code, *(registers[read] for read in reads))
+        results = evaluated(function, self._source, self.nodes.constant, self._operation)
         zero = self.nodes.constant(0.0)
-        sizes = map(function.size1_out, range(function.n_out()))
-        return [results.get((part, i), zero) for part, size in enumerate(sizes) for i in range(size)]
+        return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
+
+    def _source(self, part: int, entry: int) -> int:
+        return self.nodes.add(SOURCES[part], entry=entry)
 
     def _operation(self, code: int, *operands: int) -> int:
-        """An operation of CasADi in terms of ours."""
         match code:
             case ca.OP_ASSIGN:
                 return operands[0]
