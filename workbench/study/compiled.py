@@ -145,21 +145,18 @@ class CompiledSweep:
 
     def name(self, first: int, last: int) -> str:
         """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
-        return self._name(first, last, self.rows(first, last))
-
-    def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:
         digest = hashlib.sha256(self.fingerprint.encode())
-        for part in rows:
+        for part in self.rows(first, last):
             digest.update(part.astype("<f8").tobytes())
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 
     def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
-        """The numbers of the runs first to last - 1, as the kernel computed them.
+        """The runs first to last - 1 as the kernel computed them: n runs at the step h, and m of them at h / 2 too.
 
-        The accumulators of the metrics (n, T, a) at the step h, and at h / 2 those (m, T, a) of the runs that are
-        run again; when each diverged, NaN for none; and some states of runs whose stability is looked at.
+        They are the accumulators of the metrics, (n, T, a) and (m, T, a); when each diverged, NaN for none; and some
+        states of runs whose stability is looked at.
         """
-        p, x0 = rows = self.rows(first, last)
+        p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
         few = again(first, last, self.sweep.halved) - first
         share = 2 * len(few) / (2 * len(few) + len(runs))
@@ -173,7 +170,7 @@ class CompiledSweep:
         arrays |= {"accumulated": self._accumulated(coarse), "diverged_at": coarse.diverged_at}
         seen = runs - first if self.watched else few
         arrays["states"] = coarse.x[seen][:, self._looks, : self.coarse.flow.states.size]
-        return chunk_of(self._name(first, last, rows), arrays)
+        return chunk_of(self.name(first, last), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
         run, keys = self.sweep.run, np.zeros_like(runs) if self.sweep.common else runs
@@ -189,11 +186,7 @@ class CompiledSweep:
         return np.unique(np.linspace(0, self.times, STATES).round().astype(int))
 
     def sample(self, chunks: Iterable[Chunk], first: int = 0) -> Sample:
-        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics.
-
-        Values are computed anew from the accumulators, so an edited metric needs no new run. An error is the change of
-        a value to h / 2.
-        """
+        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics."""
         parts = [self._arrays(chunk) for chunk in chunks]
         held = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         found = self._values(held["accumulated"], held["diverged_at"])

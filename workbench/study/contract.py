@@ -13,6 +13,7 @@ from workbench.validation.signatures import door
 
 TOLERANCE = 1e-3
 LONGEST = 300  # letters of an author's error
+LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
 
 
 class Loop(Protocol):
@@ -23,23 +24,22 @@ class Loop(Protocol):
 
 
 def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
-    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is.
-
-    Raises
-    ------
-    ValueError
-        If the loop gives neither an `Ode` nor a `Sampled`.
-    """
+    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is."""
     if isinstance(loop, Ode | Sampled):
         return loop
     call = f"{type(loop).__name__}.ode({name!r})"
-    if not callable(getattr(loop, "ode", None)):
-        raise refusal("loop", "a loop with an `ode`, an `Ode` or a `Sampled`", loop)
+    if not _is_loop(loop):
+        raise refusal("loop", LOOP, loop)
     equations = answer(call, loop.ode, name)
     if not isinstance(equations, Ode | Sampled):
         must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
         raise refusal(call, must, equations)
     return equations
+
+
+def _is_loop(given: object) -> bool:
+    one = not isinstance(given, type)
+    return isinstance(given, Ode | Sampled) or (one and callable(getattr(given, "ode", None)))
 
 
 def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
@@ -76,8 +76,7 @@ class Run:
         Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step of its
         check, a sweep and a tuning the horizon alone.
     h
-        The step in s at which values are taken, the same in a case, a sweep and the best of a tuning; of a sampled loop
-        the substep. Without it, pilot runs choose steps that keep the tolerance.
+        The step in s at which values are taken; of a sampled loop the substep. Without it, pilot runs choose one.
     tolerance
         By how much a value may change, relative to itself, from twice the step to the step. A case with an `h` is held
         against it, None against none; without `h` it is 0.001 if not given.
@@ -102,10 +101,8 @@ class Run:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        loop = self.loop
-        if isinstance(loop, type) or not (isinstance(loop, Ode | Sampled) or callable(getattr(loop, "ode", None))):
-            must = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
-            raise refusal("Run(loop=...)", must, loop)
+        if not _is_loop(self.loop):
+            raise refusal("Run(loop=...)", LOOP, self.loop)
         for name in ("h", "until", "every"):
             if (span := getattr(self, name)) is not None:
                 seconds(f"Run({name}=...)", span)
@@ -129,13 +126,7 @@ class Run:
         return f"steps for a tolerance of {self.tolerance:g}" if self.h is None else f"h = {self.h:g} s"
 
     def doubled(self, equation: Ode | Sampled, call: str) -> float:
-        """The step of the check, 2 h, in s.
-
-        Raises
-        ------
-        ValueError
-            If it does not divide the period of a sampled loop.
-        """
+        """The step of the check, 2 h, in s, which must divide the period of a sampled loop."""
         assert self.h is not None
         if isinstance(equation, Sampled) and equation.substeps(self.h) % 2:
             raise ValueError(

@@ -18,7 +18,7 @@ from workbench.study.ledger.resumption import Counter, Task, Tell, complete
 from workbench.study.ledger.store import LATER, About, Ledger, LedgerError, SweepAbout, about_in, is_chunk, opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
-from workbench.study.sweep import count_of, resized
+from workbench.study.sweep import Sweep, count_of, resized
 from workbench.study.tuning import Tuned
 from workbench.study.tuning.checkpoint import tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
@@ -26,6 +26,8 @@ from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
+ArithmeticOf = Callable[[str], str | None]
+Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 
 
 class Stopped(KeyboardInterrupt):
@@ -40,8 +42,6 @@ class Order:
     ----------
     script
         The study's file, which the ledger remembers.
-    samples
-        In place of the numbers of the designs.
     arithmetic
         That of all sweeps; None for that of the ledger, or of this machine.
     only_report
@@ -81,7 +81,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     arithmetic_of = _arithmetics(out, order)
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
-    sweeps = _compiled(study, order, arithmetic_of)
+    sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
     _afford([*searched, *sweeps], out, order)
     with opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
@@ -89,15 +89,17 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         ledger.drop_tables()
         about = About(study.name, os.path.relpath(order.script.resolve(), ledger.out.resolve()), order.samples)
         tuned, tuned_about = _tuned(study.name, searches, ledger, order, about)
-        if callable(study.sweeps):
-            sweeps = _compiled(study.resolved(tuned), order, arithmetic_of)
+        later = callable(study.sweeps)
+        study = study.resolved(tuned)
+        if later:
+            sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
             _afford(sweeps, out, order)
-        records = searched if callable(study.sweeps) else ()  # from which a worker makes the sweeps again
+        records = searched if later else ()  # from which a worker makes the sweeps again
         samples = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
         results = Results(samples=samples, tunings=tuple(tuned.values()))
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
-        yield study.resolved(tuned), results
+        yield study, results
 
 
 def _check_options(study: Study, order: Order) -> None:
@@ -121,7 +123,7 @@ def _check_options(study: Study, order: Order) -> None:
         )
 
 
-def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
+def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
     """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
     about = None if order.fresh else about_in(out)
     kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
@@ -141,27 +143,26 @@ def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
     return arithmetic_of
 
 
-def _compiled(study: Study, order: Order, arithmetic_of: Callable[[str], str | None]) -> tuple[CompiledSweep, ...]:
-    """The sweeps that are known, compiled, with as many samples as are asked for."""
-    if callable(study.sweeps):
+def _compiled(name: str, sweeps: Sweeps, order: Order, arithmetic_of: ArithmeticOf) -> tuple[CompiledSweep, ...]:
+    """The sweeps of a study that are known, compiled, with as many samples as are asked for."""
+    if callable(sweeps):
         return ()
-    fixed = [one.name for one in study.sweeps if count_of(one) is None]
+    fixed = [one.name for one in sweeps if count_of(one) is None]
     if order.samples is not None and fixed:
         names = ", ".join(f"'{name}'" for name in fixed)
-        if len(fixed) == len(study.sweeps):
+        if len(fixed) == len(sweeps):
             raise ValueError(
-                f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {names}, have no "
+                f"`--samples` cannot change the study '{name}': the designs of its sweeps, {names}, have no "
                 "number of samples; leave it out."
             )
         order.say(f"`--samples` changes nothing of {names}: their designs have no number of samples.")
-    return compile_sweeps(study, order.samples, arithmetic_of)
+    return compile_sweeps(sweeps, order.samples, arithmetic_of)
 
 
 def compile_sweeps(
-    study: Study, samples: int | None, arithmetic_of: Callable[[str], str | None]
+    sweeps: Sequence[Sweep], samples: int | None, arithmetic_of: ArithmeticOf
 ) -> tuple[CompiledSweep, ...]:
-    """The sweeps of a study that are known, compiled, with so many samples each."""
-    sweeps = () if callable(study.sweeps) else study.sweeps
+    """Sweeps compiled, with so many samples each."""
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 

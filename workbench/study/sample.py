@@ -31,13 +31,12 @@ class Sample:
     again, errors
         The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
     limits
-        (m,), the longest step in s that is stable at a few states of the runs that were run again; infinite where all
-        are, NaN where that is not known.
+        (m,), the longest step in s that is stable at a few states of these runs; infinite where all are, NaN where that
+        is not known.
     diverged_at
         (N,), in s; NaN for a run that stayed finite.
     design
-        The design of the runs, with the number of samples that was asked for; None where a ledger was read
-        without its study.
+        The design of the runs; None where a ledger was read without its study.
     arithmetic
         The signature of that of the runs.
     labels
@@ -106,8 +105,7 @@ class Sample:
     def step_error(self, metric: str, joint: int = 0) -> float:
         """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
 
-        Runs that diverged at h do not count, as they have no value; NaN if all of them did. It is infinite if a run
-        that stayed finite at h diverged at h / 2.
+        NaN if all of them diverged at h; infinite if one that stayed finite at h diverged at h / 2.
         """
         errors = self.errors[:, -1, self._column(metric, joint)][np.isnan(self.diverged_at[self.again])]
         return float(np.where(np.isnan(errors), np.inf, errors).max()) if len(errors) else np.nan
@@ -139,12 +137,8 @@ class Sample:
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
-        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{self.choice}"
-
-    @property
-    def choice(self) -> str:
-        """The tolerance for which the step was chosen, in words; empty if there is none."""
-        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        chosen = "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{chosen}"
 
     @property
     def seeds(self) -> str:
@@ -165,17 +159,16 @@ class Sample:
     @door
     def note_of(self, metric: str, joint: int = 0) -> str:
         """The note below a figure of a metric, with the step error of that metric."""
-        error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
+        column = self._column(metric, joint)
+        error, unit = self.step_error(metric, joint), self.columns[column][2]
         several = sum(name == metric for name, _, _ in self.columns) > 1
-        of = f"step error of {metric}{f' of {self._label(metric, joint)}' if several else ''}"
+        label = self.labels[column] if self.labels else f"joint {joint + 1}"
+        of = f"step error of {metric}{f' of {label}' if several else ''}"
         if np.isnan(error):
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
         return f"{self.note}; {of} at most {_plain(error)}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
-
-    def _label(self, metric: str, joint: int) -> str:
-        return self.labels[self._column(metric, joint)] if self.labels else f"joint {joint + 1}"
 
     @property
     def heads(self) -> tuple[str, ...]:

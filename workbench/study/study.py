@@ -38,12 +38,11 @@ class Case:
         Together the name of the case.
     run
         Its values are taken at the step of the run, and held against those at twice that step, of which the horizon
-        and `every` are multiples: the change is their error. A metric that does not keep the tolerance is named below
-        the tables.
+        and `every` are multiples: the change is their error.
     style
         Which line of the figures belongs to the law.
     remark
-        A remark on this case, beside its name.
+        Stands beside its name.
 
     Examples
     --------
@@ -105,16 +104,13 @@ class Outcome:
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
-        limit, check = self.measurement.limits[0], self.measurement.check
+        limit, check, run = self.measurement.limits[0], self.measurement.check, self.case.run
         how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
-        run = self.case.run
-        chosen = (
-            () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
-        )
+        steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + chosen + beyond + missed
+        return self.ode.notes + methods + steps + beyond + missed
 
     @door
     def within(self, metric: str) -> bool | None:
@@ -190,7 +186,7 @@ class Results:
     def rows(self) -> list[dict[str, Any]]:
         """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
 
-        If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
+        If a case has a tolerance: that too, and whether the metric is within it.
         """
         asked = any(outcome.case.run.tolerance is not None for outcome in self.outcomes)
         return [

@@ -32,12 +32,12 @@ class Sweep:
         A point of the unit cube a run, one coordinate a factor.
     run
         Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
-        each factor are the pilots, which choose one step for all.
+        each factor choose one step for all.
     common
         True if all runs have the same noise; else it is each run's own.
     halved
-        One run of so many is run again at h / 2, for the error of the step: those whose number it divides. None for
-        no run.
+        One run of so many, those whose number it divides, is run again at h / 2, for the error of the step; None for no
+        run.
     runs_of_chunk
         The number of runs that are computed and kept together; by default as many as take a processor a second or two.
 

@@ -73,8 +73,8 @@ def causes(
         names that of blocks with another `integrator`.
     p, x0
         (B, np) and (B, nx), the rows of the lost runs, or one row for all.
-    until, substeps
-        The horizon in s, and the steps of the plant in a period.
+    substeps
+        The steps of the plant in a period.
     seed, runs
         The keys of the noise that they had, as `simulate` takes them.
 
@@ -83,7 +83,7 @@ def causes(
     LookupError
         If no way is called "fine".
     ValueError
-        If a way is no `Sampled`, the ways have other states or parameters than one another, or `simulate` refuses.
+        If a way is no `Sampled`, has other states or parameters than the others, or `simulate` refuses.
     """
     if FINE not in ways:
         raise LookupError(f"`causes(ways)` needs the way '{FINE}' to tell law from integrator; got {sorted(ways)}.")
@@ -108,7 +108,7 @@ def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) 
     Parameters
     ----------
     diverged
-        (B,), the numbers of the runs: `np.flatnonzero(np.isfinite(sample.diverged_at))`.
+        (B,), the numbers of the runs.
     ways
         The loop of the sweep by the names of ways, "fine" among them.
 

@@ -151,8 +151,10 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
                 f"'{law}' for {other.t[-1]:g} s: give their sweeps the same `until`."
             )
     runs = f"{len(held):,} draws of {len(held.factors)} factors, the same for each law"
+    by_step: dict[float, list[str]] = {}
+    for law, sample in samples.items():
+        by_step.setdefault(sample.h, []).append(law)
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
-    by_step = _by_step(samples)
     steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
     step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
     again = min(len(sample.again) for sample in samples.values())
@@ -168,10 +170,3 @@ def _column(law: str, given: Any) -> Array:
             f"{described(given)}."
         )
     return column
-
-
-def _by_step(samples: Mapping[str, Sample]) -> dict[float, list[str]]:
-    steps: dict[float, list[str]] = {}
-    for law, sample in samples.items():
-        steps.setdefault(sample.h, []).append(law)
-    return steps

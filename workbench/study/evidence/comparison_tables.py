@@ -29,18 +29,11 @@ def comparison_table(
     ValueError
         If there is no comparison, or two are of other laws.
     """
-    laws = _laws("comparison_table", comparisons)
-    failed = np.max([one.paired.failed for one in comparisons], axis=0)
-    rows: list[tuple[Cell, ...]] = []
-    for i, law in enumerate(laws):
-        rows.append((law, *(_level(one, law) for one in comparisons), int(failed[i])))
+    _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
-    names = (words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons)
-    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
-    heads = (Column(metric, unit, "right") for metric, unit in zip(names, units, strict=True))
-    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    names = [words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons]
     bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
-    return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
+    return _levels(name, caption, comparisons, names, (bold, *_said(comparisons), *notes))
 
 
 @door
@@ -53,19 +46,25 @@ def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tu
         If this is no judgement.
     """
     paired, comparisons = judgement.paired, tuple(judgement.by.values())
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (law, *(_level(one, law) for one in comparisons), int(failed))
-        for law, failed in zip(paired.laws, paired.failed, strict=True)
-    )
-    marks = (", asked", *[""] * len(comparisons))
-    heads = (
-        Column(f"{words_of(one.estimand, paired.metric)}{mark}", unit_of(one.estimand, paired.unit), "right")
-        for one, mark in zip(comparisons, marks, strict=False)
-    )
-    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
     how = f"{BOLD} Behind each number, {HALF}; of a column {comparisons[0].holds}."
-    return Table(name, caption, columns, rows, (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes))
+    said = (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes)
+    return _levels(name, caption, comparisons, [f"{asked}, asked", *others], said)
+
+
+def _levels(
+    name: str, caption: Phrase, comparisons: Sequence[Comparison], names: Sequence[str], notes: tuple[Phrase, ...]
+) -> Table:
+    """One row a law, one column a comparison, under their names, and the failed runs."""
+    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
+    heads = (Column(head, unit, "right") for head, unit in zip(names, units, strict=True))
+    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (law, *(_level(one, law) for one in comparisons), int(lost))
+        for law, lost in zip(comparisons[0].paired.laws, failed, strict=True)
+    )
+    return Table(name, caption, (Column("law"), *heads, Column("failed runs", align="right")), rows, notes)
 
 
 @door
@@ -81,8 +80,9 @@ def ablation_table(
     LookupError
         If `whole` is none of the laws.
     """
-    laws = _laws("ablation_table", comparisons)
-    at = comparisons[0].paired.place(whole)
+    _check_laws("ablation_table", comparisons)
+    paired = comparisons[0].paired
+    at = paired.place(whole)
     if any(isinstance(one.estimand, Success) for one in comparisons):
         raise ValueError(
             "`ablation_table(comparisons=...)` tells changes in percent of a level, which is not what a "
@@ -92,7 +92,7 @@ def ablation_table(
     rows: list[tuple[Cell, ...]] = [(whole, *(_shown(one, at) for one in comparisons), int(failed[at]))]
     rows += [
         (f"without {law}", *(_change(one, i, at) for one in comparisons), int(failed[i]))
-        for i, law in enumerate(laws)
+        for i, law in enumerate(paired.laws)
         if i != at
     ]
     heads = (Column(one.paired.metric, one.paired.unit, "left") for one in comparisons)
@@ -104,11 +104,10 @@ def ablation_table(
     return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
 
 
-def _laws(call: str, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+def _check_laws(call: str, comparisons: Sequence[Comparison]) -> None:
     kinds = {one.paired.laws for one in comparisons}
     if len(kinds) != 1:
         raise ValueError(f"`{call}(comparisons=...)` needs comparisons of the same laws; got {sorted(kinds)}.")
-    return kinds.pop()
 
 
 def _statistics(comparisons: Sequence[Comparison]) -> str:

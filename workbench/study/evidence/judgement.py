@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -101,15 +101,9 @@ def judge(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Judgement:
-    """Laws by the estimand asked, and by others that may reverse it.
+    """Laws by the estimand asked before the runs were made, and by others that may reverse it.
 
-    The estimand asked is decided before the runs are made, by what the metric is for: the mean for what adds up over
-    many uses, a tail for what must not happen.
-
-    Parameters
-    ----------
-    confidence
-        Of all intervals of one estimand at once.
+    The confidence is that of all intervals of one estimand at once.
 
     Raises
     ------
@@ -120,12 +114,8 @@ def judge(
     words = [one.words for one in estimands]
     if len(set(words)) < len(words):
         raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
-    return Judgement(
-        {
-            one.words: compare(paired, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
-            for one in estimands
-        }
-    )
+    how: dict[str, Any] = {"confidence": confidence, "margin": margin, "resamples": resamples, "seed": seed}
+    return Judgement({one.words: compare(paired, one, **how) for one in estimands})
 
 
 def least_of(estimand: Estimand, metric: str) -> str:

@@ -11,6 +11,7 @@ from typing import Any
 from workbench.core import Roles, grouped
 from workbench.metrics import AbstractMetric
 from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
+from workbench.study.evidence.judgement import listed
 from workbench.study.study import Outcome
 from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.validation.signatures import door
@@ -45,7 +46,7 @@ def side_by_side(
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or the number is not there; the message names those that do.
+        If a metric exists in no case, or the number is not there.
 
     Examples
     --------
@@ -132,27 +133,21 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
     Raises
     ------
     LookupError
-        If a printed law has no outcome; the message names the nearest.
+        If a printed law has no outcome.
     """
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
     scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
     unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
-        outcome = ours[law]
+        outcome, shown = ours[law], f"{printed:.{published.digits}f}"
         if outcome.diverged_at is not None:
-            rows.append((outcome.label, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
+            rows.append((outcome.label, shown, Diverged(outcome.diverged_at), None, None))
             continue
         value, error = outcome.score(published.metric, published.joint)
-        rows.append(
-            (
-                outcome.label,
-                f"{printed:.{published.digits}f}",
-                Measured(value, error),
-                f"{value - printed:+.{published.digits}f}",
-                f"{100 * (value - printed) / printed:+.1f}" if printed else None,
-            )
-        )
+        off = f"{value - printed:+.{published.digits}f}"
+        percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
+        rows.append((outcome.label, shown, Measured(value, error), off, percent))
     columns = (
         Column("law"),
         Column("printed", unit, "right"),
@@ -188,7 +183,7 @@ class Ranking:
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
         against = (
-            f" {winner} is printed below {_listed(lost)}, and is above here."
+            f" {winner} is printed below {listed(lost)}, and is above here."
             if lost
             else f" All printed advantages of {winner} hold here or are too close to call."
         )
@@ -217,22 +212,13 @@ def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
     return outcome.score(published.metric, published.joint)
 
 
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
-
-
 @door
 def information_table(
     name: str, caption: Phrase, loops: Mapping[str, Any], tuned: Mapping[str, int] | None = None
 ) -> Table:
     """A row a law: how it comes by positions and velocities, its model, its estimate of the disturbance, its states.
 
-    Parameters
-    ----------
-    loops
-        By law its loop, or its `Roles`.
-    tuned
-        By law how many of its numbers are tuned.
+    The loops are by law, each a loop or its `Roles`; so is `tuned`, how many of a law's numbers are tuned.
 
     Raises
     ------
@@ -249,12 +235,11 @@ def information_table(
     roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
     classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
     rows = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
+    heads = [Column(head) for head in (*HEADS, *(() if tuned is None else ("tuned",)))]
+    if tuned is not None:
+        rows = [(*row, whole(f"information_table(tuned={{'{row[0]}': ...}})", tuned[row[0]], 0)) for row in rows]
     notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
-    if tuned is None:
-        return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), notes)
-    counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
-    heads = (*map(Column, HEADS), Column("tuned"))
-    return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), notes)
+    return Table(name, caption, tuple(heads), tuple(rows), notes)
 
 
 def _roles_of(law: str, given: Any) -> Roles:

@@ -52,10 +52,7 @@ class Comparison:
 
     @door
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps.
-
-        Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
-        """
+        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps."""
         i, j = self.paired.place(a), self.paired.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
@@ -70,7 +67,7 @@ class Comparison:
     def alike(self, a: str, b: str) -> bool:
         """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
 
-        Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
+        Two laws that both fail too often for a level are not alike.
         """
         i, j = self.paired.place(a), self.paired.place(b)
         (steps, margin), d = self._off, self.difference
@@ -87,10 +84,7 @@ class Comparison:
 
     @property
     def best(self) -> str | None:
-        """The law that is significantly below every other by this estimand alone; None if there is none.
-
-        No verdict by itself: a `Judgement` says whether other estimands reverse it.
-        """
+        """The law that is significantly below every other by this estimand alone; None if there is none."""
         others = self.below.sum(axis=1)
         return next((law for law, n in zip(self.paired.laws, others, strict=True) if n == len(others) - 1), None)
 
@@ -125,21 +119,19 @@ def compare(
 ) -> Comparison:
     """The comparison of all laws and pairs of laws by a bootstrap over draws, which keeps the runs of a draw together.
 
-    The intervals of all levels hold at once with the confidence, and so do those of all differences; see the estimands
-    for how. A failed run is worse than any other: a law that has one has an infinite mean and tail, and is above every
-    law that has none; two such laws are undecided.
+    The intervals of all levels hold at once with the confidence, and so do those of all differences. A law with a
+    failed run has an infinite mean and tail, and is above every law that has none; two such laws are undecided.
 
     Parameters
     ----------
     margin
-        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody, however
-        sure.
+        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody.
 
     Raises
     ------
     ValueError
-        If an argument has the wrong kind, there are fewer than 100 resamples or too few draws for the estimand, or the
-        margin does not lie between 0 and 1.
+        If there are fewer than 100 resamples or too few draws for the estimand, the confidence is none, or the margin
+        does not lie between 0 and 1.
     """
     t_quantile("compare", confidence, 1)  # refuses what is no confidence
     if not 0 <= margin < 1:

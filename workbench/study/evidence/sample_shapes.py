@@ -21,6 +21,7 @@ from workbench.validation.signatures import door
 RESAMPLES = 2000
 BESIDE = 10  # draws on each side of a gap that are held against it
 WORST = 0.1  # part of the draws whose part of the total tells a heavy tail
+Kind = Literal["failures", "two groups", "heavy tail", "one group"]
 
 
 @dataclass(frozen=True)
@@ -28,15 +29,9 @@ WORST = 0.1  # part of the draws whose part of the total tells a heavy tail
 class Predictor:
     """The factor, and its limit, that tell a group of draws from the others best.
 
-    Attributes
-    ----------
-    area
-        Under the receiver operating characteristic: the probability that the factor is larger in a draw of the group
-        than in one of the others.
-    p
-        That the area is as far from one half by chance, times the number of factors.
-    inside, outside
-        The numbers of draws of the group, and of the others, on that side of the limit.
+    The `area` under the receiver operating characteristic is the probability that the factor is larger in a draw of the
+    group than in one of the others, and `p` that it is as far from one half by chance, times the number of factors.
+    On that side of the limit are so many draws `inside` the group and `outside` of it.
     """
 
     factor: str
@@ -58,20 +53,18 @@ class Shape:
     kind
         By the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
         worst tenth carries more of the total than that of an exponential law would; or none of these.
-    upper
-        The numbers of the draws that make up the failed runs, the upper group or the worst tenth, of so many runs.
-    limit
-        The least value of these.
+    upper, limit
+        The numbers of the draws that make up the failed runs, the upper group or the worst tenth; their least value.
     ratio, carried
         The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
     predictor
-        The predictor of these draws; None if no factor tells them from the others with the confidence.
+        Of these draws; None if no factor tells them from the others with the confidence.
     """
 
     law: str
     metric: str
     unit: str
-    kind: Literal["failures", "two groups", "heavy tail", "one group"]
+    kind: Kind
     upper: Integers
     runs: int
     limit: float
@@ -105,12 +98,7 @@ class Shape:
 def shapes(
     paired: Paired, drawn: Array, factors: Sequence[str], *, confidence: float = 0.95, seed: int = 0
 ) -> tuple[Shape, ...]:
-    """The shape of each law's values, all with the confidence at once by Bonferroni.
-
-    Parameters
-    ----------
-    drawn
-        (N, d), the factors of each draw.
+    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni.
 
     Raises
     ------
@@ -136,9 +124,7 @@ def shapes(
     return tuple(found)
 
 
-def _group(
-    y: Array, carried: float, sure: float, seed: int
-) -> tuple[Literal["failures", "two groups", "heavy tail", "one group"], Flags]:
+def _group(y: Array, carried: float, sure: float, seed: int) -> tuple[Kind, Flags]:
     """The kind of a sample, and the draws that make it that kind."""
     failed = np.isinf(y)
     if failed.any():
@@ -209,8 +195,7 @@ def gap(values: Array) -> tuple[float, float]:
 
         P = N max ((s / (g + s))^9)    over the ten draws below the gap g and those above, which span s
 
-    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it; N
-    is for all gaps (Bonferroni).
+    as away from its mode a density falls, and N is for all gaps (Bonferroni).
     """
     x = np.sort(values)
     wide = np.diff(x)

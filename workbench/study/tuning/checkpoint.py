@@ -30,8 +30,7 @@ def tune_in_ledger(
 ) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
     """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
 
-    A search asks for the same points again after it was stopped, and finds its generations by their names. The
-    state of the study is recorded now and then, and when the tunings are done or stopped.
+    A search asks for the same points again after it was stopped, and finds its generations by their names.
     """
     names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
     counter = Counter(sum(_spared(search, names) for search in searches), begin)

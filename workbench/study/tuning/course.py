@@ -19,12 +19,7 @@ from workbench.validation.signatures import door
 class Course:
     """The least objective of a search after each of its generations.
 
-    Attributes
-    ----------
-    search
-        Its number, from 0 on.
-    bests
-        (G,) at the step h; infinite while no point is admissible.
+    The `search` counts from 0; its `bests`, (G,), at the step h, are infinite while no point is admissible.
     """
 
     tuning: Tuning

@@ -41,12 +41,10 @@ class Tuned:
     samples
         The runs of all points, by trial; what they say of a seed is that of the first search.
     finalists, halved, halves
-        The places (K,) of the best points of each search; their objectives (K, S) at h / 2 under the training noises
-        of all searches, or under the one there is, (K, 1), if no trial has noise; and the runs of these by trial, all
-        points under one noise behind all under the one before it.
+        The places (K,) of the best points of each search; their objectives (K, S) at h / 2 under the S training noises,
+        one if no trial has any; and the runs of these by trial, all points under one noise behind all under the last.
     limits
-        (K,) by trial, the longest step in s that is stable at a few states of these runs; infinite where all are, NaN
-        where that is not known.
+        (K,) by trial, the longest step in s that is stable at a few states of these runs, as in `Sample`.
     """
 
     tuning: Tuning
@@ -82,7 +80,7 @@ class Tuned:
 
     @door
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor as one search alone tells it: the best of its finalists under its own noise.
+        """The best value of each factor by one search alone: the best of its finalists under its own noise.
 
         Raises
         ------
@@ -103,8 +101,6 @@ class Tuned:
     @door
     def best_within(self, evaluations: int) -> dict[str, float]:
         """The best value of each factor at the step h, among the first so many points of each search.
-
-        Each point counts by its objective under the noise of its search.
 
         Raises
         ------
