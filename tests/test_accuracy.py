@@ -9,7 +9,7 @@ from workbench.simulate.step_size import Accuracy, accuracy, change, pilot_runs,
 
 
 def test_the_step_for_a_tolerance_is_the_first_half_that_keeps_it():
-    def make(method, h):
+    def make(h):
         return rk4(decay(), h)
 
     p, x0 = np.array([[1.0], [5.0]]), np.ones((2, 1))
@@ -21,7 +21,7 @@ def test_the_step_for_a_tolerance_is_the_first_half_that_keeps_it():
     with pytest.raises(ValueError, match="No step `h` keeps the tolerance of 1e-20: that of"):
         step_for_tolerance(make, p, x0, 1.0, 1e-20, 0.25, halvings=3)
     with pytest.raises(ValueError, match="none of the 1 pilot runs stays finite up to 2 s at steps down to"):
-        step_for_tolerance(lambda method, h: rk4(explosion(), h), np.zeros((1, 0)), np.ones((1, 1)), 2.0, 1e-3, 0.5)
+        step_for_tolerance(lambda h: rk4(explosion(), h), np.zeros((1, 0)), np.ones((1, 1)), 2.0, 1e-3, 0.5)
 
 
 def test_pilots_are_spread_over_the_numbers_of_a_batch_whatever_its_order():

@@ -6,7 +6,6 @@ from equations import decay, explosion, oscillator, root
 
 from workbench.controllers import SlidingMode
 from workbench.core import rk4, with_quadrature
-from workbench.core.stabilised import amplification
 from workbench.loop import ClosedLoop
 from workbench.metrics import effort, energy, measure, rmse
 from workbench.observers import FullState
@@ -26,18 +25,6 @@ def test_the_limit_of_a_real_mode_is_the_known_end_of_the_stability_interval():
 
 def test_the_limit_of_a_nearly_undamped_mode_is_two_root_two():
     assert longest_steps(np.array([-1e-9 + 1j]), RK4)[0] == pytest.approx(2 * np.sqrt(2), abs=3e-3)
-
-
-@pytest.mark.parametrize("stages", [2, 5, 10])
-def test_the_limit_of_a_stabilised_step_is_where_its_polynomial_leaves_the_strip(stages):
-    limit = longest_steps(np.array([-1.0 + 0j]), amplification(stages))[0]
-    inside, outside = (abs(np.polyval(amplification(stages), -share * limit)) for share in (0.999, 1.001))
-    assert inside <= 1 + 1e-9 < outside
-
-
-def test_a_mode_that_hardly_decays_lets_no_stabilised_step_be_long():
-    # |R(i y)| > 1 for every y > 0
-    assert longest_steps(np.array([-1e-12 + 1j]), amplification(5))[0] < 0.1
 
 
 def test_a_growing_mode_sets_no_limit():

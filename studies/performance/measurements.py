@@ -17,7 +17,7 @@ from studies.performance.arithmetic import flops, peak
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
 from studies.performance.workload import HORIZON, STATES, VARIED_COLUMNS, H, loop, rmse, rows_of, run, workload
-from workbench.core import Step, stepper
+from workbench.core import Step, rk4
 from workbench.simulate import simulate
 from workbench.simulate.step_size import pilot_runs, step_for_tolerance
 from workbench.validation.refusals import Array
@@ -151,14 +151,14 @@ def coarsest(error_of: Callable[[float], float], target: float, low: float, high
 
 
 @cache
-def stepped(method: str, h: float) -> Step:
-    """A step of W by a method, with the integrals that score it, as CVODES has them, and no sum over steps."""
-    return stepper(method)(loop(), h)
+def stepped(h: float) -> Step:
+    """A step of W, with the integrals that score it, as CVODES has them, and no sum over steps."""
+    return rk4(loop(), h)
 
 
 def through(h: float, p: Array, horizon: float) -> Array:
     """The RMSE (B, 2) of runs by such a step of h [s]."""
-    return rmse(simulate(stepped("rk4", h), p, until=horizon, every=horizon).x[:, -1], horizon)
+    return rmse(simulate(stepped(h), p, until=horizon, every=horizon).x[:, -1], horizon)
 
 
 def by_pilot(target: float, effort: Effort) -> tuple[Runner, float]:

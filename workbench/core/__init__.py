@@ -13,7 +13,6 @@ from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
 from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
-from workbench.core.stabilised import rkc, stepper
 from workbench.core.step import Rule, Step, rk4
 
 __all__ = [
@@ -38,8 +37,6 @@ __all__ = [
     "option",
     "parameter",
     "rk4",
-    "rkc",
-    "stepper",
     "with_quadrature",
     "with_sensitivity",
 ]

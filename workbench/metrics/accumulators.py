@@ -11,7 +11,7 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step, stepper, with_quadrature
+from workbench.core import Layout, Ode, Sampled, Step, rk4, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
 from workbench.metrics.signal_choice import refuse_unknown
 from workbench.simulate import Trajectories
@@ -24,46 +24,44 @@ LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divi
 
 
 @door
-def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float, method: str = "rk4") -> Step:
-    """The step of `equation` with every metric accumulated beside it, by a method that `stepper` knows.
+def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
+    """The step of `equation` with every metric accumulated beside it.
 
-    Of a sampled loop h is the substep, and the method is RK4. Integrals run along in the substeps; what
+    Of a sampled loop h is the substep. Integrals run along in the substeps; what
     looks at samples looks once a period, at what holds after the jump.
 
     Raises
     ------
     LookupError
-        If a metric watches an output that `equation` does not have, or there is no such method.
+        If a metric watches an output that `equation` does not have.
     ValueError
-        If `equation` is none, h is none or does not divide the period of a sampled loop, whose method is
-        not "rk4", two metrics have one name, or one means nothing for `equation`.
+        If `equation` is none, h is none or does not divide the period of a sampled loop, two metrics
+        have one name, or one means nothing for `equation`.
     """
-    return maker(equation, metrics)(method, h)
+    return maker(equation, metrics)(h)
 
 
 @door
-def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[str, float], Step]:
-    """The function that makes the steps of `measured` by method and length h [s], which share their rule."""
+def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[float], Step]:
+    """The function that makes the steps of `measured` of length h [s], which share their rule."""
     metrics = resolved(equation, metrics)
     ode = _flow(equation)
     y = ode.outputs.view(ode.output)
     integrands = {f"integral of {m.name}": ca.densify(g) for m in metrics if (g := m.integrand(ode.t, y)) is not None}
     ode = with_quadrature(ode, integrands)
     sampled = replace(equation, flow=ode) if isinstance(equation, Sampled) else None
-    made: dict[tuple[str, int], Step] = {}
+    made: dict[int, Step] = {}
 
-    def make(method: str, h: float) -> Step:
-        if isinstance(equation, Sampled) and method != "rk4":
-            raise ValueError(f"`measured(method=...)` of a sampled loop must be 'rk4', its substeps; got '{method}'.")
+    def make(h: float) -> Step:
         if isinstance(equation, Sampled):
             span, substeps = equation.period, equation.substeps(h)
         else:
             span, substeps = seconds("measured(h=...)", h), 1
         _check_grids(metrics, span)
-        if (method, substeps) not in made:
-            plain = sampled.step(substeps) if sampled else stepper(method)(ode, span)
-            made[method, substeps] = _with_memories(plain, metrics)
-        return replace(made[method, substeps], h=span)
+        if substeps not in made:
+            plain = sampled.step(substeps) if sampled else rk4(ode, span)
+            made[substeps] = _with_memories(plain, metrics)
+        return replace(made[substeps], h=span)
 
     return make
 

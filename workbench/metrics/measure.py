@@ -122,7 +122,7 @@ class _Pair:
 def _at_steps(asked: _Asked, h: float, seed: int) -> _Pair:
     """The runs at the step h and at its half."""
     make = maker(asked.equation, asked.metrics)
-    coarse, fine = make("rk4", h), make("rk4", h / 2)
+    coarse, fine = make(h), make(h / 2)
     every = coarse.h if asked.every is None else asked.every
     call = partial(simulate, p=asked.p, x0=_extended(asked.x0, fine), until=asked.until, every=every, seed=seed)
     # the longer run first: from it the engine sees how good its code should be
@@ -169,7 +169,7 @@ def chosen_step(
     else:
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
         longest, halvings = unit / ceil(COUNT * unit / until), HALVINGS
-    start = _extended(x0, make("rk4", longest))
+    start = _extended(x0, make(longest))
     assert start is not None
     return step_for_tolerance(
         make, p, start, until, tolerance, longest, halvings=halvings, seed=seed, arithmetic=arithmetic

@@ -20,8 +20,8 @@ PILOTS = 16
 STATES = 4  # of a run at which its modes are looked at
 HALVINGS = 12
 
-# (method, h) -> the step of length h [s] by that method, or that of a sampling period with substeps of length h.
-Make = Callable[[str, float], Step]
+# h -> the step of length h [s], or that of a sampling period with substeps of length h.
+Make = Callable[[float], Step]
 
 
 def pilot_runs(p: Array, x0: Array, count: int = PILOTS) -> Integers:
@@ -64,9 +64,9 @@ def step_for_tolerance(
         If no pilot run stays finite, or none of the steps keeps the tolerance.
     """
     march = partial(simulate, p=p, x0=x0, until=until, every=longest, seed=seed, arithmetic=arithmetic)
-    rough, found = march(make("rk4", longest)), np.nan
+    rough, found = march(make(longest)), np.nan
     for halving in range(halvings):
-        fine, h = march(make("rk4", longest / 2 ** (halving + 1))), longest / 2**halving
+        fine, h = march(make(longest / 2 ** (halving + 1))), longest / 2**halving
         if not fine.diverged.all():
             found = _relative_change(fine, rough)
             if found <= tolerance and h <= _limit(fine):

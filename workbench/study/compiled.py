@@ -282,7 +282,7 @@ def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool =
         run = replace(run, h=step / 2)
     h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
     assert h is not None
-    coarse, fine = make("rk4", h), make("rk4", h / 2)
+    coarse, fine = make(h), make(h / 2)
     multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.kept, coarse.h, "the step")
     chosen = sweep.run.h is None
     sweep = replace(sweep, run=replace(run, h=h))
