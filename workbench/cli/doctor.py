@@ -49,7 +49,6 @@ def findings() -> Iterator[Finding]:
 
 
 def _checks() -> dict[str, Callable[[], str]]:
-    """The checks by name: each returns the state in words, or raises."""
     return {
         "control-workbench": partial(version, "control-workbench"),
         "python": platform.python_version,

@@ -21,10 +21,9 @@ from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
 from workbench.simulate.stability import longest_steps, modes_at
 from workbench.simulate.step_size import change
-from workbench.study.contract import equations_of
+from workbench.study.contract import Sweep, again, equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep, again
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, multiple
@@ -37,19 +36,7 @@ BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole v
 
 @dataclass(frozen=True, eq=False)
 class CompiledSweep:
-    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
-
-    Attributes
-    ----------
-    arithmetic
-        That of its runs, by its name.
-    size
-        The number of its runs; of a search, at most.
-    watched
-        True if the longest stable step is looked for along every run, and not only along those that are run again.
-    chosen
-        True if pilots chose the step.
-    """
+    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states."""
 
     sweep: Sweep
     equation: Ode | Sampled
@@ -58,9 +45,9 @@ class CompiledSweep:
     fine: Step
     space: Space
     arithmetic: str
-    size: int
-    watched: bool = False
-    chosen: bool = False
+    size: int  # of its runs; of a search, at most
+    watched: bool = False  # the longest stable step is looked for along every run, not only along those run again
+    chosen: bool = False  # by pilots, of the step
 
     @property
     def h(self) -> float:

@@ -18,50 +18,25 @@ ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 @dataclass(frozen=True, eq=False)
 @door
 class Sample:
-    """N runs of one loop: the values of its factors, and those of its metrics.
-
-    Attributes
-    ----------
-    columns
-        The entries of the last axis of values and errors: a metric, its number counted from 0, and its unit.
-    t
-        (T,), the times in s at which the metrics were taken, from the start to each; the last is the horizon.
-    drawn, values
-        (N, d) and (N, T, k); NaN from the time at which a run diverged.
-    again, errors
-        The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
-    limits
-        (m,), the longest step in s that is stable at a few states of these runs; infinite where all are, NaN where that
-        is not known.
-    diverged_at
-        (N,), in s; NaN for a run that stayed finite.
-    design
-        The design of the runs; None where a ledger was read without its study.
-    arithmetic
-        The signature of that of the runs.
-    labels
-        The label of each column, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
-    tolerance
-        For which pilots chose the step; None where the sweep names it.
-    """
+    """N runs of one loop: the values of its d factors, and those of its metrics in k columns at T times."""
 
     name: str
     factors: tuple[str, ...]
-    columns: tuple[tuple[str, int, str], ...]
-    t: Array
+    columns: tuple[tuple[str, int, str], ...]  # a metric, its number counted from 0, and its unit
+    t: Array  # (T,), the times in s, each metric being taken from the start to there; the last is the horizon
     h: float
     seed: int
     fingerprint: str
-    drawn: Array
-    values: Array
-    again: Integers
-    errors: Array
-    limits: Array
-    diverged_at: Array
-    design: AbstractDesign | None = None
+    drawn: Array  # (N, d)
+    values: Array  # (N, T, k), NaN from the time at which a run diverged
+    again: Integers  # (m,), the numbers of the runs that were run at h / 2 too
+    errors: Array  # (m, T, k), by how much that changed their values
+    limits: Array  # (m,), the longest step in s stable at a few states of these; inf where all are, NaN where unknown
+    diverged_at: Array  # (N,), in s, NaN for a run that stayed finite
+    design: AbstractDesign | None = None  # none where a ledger was read without its study
     arithmetic: str = ""
-    labels: tuple[str, ...] = ()
-    tolerance: float | None = None
+    labels: tuple[str, ...] = ()  # of each column, as 'joint 1' or a signal's name; none in a ledger of old
+    tolerance: float | None = None  # for which pilots chose the step
 
     def __len__(self) -> int:
         return len(self.values)

@@ -11,11 +11,10 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement
-from workbench.study.contract import Run, answer
+from workbench.study.contract import Run, Sweep, answer
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.refusals import Array, described, known, multiple, refusal, seed, several
 from workbench.validation.signatures import door
@@ -263,22 +262,18 @@ class Study:
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)
         for part in ("cases", "sweeps", "tunings"):
-            if callable(given := getattr(self, part)):
-                self._check_later(part)
-            else:
+            if not callable(given := getattr(self, part)):
                 self._check_names(part, [one.name for one in given])
+            elif not self.tunings:
+                raise ValueError(
+                    f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
+                    f"{part} themselves."
+                )
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
         self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
         if self.cases and "cases" in names:
             raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
-
-    def _check_later(self, part: str) -> None:
-        if not self.tunings:
-            raise ValueError(
-                f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
-                f"{part} themselves."
-            )
 
     def _check_names(self, part: str, names: Sequence[str]) -> None:
         if twice := {name for name in names if names.count(name) > 1}:

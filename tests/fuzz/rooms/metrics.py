@@ -10,7 +10,7 @@ import numpy as np
 from workbench import metrics as room
 from workbench.core import Layout, Ode
 from workbench.metrics.accumulators import accumulated, accumulators, common_grid, final_values, maker, resolved, values
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.simulate import simulate
 
@@ -109,7 +109,7 @@ def calls() -> dict[str, Any]:
         "measure_own": partial(measure_own, watched=("y",), sampled=None, checked=None, integrated=None,
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
-        "measured": partial(room.measured, ODE, [rms], 0.1, "rk4"),
+        "measured": partial(room.measured, ODE, [rms], 0.1),
         "maker": partial(maker, ODE, [rms]),
         "resolved": partial(resolved, ODE, [rms], 1.0),
         "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),

@@ -112,10 +112,7 @@ def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
 
 
 def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
-    """The places where quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in a resample *.
-
-    B*_k is as in `order_statistics`.
-    """
+    """The places where quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1), resampled."""
     below, expected, lower, ordered = _halves(columns, share)
     beyond = np.full((1, columns.shape[1]), np.inf)
     padded = np.concatenate([-beyond, ordered, beyond])
@@ -214,7 +211,6 @@ def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
 
 @lru_cache(maxsize=2)
 def _across(runs: int, first: int, last: int, seed: int) -> Integers:
-    """The numbers of `_counts`, with one row a draw."""
     small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
     found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False

@@ -24,10 +24,7 @@ def comparison_table(
 ) -> Table:
     """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
 
-    Raises
-    ------
-    ValueError
-        If there is no comparison, or two are of other laws.
+    Comparisons of other laws than the first are refused, and none at all.
     """
     _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
@@ -38,13 +35,7 @@ def comparison_table(
 
 @door
 def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
-    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
-
-    Raises
-    ------
-    ValueError
-        If this is no judgement.
-    """
+    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals."""
     paired, comparisons = judgement.paired, tuple(judgement.by.values())
     asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
@@ -73,12 +64,7 @@ def ablation_table(
 ) -> Table:
     """The change of each metric, in percent of the law `whole`, as a block is taken out of it.
 
-    Raises
-    ------
-    ValueError
-        If there is no comparison, two are of other laws, or one is of `Success`, a share in points and not percent.
-    LookupError
-        If `whole` is none of the laws.
+    Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
     """
     _check_laws("ablation_table", comparisons)
     paired = comparisons[0].paired
@@ -138,7 +124,6 @@ def _level(one: Comparison, law: str) -> Cell:
 
 
 def _shown(one: Comparison, i: int) -> Value:
-    """The level of a law, of successes in percent."""
     value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
     if np.isinf(value):
         return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
@@ -158,7 +143,6 @@ def _percents(value: float, low: float, high: float) -> Value:
 
 
 def _change(one: Comparison, i: int, at: int) -> Cell:
-    """The change from the whole law, in percent of it."""
     d = one.difference
     size = float(one.level.value[at])
     if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is so many percent of zero
@@ -173,12 +157,10 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
 
 
 def _text(numbers: Iterable[float], unit: str) -> str:
-    """A value and its interval."""
     sign = "+" if unit == "%" else ""
     value, *ends = (_short(number, sign) if np.isfinite(number) else "not bounded" for number in numbers)
     return f"{value} {unit} ({' to '.join(ends)})"
 
 
 def _short(number: float, sign: str) -> str:
-    """A number in three digits, or with all digits before the point."""
     return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"

@@ -17,15 +17,9 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Judgement:
-    """Comparisons of the same runs by several estimands, the first of them asked before the runs.
+    """Comparisons of the same runs by several estimands, the first of them asked before the runs."""
 
-    Attributes
-    ----------
-    by
-        The words of each estimand and its comparison.
-    """
-
-    by: Mapping[str, Comparison]
+    by: Mapping[str, Comparison]  # by the words of each estimand
 
     def __post_init__(self) -> None:
         if not self.by or len({id(one.paired) for one in self.by.values()}) > 1:
@@ -139,7 +133,6 @@ def _place(one: Comparison) -> str:
 
 
 def _grouped(places: Mapping[str, str]) -> str:
-    """The law that is best by each estimand: those that agree together."""
     laws: dict[str, list[str]] = {}
     for words, law in places.items():
         laws.setdefault(law, []).append(words)

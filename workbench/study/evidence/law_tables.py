@@ -93,7 +93,6 @@ def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
 
 
 def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -> Outcome | None:
-    """The outcome that is below every other; None if there is none."""
     ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
     finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
     for a in finite:
@@ -128,13 +127,7 @@ class Published:
 
 @door
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
-    """Printed / ours / difference, one row a law; a printed zero has no percent.
-
-    Raises
-    ------
-    LookupError
-        If a printed law has no outcome.
-    """
+    """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome."""
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
     scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
     unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
@@ -159,7 +152,6 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """The notes on laws, one note for all laws to which the same applies."""
     alike: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.notes:
@@ -234,10 +226,11 @@ def information_table(
         )
     roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
     classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
-    rows = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
+    rows: list[tuple[Cell, ...]] = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
     heads = [Column(head) for head in (*HEADS, *(() if tuned is None else ("tuned",)))]
     if tuned is not None:
-        rows = [(*row, whole(f"information_table(tuned={{'{row[0]}': ...}})", tuned[row[0]], 0)) for row in rows]
+        counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
+        rows = [(*row, n) for row, n in zip(rows, counts, strict=True)]
     notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
     return Table(name, caption, tuple(heads), tuple(rows), notes)
 

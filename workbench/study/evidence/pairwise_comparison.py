@@ -25,24 +25,14 @@ MEDIAN = Median()
 @dataclass(frozen=True, eq=False)
 @door
 class Comparison:
-    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals.
-
-    Attributes
-    ----------
-    level
-        (L,), the estimand of each law; infinite where too many runs failed for it.
-    difference
-        (L, L), that of the law of the row minus that of the column; NaN where both are infinite.
-    margin
-        The share of the smaller level that a difference must be beyond to count; for `Success` the share of the draws.
-    """
+    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals."""
 
     paired: Paired
     estimand: Estimand
     confidence: float
-    level: Intervals
-    difference: Intervals
-    margin: float = 0.0
+    level: Intervals  # (L,), the estimand of each law; infinite where too many runs failed for it
+    difference: Intervals  # (L, L), of the law of the row minus that of the column; NaN where both are infinite
+    margin: float = 0.0  # of the smaller level, or for `Success` of the draws, beyond which a difference counts
 
     def __post_init__(self) -> None:
         laws = len(self.paired.laws)
@@ -161,21 +151,12 @@ def _square(apart: Intervals, laws: int) -> Intervals:
 @dataclass(frozen=True, eq=False)
 @door
 class Ranks:
-    """Shares of the draws, each with the interval of Clopper and Pearson.
-
-    Attributes
-    ----------
-    ranks
-        (L, L), in which the law of the row has the rank of the column, from the first: the least value. Equal laws
-        share the worse rank, so that all failed runs rank last.
-    below
-        (L, L), in which the law of the row is below the law of the column.
-    """
+    """Shares of the draws, each with the interval of Clopper and Pearson."""
 
     paired: Paired
     confidence: float
-    ranks: Intervals
-    below: Intervals
+    ranks: Intervals  # (L, L), the law of the row has the rank of the column, from the least value; equals the worse
+    below: Intervals  # (L, L), the law of the row is below that of the column
 
     def __post_init__(self) -> None:
         laws = len(self.paired.laws)
@@ -186,13 +167,7 @@ class Ranks:
 
 @door
 def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
-    """The rank of each law in each draw, counted. Intervals are those of one share at a time.
-
-    Raises
-    ------
-    ValueError
-        If these are no paired values, or the confidence is none.
-    """
+    """The rank of each law in each draw, counted. Intervals are those of one share at a time."""
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence
     y = paired.values
     places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them
@@ -203,7 +178,6 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
 
 
 def _shares_of(holds: Flags, confidence: float) -> Intervals:
-    """The shares, with their intervals, of flags (N, L, L)."""
     found = [[share(column, confidence) for column in row.T] for row in np.moveaxis(holds, 1, 0)]
     value, low, high = (np.array([[getattr(s, end) for s in row] for row in found]) for end in ("value", "low", "high"))
     return Intervals(value, low, high)

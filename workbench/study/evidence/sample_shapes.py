@@ -27,20 +27,15 @@ Kind = Literal["failures", "two groups", "heavy tail", "one group"]
 @dataclass(frozen=True)
 @door
 class Predictor:
-    """The factor, and its limit, that tell a group of draws from the others best.
-
-    The `area` under the receiver operating characteristic is the probability that the factor is larger in a draw of the
-    group than in one of the others, and `p` that it is as far from one half by chance, times the number of factors.
-    On that side of the limit are so many draws `inside` the group and `outside` of it.
-    """
+    """The factor, and its limit, that tell a group of draws from the others best."""
 
     factor: str
     side: Literal["above", "below"]
     limit: float
-    area: float
-    p: float
-    inside: int
-    outside: int
+    area: float  # under the ROC: the probability that the factor is larger in a draw of the group than in another
+    p: float  # that the area is as far from one half by chance, times the number of factors
+    inside: int  # how many draws of the group are on that side of the limit
+    outside: int  # and how many of the others
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,29 +43,20 @@ class Predictor:
 class Shape:
     """The shape of the values of a law over the draws.
 
-    Attributes
-    ----------
-    kind
-        By the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
-        worst tenth carries more of the total than that of an exponential law would; or none of these.
-    upper, limit
-        The numbers of the draws that make up the failed runs, the upper group or the worst tenth; their least value.
-    ratio, carried
-        The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
-    predictor
-        Of these draws; None if no factor tells them from the others with the confidence.
+    Its kind is the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
+    worst tenth carries more of the total than that of an exponential law would; or none of these.
     """
 
     law: str
     metric: str
     unit: str
     kind: Kind
-    upper: Integers
+    upper: Integers  # the numbers of the failed draws, of the upper group or of the worst tenth
     runs: int
-    limit: float
-    ratio: float
-    carried: float
-    predictor: Predictor | None
+    limit: float  # the least value of these
+    ratio: float  # of the mean to the median, of finite values
+    carried: float  # the part of their total that the worst tenth carries
+    predictor: Predictor | None  # of `upper`; none if no factor tells them from the others with the confidence
 
     @property
     def sentence(self) -> str:
@@ -98,13 +84,7 @@ class Shape:
 def shapes(
     paired: Paired, drawn: Array, factors: Sequence[str], *, confidence: float = 0.95, seed: int = 0
 ) -> tuple[Shape, ...]:
-    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni.
-
-    Raises
-    ------
-    ValueError
-        If the confidence is none, or the draws have no row for each run and no column for each factor.
-    """
+    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni."""
     t_quantile("shapes", confidence, 1)  # refuses what is no confidence
     as_seed("shapes(seed=...)", seed)
     if drawn.shape != (len(paired), len(factors)) or not np.isfinite(drawn).all():
@@ -125,7 +105,6 @@ def shapes(
 
 
 def _group(y: Array, carried: float, sure: float, seed: int) -> tuple[Kind, Flags]:
-    """The kind of a sample, and the draws that make it that kind."""
     failed = np.isinf(y)
     if failed.any():
         return "failures", failed

@@ -9,8 +9,7 @@ from time import monotonic
 from workbench.simulate.arithmetic import signature
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.resumption import Counter, Task, complete
-from workbench.study.ledger.store import Ledger, SweepAbout
+from workbench.study.ledger.store import Counter, Ledger, SweepAbout, Task, complete
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.tuning.search import Search, tune
 
@@ -85,7 +84,6 @@ def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAb
 
 
 def _about(one: CompiledSweep, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepAbout:
-    """A sweep of so many runs, as many in a chunk, of which some chunks are known."""
     coming = (f"{one.sweep.name}/{i}-{i + size}/" for i in range(_asked(known), runs, size))
     return SweepAbout(one.sweep.name, runs, signature(one.arithmetic), (*known, *coming), at_most)
 

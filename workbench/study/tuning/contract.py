@@ -236,7 +236,6 @@ def population_of(numbers: int) -> int:
 
 
 def _most(numbers: int, population: int, in_all: int | None, each: float | None) -> int:
-    """The evaluations of a search for so many numbers."""
     if in_all is not None and each is None:
         return in_all
     if each is not None and in_all is None:
