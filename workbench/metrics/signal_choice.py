@@ -66,10 +66,8 @@ def names_of(signal: Signal) -> tuple[str, ...]:
 
 def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
     """The column of a signal, (k, 1), from the outputs y by name."""
-    if not isinstance(signal, Watched):
-        return ca.vertcat(*(y[name] for name in names_of(signal)))
     actual, wanted = levels(signal, y)
-    return actual - wanted if signal.wanted else actual
+    return actual - wanted if wanted.numel() else actual
 
 
 def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:

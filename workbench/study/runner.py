@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
-from threading import Lock
+from functools import partial
+from threading import Event, Lock
 from typing import Any
 
 from workbench.core import Ode, Sampled
@@ -41,19 +42,30 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     cases = study.cases
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
-    tally = _Tally(cases, progress)
+    total = sum(map(_work, cases)) or 1.0
+    weights = [_work(case) / total for case in cases]
+    shares, lock, stopped = [0.0] * len(cases), Lock(), Event()
+
+    def tell(i: int, share: float) -> None:
+        if stopped.is_set():
+            raise RuntimeError("the study was stopped")
+        with lock:
+            shares[i] = share
+            if progress is not None:
+                progress(sum(w * s for w, s in zip(weights, shares, strict=True)))
+
     workers = (os.cpu_count() or 1) if workers is None else whole("run(workers=...)", workers)
     order = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))  # the longest first
     pool = ThreadPoolExecutor(workers)  # CasADi gives up the interpreter's lock
     try:
-        futures = {i: pool.submit(_outcome, cases[i], tally.of(i)) for i in order}
+        futures = {i: pool.submit(_outcome, cases[i], partial(tell, i)) for i in order}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
         failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
         if failed:
             futures[failed[0]].result()
         return Results(tuple(futures[i].result() for i in range(len(cases))))
     finally:
-        tally.stopped = True
+        stopped.set()
         pool.shutdown(cancel_futures=True)
 
 
@@ -80,28 +92,3 @@ def measurement(
     h = None if run.h is None else run.doubled(equation, call)
     asked: dict[str, Any] = {"until": run.until, "h": h, "every": run.every, "tolerance": run.tolerance}
     return measure(equation, run.metrics, **asked, seed=run.seed, progress=progress)
-
-
-class _Tally:
-    """The sum of the shares of cases that run side by side; it stops all when one has failed."""
-
-    def __init__(self, cases: tuple[Case, ...], progress: Progress | None) -> None:
-        total = sum(map(_work, cases)) or 1.0
-        self.weights = [_work(case) / total for case in cases]
-        self.shares = [0.0] * len(cases)
-        self.progress = progress
-        self.stopped = False
-        self.lock = Lock()
-
-    def of(self, i: int) -> Progress:
-        """The function by which case i tells its share."""
-
-        def tell(share: float) -> None:
-            if self.stopped:
-                raise RuntimeError("the study was stopped")
-            with self.lock:
-                self.shares[i] = share
-                if self.progress is not None:
-                    self.progress(sum(w * s for w, s in zip(self.weights, self.shares, strict=True)))
-
-        return tell

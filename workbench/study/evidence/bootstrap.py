@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
-from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 BLOCK = 2**22  # counts in memory at once
@@ -128,14 +128,16 @@ def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) ->
 def resampled_tails(columns: Array, share: float, resamples: int, seed: int) -> Array:
     """The means of the largest 1 - share of finite columns (N, k) in each resample, (R, k)."""
     runs, below = len(columns), len(columns) * share
-    found = np.empty((resamples, columns.shape[1]))
-    for k, column in enumerate(columns.T):
-        order = np.argsort(column, kind="stable")
-        for rows, held in _held(runs, order, resamples, seed):
+    found = []
+    for column in columns.T:
+        order, parts = np.argsort(column, kind="stable"), []
+        for counts in _counts(runs, resamples, seed):
+            held = np.cumsum(np.ascontiguousarray(counts.T[order]), axis=0)  # up to each draw, in this order
             first = int((held < below).all(axis=1).sum())
             within = np.diff(np.maximum(held[first:], below), axis=0, prepend=below)  # of each draw, how much is tail
-            found[rows, k] = column[order][first:] @ within / (runs - below)
-    return found
+            parts.append(column[order][first:] @ within / (runs - below))
+        found.append(np.concatenate(parts))
+    return np.stack(found, axis=1)
 
 
 def place_of(runs: int, share: float) -> int:
@@ -180,24 +182,11 @@ def _balanced(t: Array, confidence: float) -> Array:
     return found
 
 
-def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tuple[slice, Integers]]:
-    """The number of the draws up to each, in an order, that come in each resample: (N, some) at a time."""
-    for first, last in _blocks(runs, resamples):
-        held = _across(runs, first, last, seed)[order]
-        for row, before in zip(held[1:], held, strict=False):
-            row += before
-        yield slice(first, last), held
-
-
 def _counts(runs: int, resamples: int, seed: int) -> Iterator[Array]:
     """The times that each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
-    for first, last in _blocks(runs, resamples):
-        yield _drawn(runs, first, last, seed)
-
-
-def _blocks(runs: int, resamples: int) -> Iterator[tuple[int, int]]:
     some = max(1, BLOCK // runs)
-    return ((first, min(first + some, resamples)) for first in range(0, resamples, some))
+    for first in range(0, resamples, some):
+        yield _drawn(runs, first, min(first + some, resamples), seed)
 
 
 @lru_cache(maxsize=2)  # of a study's many comparisons each asks for the same resamples
@@ -205,13 +194,5 @@ def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
     drawn = (uniforms(seed, first, last, runs) * runs).astype(np.intp)
     drawn += runs * np.arange(last - first)[:, None]
     found = np.bincount(drawn.ravel(), minlength=runs * (last - first)).reshape(last - first, runs).astype(float)
-    found.flags.writeable = False
-    return found
-
-
-@lru_cache(maxsize=2)
-def _across(runs: int, first: int, last: int, seed: int) -> Integers:
-    small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
-    found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False
     return found

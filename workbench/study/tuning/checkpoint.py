@@ -40,12 +40,7 @@ def tune_in_ledger(
         tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
         for one, task in zip(sweeps, tasks, strict=True):
             names[one.sweep.name].append(task.name)
-        if all(task.name in ledger for task in tasks):
-            chunks = [ledger.read(task.name) for task in tasks]
-            for chunk in chunks:
-                counter.add(chunk)
-            return chunks
-        if monotonic() - described > SECONDS:
+        if monotonic() - described > SECONDS and any(task.name not in ledger for task in tasks):
             describe(about_of_searches(searches, names))
             described = monotonic()
         complete(tasks, ledger, lambda missing: execute(sweeps, missing), counter, acknowledge)
