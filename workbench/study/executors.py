@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from queue import Empty, Queue
 from threading import Event, Lock
-from typing import Any, Protocol
+from typing import Any
 
 import casadi as ca
 
@@ -35,11 +35,8 @@ class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-class Source(Hashable, Protocol):
-    """The source of a study's sweeps for another process, as plain data that is sent there."""
-
-    def __call__(self) -> tuple[CompiledSweep, ...]:
-        """The sweeps."""
+# The source of a study's sweeps for another process, as plain data that is sent there and can be hashed.
+Source = Callable[[], tuple[CompiledSweep, ...]]
 
 
 def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:

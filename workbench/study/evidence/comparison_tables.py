@@ -128,7 +128,7 @@ def _shown(one: Comparison, i: int) -> Value:
     if np.isinf(value):
         return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
     if isinstance(one.estimand, Success):
-        return _percents(1 - value, 1 - high, 1 - low)
+        return _measured(*(100 * (1 - end) + 0.0 for end in (value, high, low)))
     wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(value, low, high)
 
@@ -136,10 +136,6 @@ def _shown(one: Comparison, i: int) -> Value:
 def _measured(value: float, low: float, high: float) -> Value:
     half = max(high - value, value - low)
     return Measured(value, half) if np.isfinite(half) else f"{value:.3g}, not bounded"
-
-
-def _percents(value: float, low: float, high: float) -> Value:
-    return _measured(*(100 * end + 0.0 for end in (value, low, high)))
 
 
 def _change(one: Comparison, i: int, at: int) -> Cell:

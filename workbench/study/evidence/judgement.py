@@ -68,7 +68,8 @@ class Judgement:
     @property
     def sentence(self) -> str:
         """The verdict in plain words, with its figures."""
-        least = least_of(self.asked, self.paired.metric)
+        end = "highest" if isinstance(self.asked, Success) else "least"
+        least = f"{end} {words_of(self.asked, self.paired.metric)}"
         if self.kind == "depends":
             return f"depends on what is asked: {_grouped({words: _place(one) for words, one in self.by.items()})}"
         if self.kind == "open":
@@ -110,11 +111,6 @@ def judge(
         raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
     how: dict[str, Any] = {"confidence": confidence, "margin": margin, "resamples": resamples, "seed": seed}
     return Judgement({one.words: compare(paired, one, **how) for one in estimands})
-
-
-def least_of(estimand: Estimand, metric: str) -> str:
-    """The words for the value of the best law."""
-    return f"{'highest' if isinstance(estimand, Success) else 'least'} {words_of(estimand, metric)}"
 
 
 def figures(one: Comparison, law: str) -> str:

@@ -188,20 +188,16 @@ class Ranking:
 @door
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
-    ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
-    scores = {law: _score(outcome, published) for law, outcome in ours.items()}
+    scores = {}
+    for law in published.values:
+        outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
+        lost = outcome.diverged_at is not None  # which is worse than any other
+        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.joint)
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
         judged[order(scores[a], scores[b], margin)].append((a, b))
     return Ranking(published, *(tuple(judged[way]) for way in ("below", "above", "undecided")))
-
-
-def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
-    """The value of an outcome, infinite for a diverged run, which is worse than any other."""
-    if outcome.diverged_at is not None:
-        return float("inf"), 0.0
-    return outcome.score(published.metric, published.joint)
 
 
 @door
