@@ -145,18 +145,15 @@ class Sweep:
 
     Attributes
     ----------
-    name
-        Lower-case letters, digits and underscores: it becomes the name of a file.
-    design
-        A point of the unit cube a run, one coordinate a factor.
     run
         Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
         each factor choose one step for all.
+    design
+        A point of the unit cube a run, one coordinate a factor.
     common
         True if all runs have the same noise; else it is each run's own.
     halved
-        One run of so many, those whose number it divides, is run again at h / 2, for the error of the step; None for no
-        run.
+        One run of so many, those whose number it divides, is run again at h / 2, for the error of the step.
     runs_of_chunk
         The number of runs that are computed and kept together; by default as many as take a processor a second or two.
 

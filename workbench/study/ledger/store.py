@@ -35,7 +35,7 @@ class LedgerError(ValueError):
 @dataclass(frozen=True)
 @door
 class SweepAbout:
-    """The runs and the chunks of one sweep, and its arithmetic; `at_most` so many if a search may end before."""
+    """The runs, at most so many where a search may end before, the arithmetic and the chunks of one sweep."""
 
     name: str
     runs: int

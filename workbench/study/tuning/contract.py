@@ -31,13 +31,8 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 class Trial:
     """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
-    Attributes
-    ----------
-    name
-        Lower-case letters, digits and underscores: it becomes part of the name of a file.
-    run
-        A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and
-        takes the values of the best at the step. Without `h`, pilots at the ends of each factor's range choose it.
+    A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and takes
+    the values of the best at the step. Without `h`, pilots at the ends of each factor's range choose it.
     """
 
     name: str
@@ -58,8 +53,6 @@ class Tuning:
 
     Attributes
     ----------
-    name
-        Lower-case letters, digits and underscores: it becomes part of the names of files.
     factors
         The numbers, the same paths in each trial. A search does not leave the ends of their distributions, and on a
         `LogUniform` range is one of the logarithm.
