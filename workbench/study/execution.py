@@ -211,22 +211,19 @@ def _samples(
             f"{unused} chunks in '{ledger.out}' are of other samples or equations than the study has now: they are "
             "kept, and not used; `--fresh` removes them."
         )
-    there = [task.name for task in tasks if task.name in ledger]
-    with ExitStack() as stack:
-
-        def begin() -> Tell:
-            missing = len(tasks) - len(there)
-            if order.only_report:
-                raise LookupError(
-                    f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
-                )
-            some = f"; {len(there)} of {len(tasks)} chunks are there already." if there else "."
-            order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
-            return stack.enter_context(order.bar(about.study))
-
-        counter = store.Counter(sum(one.size for one in sweeps), begin)
-        execute = _executor(sweeps, searched, tuned, ledger, order)
-        store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    missing = sum(task.name not in ledger for task in tasks)
+    if missing and order.only_report:
+        raise LookupError(
+            f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
+        )
+    if missing:
+        there = len(tasks) - missing
+        some = f"; {there} of {len(tasks)} chunks are there already." if there else "."
+        order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
+        with order.bar(about.study) as tell:
+            counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
+            execute = _executor(sweeps, searched, tuned, ledger, order)
+            store.complete(tasks, ledger, execute, counter, order.acknowledge)
     return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True))
 
 
