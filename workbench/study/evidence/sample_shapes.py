@@ -149,8 +149,8 @@ def _predictor(upper: Flags, drawn: Array, factors: Sequence[str], most: float) 
     from scipy.stats import mannwhitneyu
 
     found = mannwhitneyu(inside, outside, use_continuity=False, method="asymptotic")
-    areas = found.statistic / (n * m)
-    chances = len(factors) * np.nan_to_num(found.pvalue, nan=1.0)  # a factor that does not vary tells nothing
+    areas = np.asarray(found.statistic) / (n * m)
+    chances = len(factors) * np.nan_to_num(np.asarray(found.pvalue), nan=1.0)  # of a constant factor 1
     best = int(np.argmin(chances))
     if chances[best] > most:
         return None
