@@ -11,7 +11,7 @@ from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.numbers import Bounds
 from workbench.metrics import ise, peak_error, rmse
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 
 
 def decay() -> Ode:

@@ -14,7 +14,7 @@ from equations import decay
 from workbench.core import Entry, Layout, rk4
 from workbench.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
 from workbench.metrics.accumulators import common_grid
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.simulate import simulate
 
 ODE = decay()

@@ -13,14 +13,14 @@ import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import ise
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.metrics.step_metrics import Peak
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
+from workbench.study.contract import Sweep
 
 PUSH = START = FACTOR = 1.0
 STEP = 0.01

@@ -21,8 +21,7 @@ from workbench.study import cost, export
 from workbench.study.compiled import compile_sweep
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resumption import Counter, complete
-from workbench.study.ledger.store import chunks, opened
+from workbench.study.ledger.store import Counter, chunks, complete, opened
 from workbench.study.uncertainty import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -30,7 +30,7 @@ from workbench.study.uncertainty.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
+from workbench.study.contract import Sweep
 
 class Decay:
     def ode(self, name="loop"):

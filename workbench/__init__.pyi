@@ -45,12 +45,11 @@ from workbench.robots import named, paper_arm
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
 from workbench.simulate import simulate
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -25,7 +25,7 @@ from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
 from workbench.design.riccati import care
 from workbench.metrics import Measurement, late_error, measure
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.metrics.step_metrics import Peak
 from workbench.proofs.rest_points import RestPoint, rest_point
 from workbench.proofs.rest_points import growing_modes as growing_modes

@@ -20,10 +20,9 @@ from studies.a6_unstated_choices.loops import (
 )
 from studies.paper.card import CARD, LAWS
 from workbench.metrics import sampled_rmse
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor

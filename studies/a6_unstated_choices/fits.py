@@ -9,10 +9,9 @@ import numpy as np
 from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, at_draws, slug
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STEPS, factors_of, loop, relayed
 from studies.paper.card import CARD, PUBLISHED
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
 from workbench.validation.refusals import Array, Integers

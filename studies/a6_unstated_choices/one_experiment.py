@@ -14,9 +14,8 @@ from studies.a6_unstated_choices.draws import RMSE, slug
 from studies.a6_unstated_choices.loops import MEASURED, PROPOSED, SQUARE, STEPS, factors_of, in_words, loop, relayed
 from studies.paper.card import LAWS
 from workbench.loop import ClosedLoop
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
 from workbench.study.uncertainty.factors import Factor

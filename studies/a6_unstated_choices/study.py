@@ -11,8 +11,8 @@ from studies.a6_unstated_choices.loops import SCENARIOS
 from studies.a6_unstated_choices.one_experiment import shared_check, shared_search
 from studies.a6_unstated_choices.pages import headlines, sections
 from studies.paper.card import LAWS
+from workbench.study.contract import Sweep
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 
 

@@ -12,7 +12,7 @@ from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, S
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD, Entrant
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.a8_fair_comparison.objective import TERMS, Term, cost, metrics
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -29,7 +29,6 @@ from workbench.study.evidence import (
 from workbench.study.evidence.causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from studies.a8_fair_comparison.conditions import HORIZON, LEVEL, Scenario
 from workbench.metrics import AbstractMetric, effort, rmse, total_variation
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.study.sample import Sample
 from workbench.validation.refusals import Array
 

@@ -11,9 +11,8 @@ from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, CARD, CARDED, DR
 from studies.a8_fair_comparison.objective import metrics, objective
 from studies.a8_fair_comparison.pages import headlines, sections
 from studies.a8_fair_comparison.published_numbers import cases
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each

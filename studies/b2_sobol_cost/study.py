@@ -28,8 +28,7 @@ from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Column, Paragraph, Section, Table, Verdict
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
-from workbench.study.ledger.resumption import complete
-from workbench.study.ledger.store import opened
+from workbench.study.ledger.store import complete, opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.uncertainty import sobol_by_salib

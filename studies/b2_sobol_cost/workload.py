@@ -11,10 +11,9 @@ from studies.performance.workload import HORIZON, PARAMETERS, VARIED, H
 from studies.performance.workload import loop as equations
 from workbench.metrics import rmse
 from workbench.metrics.step_metrics import TotalVariation
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Column, Section, Table
 from workbench.study.study import Results, Study
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -9,10 +9,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import rmse
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -5,12 +5,11 @@ from __future__ import annotations
 import os
 import platform
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from importlib.metadata import PackageNotFoundError, requires, version
 from re import match
 from shutil import disk_usage
-from typing import NamedTuple
 
 import click
 
@@ -20,32 +19,19 @@ from workbench.cli.errors import one_sentence
 ENOUGH_DISK = 200 * 2**20  # bytes; a report takes less than ten million
 
 
-class Finding(NamedTuple):
-    """The result of one check: True if it passed, and the state or the fault in words."""
-
-    name: str
-    well: bool
-    state: str
-
-
 @click.command()
 def doctor() -> None:
     """Check that all the workbench needs is here and works."""
     with one_sentence():
-        well = True
-        for finding in findings():
-            click.echo(f"{'ok' if finding.well else 'wrong':6} {finding.name:18} {finding.state}")
-            well = well and finding.well
-        sys.exit(0 if well else 1)
-
-
-def findings() -> Iterator[Finding]:
-    """Run all checks in order."""
-    for name, check in _checks().items():
-        try:
-            yield Finding(name, True, check())
-        except Exception as error:  # whatever it is, it is what the doctor was asked for
-            yield Finding(name, False, f"{type(error).__name__}: {' '.join(str(error).split())}")
+        wrong = 0
+        for name, check in _checks().items():
+            try:
+                word, state = "ok", check()
+            except Exception as error:  # whatever it is, it is what the doctor was asked for
+                word, state = "wrong", f"{type(error).__name__}: {' '.join(str(error).split())}"
+                wrong = 1
+            click.echo(f"{word:6} {name:18} {state}")
+        sys.exit(wrong)
 
 
 def _checks() -> dict[str, Callable[[], str]]:

@@ -12,7 +12,7 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location, spec_from_loader
 from pathlib import Path
 from shlex import join
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from workbench.study.compiled import CompiledSweep
 from workbench.study.execution import Arithmetics, Record, compile_sweeps
@@ -125,7 +125,8 @@ class Script:
         if not file.is_file() or _digest_of(file) != self.digest:
             raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
         study, arithmetic_of = load(file), dict(self.arithmetics).get
-        if callable(study.sweeps):
+        sweeps: Any = study.sweeps
+        if callable(sweeps):
             chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
 
             def replay(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
@@ -135,8 +136,8 @@ class Script:
                 tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            study = study.resolved(tuned)
-        return compile_sweeps(study, self.samples, arithmetic_of)
+            sweeps = study.resolved(tuned).sweeps
+        return compile_sweeps(sweeps, self.samples, arithmetic_of)
 
 
 def _digest_of(file: Path) -> str:

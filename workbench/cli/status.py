@@ -14,8 +14,7 @@ from workbench.cli.errors import one_sentence, printable
 def status(folder: Path) -> None:
     """Say how much of the study in DIR is done, and what has failed."""
     with one_sentence():
-        from workbench.study.ledger.resumption import lost, runs_of
-        from workbench.study.ledger.store import contents
+        from workbench.study.ledger.store import contents, lost, runs_of
 
         held, about = contents(folder)
         for sweep in about.sweeps:

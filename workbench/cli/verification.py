@@ -83,7 +83,6 @@ def _content(file: Path) -> str:
 
 
 def _plain(content: str) -> str:
-    """Equations without their comments and spaces."""
     return "".join(re.sub("#.*", "", content).split())
 
 
@@ -144,7 +143,6 @@ def _right(verdict: EntryVerdict, derived: Dynamics) -> str:
 
 
 def _shortened(said: str) -> str:
-    """A formula in lines, if they are few enough to be read."""
     return said if len(said.splitlines()) <= MOST_LINES else LONGER
 
 

@@ -25,18 +25,17 @@ LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divi
 
 @door
 def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
-    """The step of `equation` with every metric accumulated beside it.
+    """The step of `equation` with every metric accumulated beside it; of a sampled loop h is the substep.
 
-    Of a sampled loop h is the substep. Integrals run along in the substeps; what
-    looks at samples looks once a period, at what holds after the jump.
+    Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
 
     Raises
     ------
     LookupError
         If a metric watches an output that `equation` does not have.
     ValueError
-        If `equation` is none, h is none or does not divide the period of a sampled loop, two metrics
-        have one name, or one means nothing for `equation`.
+        If h is none or does not divide the period of a sampled loop, two metrics have one name, or one means nothing
+        for `equation`.
     """
     return maker(equation, metrics)(h)
 
@@ -57,7 +56,8 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
             span, substeps = equation.period, equation.substeps(h)
         else:
             span, substeps = seconds("measured(h=...)", h), 1
-        _check_grids(metrics, span)
+        for sample in filter(None, map(_grid, metrics)):
+            multiple("metric(sample=...)", sample, span, "the step")
         if substeps not in made:
             plain = sampled.step(substeps) if sampled else rk4(ode, span)
             made[substeps] = _with_memories(plain, metrics)
@@ -83,12 +83,6 @@ def _with_memories(step: Step, metrics: Sequence[AbstractMetric]) -> Step:
     return step.extended(extra, symbols, extra.flatten(updates))
 
 
-def _check_grids(metrics: Sequence[AbstractMetric], h: float) -> None:
-    """Refuse a step h [s] that does not divide every sample time."""
-    for sample in filter(None, map(_grid, metrics)):
-        multiple("metric(sample=...)", sample, h, "the step")
-
-
 @door
 def resolved(
     equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
@@ -108,7 +102,6 @@ def resolved(
 
 
 def _grid(metric: AbstractMetric) -> float | None:
-    """The sample time [s] of a metric."""
     grid = metric.grid
     return None if grid is None else seconds(f"{type(metric).__name__}.grid", grid)
 
@@ -135,7 +128,6 @@ def common_grid(metrics: Sequence[AbstractMetric], *times: float) -> float | Non
 
 
 def _flow(equation: Ode | Sampled) -> Ode:
-    """The equation between two samples."""
     return equation if isinstance(equation, Ode) else equation.flow
 
 

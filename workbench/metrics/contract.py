@@ -7,15 +7,17 @@ import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar, cast
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import Layout, Ode
-from workbench.metrics.signal_choice import Signal, names_of, watched
+from workbench.core import Entry, Layout, Ode
+from workbench.metrics.signal_choice import Signal, column, names_of, watched
 from workbench.validation.refusals import Array, described, several
 from workbench.validation.signatures import answer, door
 from workbench.validation.type_hints import KindError, fit_of
+from workbench.validation.views import show
 
 # Outputs of a loop, or the memory of a metric, by name.
 Parts = Mapping[str, ca.SX]
@@ -26,8 +28,8 @@ Parts = Mapping[str, ca.SX]
 class AbstractMetric(ABC):
     """A number per run and number of a signal, with its name and unit.
 
-    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value`
-    and tells what it `watches`; the other methods are for what it accumulates, and say by default: nothing.
+    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value` and
+    tells what it `watches`; by default it accumulates nothing.
 
     Attributes
     ----------
@@ -175,9 +177,10 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
 
 
 class AbstractSignalMetric(AbstractMetric):
-    """A metric of one signal, in its unit or in one made of it."""
+    """A metric of one signal, in its unit or in one made of it, with names for what it remembers beside the states."""
 
     signal: Signal
+    remembers: ClassVar[tuple[str, ...]] = ()
 
     @property
     def watches(self) -> tuple[str, ...]:
@@ -194,3 +197,74 @@ class AbstractSignalMetric(AbstractMetric):
     def measured_in(self, unit: str) -> str:
         """The unit of the metric of a signal in a unit."""
         return unit
+
+    def memory(self, size: int) -> Layout:
+        """A zero for each number, under each name."""
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in self.remembers))
+
+
+@dataclass(frozen=True)
+@show
+class Integral(AbstractMetric):
+    """finish(integral of g(t, y) dt, horizon).
+
+    Attributes
+    ----------
+    g
+        Of the time and the outputs by name; where a `signal` is told, of the time and its column e.
+    signals
+        The outputs that g looks at, where no `signal` is told.
+    measure
+        The unit of the metric from those of its signals; without it, `unit` says it.
+    """
+
+    g: Callable[[ca.SX, Any], ca.SX]
+    finish: Callable[[Array, float], Array]
+    signals: tuple[str, ...] = ("e",)
+    signal: Signal | None = None
+    measure: Callable[..., str] | None = None
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The outputs of g."""
+        return self.signals if self.signal is None else names_of(self.signal)
+
+    @property
+    def is_time(self) -> bool:
+        """True if its unit is declared as s, and not made from the unit of the signal."""
+        return self.unit == "s" and self.measure is None
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """The metric with its signal as this equation has it."""
+        if self.signal is not None:
+            seen = watched(self.name, self.signal, ode)
+            return bound(self, seen, ode, self.measure or str, signal=seen)
+        missing = [name for name in self.signals if name not in ode.outputs]
+        if missing and self.measure is not None:
+            raise LookupError(
+                f"The metric '{self.name}' is of {' times '.join(map(repr, self.signals))}, and '{ode.name}' has no "
+                f"'{missing[0]}': name a pair whose product is a power, as in `energy(power=('v', 'i'))`. It has: "
+                f"{', '.join(ode.outputs.names) or 'none'}."
+            )
+        first, *others = [watched(self.name, name, ode) for name in self.signals]
+        for other in others:
+            if self.measure is not None and len(other.units) != len(first.units):
+                raise ValueError(
+                    f"The metric '{self.name}' takes its signals number by number; '{first.words}' has "
+                    f"{len(first.units)} and '{other.words}' has {len(other.units)}: name two of one size."
+                )
+        if self.measure is None or self.unit:
+            return bound(self, first, ode)
+        units = dict.fromkeys(map(self.measure, *(seen.units for seen in (first, *others))))
+        return replace(bound(self, first, ode), unit=", ".join(units))
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """The integrand g."""
+        e = y if self.signal is None else column(self.signal, y)
+        must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
+        return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The integral as `finish` turns it."""
+        return self.finish(integral, horizon)

@@ -1,8 +1,8 @@
-"""Run a loop twice, at its step and at half of it: metrics with their errors, and the limit on the step."""
+"""The measurement of a loop at its step and at half of it: metrics with their errors, and the limit on the step."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from math import ceil
@@ -13,26 +13,81 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step, rk4
 from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measurement import Measurement, Score
-from workbench.simulate import StepLimit, Trajectories, simulate, step_limit
+from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
-from workbench.simulate.step_size import (
-    HALVINGS,
-    PILOTS,
-    POINTS,
-    Check,
-    accuracy,
-    change,
-    pilot_runs,
-    step_for_tolerance,
-    tightest,
-)
+from workbench.simulate.step_size import POINTS, Check, pilot_runs, tightest
 from workbench.validation.refusals import Array, Integers, positive, seconds
 from workbench.validation.signatures import door
+from workbench.validation.views import listed, table_to_html
 
 COUNT = 100  # of the longest steps that are tried, in a horizon, or about that many
+HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
 SUBSTEPS = 7  # halvings of a sampling period at most: all substeps of a period are written out
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Score:
+    """A metric of B runs, (B, k), and its error: the change from the step to half of it.
+
+    For a smooth loop the change is about 15 times the error of the value; where switching makes the method first order
+    it tells the size of the error and bounds nothing. A time is known to one step at best. A run that diverged has NaN
+    in both.
+    """
+
+    metric: AbstractMetric
+    value: Array
+    error: Array
+
+    def __post_init__(self) -> None:
+        if self.value.ndim != 2 or self.value.shape != self.error.shape:
+            raise ValueError(
+                "`Score(value=..., error=...)` must be two arrays of one shape (B, k); got shapes "
+                f"{self.value.shape} and {self.error.shape}."
+            )
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """A row for each number: metric, label, unit, the least, mean and largest value of all runs, and the error."""
+        rows = []
+        labels = self.metric.labels or ("",) * self.value.shape[1]
+        units = self.metric.units or (self.metric.unit,) * len(labels)
+        for place, (label, unit) in enumerate(zip(labels, units, strict=True)):
+            values, errors = (column[np.isfinite(column)] for column in (self.value[:, place], self.error[:, place]))
+            ends = (values.min(), values.mean(), values.max()) if values.size else (np.nan,) * 3
+            numbers = (*ends, errors.max(initial=0.0) if errors.size else np.nan)
+            rows.append((self.metric.name, label, unit, *(f"{number:.6g}" for number in numbers)))
+        return rows
+
+    def _repr_html_(self) -> str:
+        return table_to_html("", HEAD, self.rows)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Measurement:
+    """Trajectories and metrics of a loop at half the step, their change from the whole step, and limits on the step."""
+
+    trajectories: Trajectories
+    scores: Mapping[str, Score]
+    limits: tuple[StepLimit, ...]  # of the whole steps, along the runs `looked_at`
+    looked_at: Integers  # all of up to 16 runs, 16 pilots of more
+    coarse_diverged_at: Array  # (B,), at the whole step
+    check: Check | None = None  # that each metric changed by no more than the tolerance that was asked for
+
+    def __repr__(self) -> str:
+        """One line: the runs and the metrics."""
+        return f"<Measurement of {len(self.trajectories)} runs: {listed(list(self.scores))}>"
+
+    def _repr_html_(self) -> str:
+        rows = [row for score in self.scores.values() for row in score.rows]
+        return table_to_html(repr(self.trajectories), HEAD, rows)
+
+    @property
+    def h(self) -> float:
+        """The step at which the values were taken, in s; of a sampled loop the substep."""
+        return self.trajectories.step.h / self.trajectories.step.substeps
 
 
 @door
@@ -52,18 +107,15 @@ def measure(
 ) -> Measurement:
     """Simulate `equation` at the step h and at h / 2 and score both; without h, at a step chosen by pilot runs.
 
-    Of a sampled loop h is the substep, and a part of the period is chosen for it where there is none: the period
-    belongs to the controller and is the same in both.
-
     Parameters
     ----------
     p, x0
         (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
     until, h, every
-        Horizon, step and distance of the kept states, in s. Without h, `every` bounds the steps too.
+        Horizon, step (of a sampled loop the substep) and distance of the kept states, in s. Without h, `every` bounds
+        the steps too.
     tolerance
-        Of the relative change of each metric as the steps are halved: `check` of the result says by which
-        metric it is met, and by which it is not. Without h, also that of the change of a state in the pilot runs.
+        Of the relative change of each metric from h to h / 2; without h, also of the states in the pilot runs.
     seed, arithmetic
         Of the noise and of all runs, as `simulate` takes them.
 
@@ -72,9 +124,9 @@ def measure(
     LookupError
         If a metric watches an output that `equation` does not have.
     ValueError
-        If `equation` is none, p or x0 is not as wide as its parameters or states, a metric means nothing
-        for it or for the horizon, h does not divide the period of a sampled loop, neither h nor a tolerance
-        is given, no step keeps the tolerance, or `simulate` refuses. A tolerance that is missed is no error.
+        If p or x0 is not as wide as its parameters or states, a metric means nothing for it or for the horizon, h does
+        not divide the period of a sampled loop, neither h nor a tolerance is given, no step keeps the tolerance, or
+        `simulate` refuses. A tolerance that is missed is no error.
 
     Examples
     --------
@@ -90,63 +142,46 @@ def measure(
     x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if tolerance is not None:
         tolerance = positive("measure(tolerance=...)", tolerance)
-    asked = _Asked(equation, metrics, p, x0, until, every, progress_of("measure", progress), arithmetic)
-    h = _step_of(asked, tolerance, seed) if h is None else h
-    return _judged(metrics, _at_steps(asked, h, seed), tolerance)
+    tell = progress_of("measure", progress)
+    if h is None:
+        h = _step_of(equation, metrics, p, x0, until, every, tolerance, seed, arithmetic)
+    how = {"p": p, "until": until, "every": every, "seed": seed, "arithmetic": arithmetic}
+    return _judged(metrics, *_both(maker(equation, metrics), h, x0, tell, how), tolerance)
 
 
-@dataclass(frozen=True, eq=False)
-class _Asked:
-    """The arguments of `measure`, checked except for the steps."""
-
-    equation: Ode | Sampled
-    metrics: Sequence[AbstractMetric]
-    p: Array | None
-    x0: Array | None
-    until: float
-    every: float | None
-    tell: Progress
-    arithmetic: str | None
-
-
-@dataclass(frozen=True, eq=False)
-class _Pair:
-    """The same runs at the step `h` [s] and at its half, and the stability limits at `h`."""
-
-    coarse: Trajectories
-    fine: Trajectories
-    h: float
-    limits: tuple[StepLimit, ...]
-    looked_at: Integers
-
-
-def _at_steps(asked: _Asked, h: float, seed: int) -> _Pair:
-    """The runs at the step h and at its half."""
-    make = maker(asked.equation, asked.metrics)
+def _both(
+    make: Callable[[float], Step], h: float, x0: Array | None, tell: Progress, how: dict[str, Any]
+) -> tuple[Trajectories, Trajectories]:
     coarse, fine = make(h), make(h / 2)
-    every = coarse.h if asked.every is None else asked.every
-    call = partial(simulate, p=asked.p, x0=_extended(asked.x0, fine), until=asked.until, every=every, seed=seed)
+    every = coarse.h if how["every"] is None else how["every"]
+    call: Any = partial(simulate, x0=_extended(x0, fine), **(how | {"every": every}))
     # the longer run first: from it the engine sees how good its code should be
-    call = partial(call, arithmetic=asked.arithmetic)
-    b = call(fine, progress=lambda done: asked.tell(2 * done / 3))
-    a = call(coarse, progress=lambda done: asked.tell((2 + done) / 3))
-    looked_at = _looked_at(a.p, a.x[:, 0])
-    return _Pair(a, b, coarse.h, _limits(a, looked_at), looked_at)
+    b = call(fine, progress=lambda done: tell(2 * done / 3))
+    a = call(coarse, progress=lambda done: tell((2 + done) / 3))
+    return a, b
 
 
-def _step_of(asked: _Asked, tolerance: float | None, seed: int) -> float:
+def _step_of(
+    equation: Ode | Sampled,
+    metrics: Sequence[AbstractMetric],
+    p: Array | None,
+    x0: Array | None,
+    until: float,
+    every: float | None,
+    tolerance: float | None,
+    seed: int,
+    arithmetic: str | None,
+) -> float:
     """The step, or the substep of a sampled loop, that keeps the tolerance in a few of the runs, in s."""
     if tolerance is None:
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
         )
-    equation = asked.equation
-    step = equation.step() if isinstance(equation, Sampled) else rk4(equation, asked.until)
-    p, x0 = rows_of("measure", step, asked.p, asked.x0)
+    step = equation.step() if isinstance(equation, Sampled) else rk4(equation, until)
+    p, x0 = rows_of("measure", step, p, x0)
     few = pilot_runs(p, x0)
-    every = None if asked.every is None else seconds("measure(every=...)", asked.every)
-    how = (asked.until, every, tolerance, seed, asked.arithmetic)
-    return chosen_step(equation, asked.metrics, p[few], x0[few], *how)
+    every = None if every is None else seconds("measure(every=...)", every)
+    return chosen_step(equation, metrics, p[few], x0[few], until, every, tolerance, seed, arithmetic)
 
 
 def chosen_step(
@@ -169,31 +204,31 @@ def chosen_step(
         longest, halvings = equation.period, SUBSTEPS
     else:
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
-        longest, halvings = unit / ceil(COUNT * unit / until), HALVINGS
+        longest, halvings = unit / ceil(COUNT * unit / until), step_size.HALVINGS
     start = _extended(x0, make(longest))
     assert start is not None
-    return step_for_tolerance(
+    return step_size.step_for_tolerance(
         make, p, start, until, tolerance, longest, halvings=halvings, seed=seed, arithmetic=arithmetic
     )
 
 
-def _judged(metrics: Sequence[AbstractMetric], pair: _Pair, tolerance: float | None) -> Measurement:
-    """The metrics of both runs of each pair held against one another, and against the tolerance."""
-    values, rough = final_values(pair.fine, metrics), final_values(pair.coarse, metrics)
+def _judged(
+    metrics: Sequence[AbstractMetric], coarse: Trajectories, fine: Trajectories, tolerance: float | None
+) -> Measurement:
+    """The metrics of both runs held against one another, and against the tolerance."""
+    h, values, rough = coarse.step.h, final_values(fine, metrics), final_values(coarse, metrics)
     scores = {
-        m.name: Score(m, values[m.name], change(values[m.name], rough[m.name], pair.h if m.is_time else 0.0))
+        m.name: Score(m, values[m.name], step_size.change(values[m.name], rough[m.name], h if m.is_time else 0.0))
         for m in metrics
     }
-    check = None
+    # a limit is costly: along all of a few runs, along pilots of more
+    few = len(coarse) <= step_size.PILOTS
+    looked_at = np.arange(len(coarse)) if few else np.sort(pilot_runs(coarse.p, coarse.x[:, 0]))
+    limits, check = _limits(coarse, looked_at), None
     if tolerance is not None:
-        found = tuple(accuracy(name, score.error, score.value, tolerance) for name, score in scores.items())
-        check = Check(found, tightest(pair.limits), len(pair.limits), len(pair.fine))
-    return Measurement(pair.fine, scores, pair.limits, pair.looked_at, pair.coarse.diverged_at, check=check)
-
-
-def _looked_at(p: Array, x0: Array) -> Integers:
-    """The runs along which a limit, which is costly, is taken: all of a few, pilots of more."""
-    return np.arange(len(p)) if len(p) <= PILOTS else np.sort(pilot_runs(p, x0))
+        found = tuple(step_size.accuracy(name, score.error, score.value, tolerance) for name, score in scores.items())
+        check = Check(found, tightest(limits), len(limits), len(fine))
+    return Measurement(fine, scores, limits, looked_at, coarse.diverged_at, check=check)
 
 
 def _limits(runs: Trajectories, looked_at: Integers) -> tuple[StepLimit, ...]:

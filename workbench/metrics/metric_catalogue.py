@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.metrics.signal_choice import Choice, product, work
 from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
@@ -114,10 +114,7 @@ def effort(signal: str | None = None) -> Integral:
 def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
     """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
 
-    Parameters
-    ----------
-    power
-        The two signals whose product is a power: torque and velocity of an arm, voltage and current of a motor.
+    The product of the two signals is a power: torque and velocity of an arm, voltage and current of a motor.
     """
     u, v = power
     about = f"integral of |{u} {v}|, nothing recovered"
@@ -167,15 +164,7 @@ def peak_torque() -> Peak:
 def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
-    Parameters
-    ----------
-    low, high
-        A limit for all numbers of the signal, or one for each; None where there is none.
-
-    Raises
-    ------
-    ValueError
-        If there is no limit, one is no number, or no number lies between them.
+    A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
     sizes = {limit.size for limit in (least, most)} - {1}

@@ -66,10 +66,8 @@ def names_of(signal: Signal) -> tuple[str, ...]:
 
 def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
     """The column of a signal, (k, 1), from the outputs y by name."""
-    if not isinstance(signal, Watched):
-        return ca.vertcat(*(y[name] for name in names_of(signal)))
     actual, wanted = levels(signal, y)
-    return actual - wanted if signal.wanted else actual
+    return actual - wanted if wanted.numel() else actual
 
 
 def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
@@ -83,7 +81,7 @@ def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
     if isinstance(signal, Watched):
         return signal
     if isinstance(signal, str):
-        return _plain(metric, ode, (signal,), (signal,), signal)
+        return _plain(metric, ode, (signal,))
     match signal.of:
         case "error":
             return _error(metric, signal.signal, ode)
@@ -93,12 +91,12 @@ def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
                 raise _nothing(metric, ode, "follows")
             return _less(metric, ode, names)
     if signal.signal is not None:
-        return _plain(metric, ode, (signal.signal,), (signal.signal,), signal.signal)
+        return _plain(metric, ode, (signal.signal,))
     inputs = ode.drives or tuple(n.removesuffix("_applied") for n in ode.outputs.names if n.endswith("_applied"))
     if not inputs:
         raise _nothing(metric, ode, "drives")
     outputs = tuple(f"{name}_applied" if f"{name}_applied" in ode.outputs else name for name in inputs)
-    return _plain(metric, ode, outputs, inputs, _words(outputs))
+    return _plain(metric, ode, outputs, inputs)
 
 
 def followed(ode: Ode) -> tuple[str, ...]:
@@ -110,34 +108,31 @@ def _error(metric: str, name: str | None, ode: Ode) -> Watched:
     """The error of a signal, or of all that follow a reference, by the outputs that show it if there are any."""
     if name is not None and f"{name}_ref" not in ode.outputs:
         remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
-        return _plain(metric, ode, (name,), (name,), name, remark)
+        return _plain(metric, ode, (name,), remark=remark)
     names = followed(ode) if name is None else (name,)
     if not names and "e" in ode.outputs:  # an equation made by hand, whose error is called as in the book
-        return _plain(metric, ode, ("e",), ("e",), "e")
+        return _plain(metric, ode, ("e",))
     if not names:
         raise _nothing(metric, ode, "follows")
     y = ode.outputs.view(ode.output)
     shown = tuple(next((e for e in (f"e_{x}", "e") if _is_error(y, e, x)), "") for x in names)
-    return _plain(metric, ode, shown, names, _words(shown)) if all(shown) else _less(metric, ode, names)
+    return _plain(metric, ode, shown, names) if all(shown) else _less(metric, ode, names)
 
 
 def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
-    """True of an output that is the difference of another and its reference."""
     if error not in y or y[error].shape != y[name].shape:
         return False
     pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
     return all(ca.is_equal(one, other, 2) for one, other in pairs)
 
 
-def _plain(
-    metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...], words: str, remark: str = ""
-) -> Watched:
-    """Outputs as they are, whose labels are those of other outputs."""
-    return Watched(outputs, (), _units(metric, ode, outputs), _labels(ode, outputs, called), words, remark)
+def _plain(metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...] = (), remark: str = "") -> Watched:
+    """Outputs as they are, whose labels may be those of other outputs."""
+    units = _units(metric, ode, outputs)
+    return Watched(outputs, (), units, _labels(ode, outputs, called or outputs), _words(outputs), remark)
 
 
 def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
-    """Outputs less their references."""
     wanted = tuple(f"{name}_ref" for name in names)
     _units(metric, ode, wanted)
     units = _units(metric, ode, names)

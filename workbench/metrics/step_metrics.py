@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Ode
+from workbench.core import Ode
 from workbench.metrics.contract import AbstractSignalMetric, Parts
 from workbench.metrics.signal_choice import Choice, Signal, Watched, column, levels, product
 from workbench.validation.refusals import Array, finite, positive, seconds
@@ -27,24 +28,18 @@ def on_grid(k: ca.SX, h: ca.SX, sample: float) -> ca.SX:
 
 @door
 def _absolute(e: ca.SX) -> ca.SX:
-    """The absolute value |e|."""
     return ca.fabs(e)
 
 
 @dataclass(frozen=True)
 @door
 class Peak(AbstractSignalMetric):
-    """The largest absolute value of a signal over all steps, from `after` seconds on.
+    """The largest absolute value of a signal over all steps, from `after` seconds on."""
 
-    Attributes
-    ----------
-    size
-        The function of the signal's column that is maximised in place of the absolute value; it counts where positive.
-    """
-
+    remembers: ClassVar = ("peak",)
     signal: Signal
     after: float = 0.0
-    size: Callable[[ca.SX], ca.SX] = _absolute
+    size: Callable[[ca.SX], ca.SX] = _absolute  # of the signal's column, which counts where it is positive
 
     def __post_init__(self) -> None:
         finite("Peak(after=...)", self.after, " of seconds", low=0)
@@ -56,10 +51,6 @@ class Peak(AbstractSignalMetric):
                 f"The metric '{self.name}' needs a horizon beyond the {self.after:g} s after which it begins; "
                 f"got {horizon:g} s."
             )
-
-    def memory(self, size: int) -> Layout:
-        """The largest so far."""
-        return Layout((Entry("peak", np.zeros(size)),))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of the memory and the present value."""
@@ -73,28 +64,32 @@ class Peak(AbstractSignalMetric):
 
 
 @dataclass(frozen=True)
-@door
-class TotalVariation(AbstractSignalMetric):
-    """The sum of |u(t_j) - u(t_(j-1))| over a grid of `sample` seconds, per second: a measure of chattering.
-
-    It depends on the grid, which is why the grid is part of the metric and not of the step.
-    """
+class AbstractSampledMetric(AbstractSignalMetric):
+    """A metric of a signal on a grid of `sample` seconds that begins at t = 0: it depends on the grid."""
 
     signal: Signal
     sample: float
 
     def __post_init__(self) -> None:
-        seconds("TotalVariation(sample=...)", self.sample)
-
-    @door
-    def measured_in(self, unit: str) -> str:
-        """The unit of the signal, per second."""
-        return product((unit, 1), ("s", -1))
+        seconds(f"{type(self).__name__}(sample=...)", self.sample)
 
     @property
     def grid(self) -> float | None:
         """The sample time of the metric."""
         return self.sample
+
+
+@dataclass(frozen=True)
+@door
+class TotalVariation(AbstractSampledMetric):
+    """The sum of |u(t_j) - u(t_(j-1))| over the grid, per second: a measure of chattering."""
+
+    remembers: ClassVar = ("sum", "last")
+
+    @door
+    def measured_in(self, unit: str) -> str:
+        """The unit of the signal, per second."""
+        return product((unit, 1), ("s", -1))
 
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse a horizon shorter than one sample time."""
@@ -103,10 +98,6 @@ class TotalVariation(AbstractSignalMetric):
                 f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
                 f"got {horizon:g} s."
             )
-
-    def memory(self, size: int) -> Layout:
-        """The sum so far and the last sample."""
-        return Layout((Entry("sum", np.zeros(size)), Entry("last", np.zeros(size))))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory with the change since the last sample added, on the grid."""
@@ -124,27 +115,14 @@ class TotalVariation(AbstractSignalMetric):
 
 @dataclass(frozen=True)
 @door
-class SampledRms(AbstractSignalMetric):
+class SampledRms(AbstractSampledMetric):
     """sqrt(1/N sum of u(t_k)^2) over the N samples t = 0, sample, 2 sample, ... up to the horizon.
 
     A sum over samples is not the integral: an error that starts at u(0) and falls adds about u(0)^2 / 2
-    to the sum, whatever the sample time. The grid is therefore part of the metric.
+    to the sum, whatever the sample time.
     """
 
-    signal: Signal
-    sample: float
-
-    def __post_init__(self) -> None:
-        seconds("SampledRms(sample=...)", self.sample)
-
-    @property
-    def grid(self) -> float | None:
-        """The sample time of the metric."""
-        return self.sample
-
-    def memory(self, size: int) -> Layout:
-        """The sum of squares and the number of samples so far."""
-        return Layout((Entry("sum", np.zeros(size)), Entry("count", np.zeros(size))))
+    remembers: ClassVar = ("sum", "count")
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory with one more sample, on the grid."""
@@ -193,11 +171,8 @@ def height(origin: ca.SX, level: ca.SX) -> ca.SX:
 class Overshoot(AbstractStepResponse):
     """The largest excursion beyond the new level after a jump, as a share of the jump."""
 
+    remembers: ClassVar = ("level", "origin", "excess")
     signal: Signal = LEVELS
-
-    def memory(self, size: int) -> Layout:
-        """The levels of the last jump and the largest excursion so far."""
-        return Layout(tuple(Entry(name, np.zeros(size)) for name in ("level", "origin", "excess")))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory with the larger of the past and the present excursion."""
@@ -217,16 +192,12 @@ class Overshoot(AbstractStepResponse):
 class SettlingTime(AbstractStepResponse):
     """The longest time after a jump until the error stays within `band` times the jump; infinite if it never does."""
 
+    remembers: ClassVar = ("level", "origin", "since", "outside", "looked", "longest")
     band: float
     signal: Signal = LEVELS
 
     def __post_init__(self) -> None:
         positive("SettlingTime(band=...)", self.band)
-
-    def memory(self, size: int) -> Layout:
-        """The levels and time of the last jump, the times outside the band and last looked at, the longest so far."""
-        names = ("level", "origin", "since", "outside", "looked", "longest")
-        return Layout(tuple(Entry(name, np.zeros(size)) for name in names))
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory after a step; at a jump the time of the last one is closed, infinite if it did not settle."""

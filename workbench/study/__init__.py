@@ -10,12 +10,11 @@ from importlib import import_module
 from typing import Any
 
 _FILES = {
-    "contract": "Run",
+    "contract": "Run Sweep",
     "document.document": "Figure Itemize Paragraph Section Table Verdict",
     "evidence.law_tables": "side_by_side",
     "pictures": "morris_plane quantile_bands second_order_map sobol_bars tornado_figure",
     "study": "Case Results Study",
-    "sweep": "Sweep",
     "tuning": "Trial Tuning",
     "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign morris quantiles sobol tornado",
     "uncertainty.distributions": "LogNormal LogUniform Normal Triangular Uniform",

@@ -20,10 +20,9 @@ from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
 from workbench.simulate.step_size import change, longest_steps, modes_at
-from workbench.study.contract import equations_of
+from workbench.study.contract import Sweep, again, equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep, again
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, multiple
@@ -36,19 +35,7 @@ BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole v
 
 @dataclass(frozen=True, eq=False)
 class CompiledSweep:
-    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states.
-
-    Attributes
-    ----------
-    arithmetic
-        That of its runs, by its name.
-    size
-        The number of its runs; of a search, at most.
-    watched
-        True if the longest stable step is looked for along every run, and not only along those that are run again.
-    chosen
-        True if pilots chose the step.
-    """
+    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states."""
 
     sweep: Sweep
     equation: Ode | Sampled
@@ -57,9 +44,9 @@ class CompiledSweep:
     fine: Step
     space: Space
     arithmetic: str
-    size: int
-    watched: bool = False
-    chosen: bool = False
+    size: int  # of its runs; of a search, at most
+    watched: bool = False  # the longest stable step is looked for along every run, not only along those run again
+    chosen: bool = False  # by pilots, of the step
 
     @property
     def h(self) -> float:
@@ -144,21 +131,18 @@ class CompiledSweep:
 
     def name(self, first: int, last: int) -> str:
         """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
-        return self._name(first, last, self.rows(first, last))
-
-    def _name(self, first: int, last: int, rows: tuple[Array, ...]) -> str:
         digest = hashlib.sha256(self.fingerprint.encode())
-        for part in rows:
+        for part in self.rows(first, last):
             digest.update(part.astype("<f8").tobytes())
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 
     def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
-        """The numbers of the runs first to last - 1, as the kernel computed them.
+        """The runs first to last - 1 as the kernel computed them: n runs at the step h, and m of them at h / 2 too.
 
-        The accumulators of the metrics (n, T, a) at the step h, and at h / 2 those (m, T, a) of the runs that are
-        run again; when each diverged, NaN for none; and some states of runs whose stability is looked at.
+        They are the accumulators of the metrics, (n, T, a) and (m, T, a); when each diverged, NaN for none; and some
+        states of runs whose stability is looked at.
         """
-        p, x0 = rows = self.rows(first, last)
+        p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
         few = again(first, last, self.sweep.halved) - first
         share = 2 * len(few) / (2 * len(few) + len(runs))
@@ -172,7 +156,7 @@ class CompiledSweep:
         arrays |= {"accumulated": self._accumulated(coarse), "diverged_at": coarse.diverged_at}
         seen = runs - first if self.watched else few
         arrays["states"] = coarse.x[seen][:, self._looks, : self.coarse.flow.states.size]
-        return chunk_of(self._name(first, last, rows), arrays)
+        return chunk_of(self.name(first, last), arrays)
 
     def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
         run, keys = self.sweep.run, np.zeros_like(runs) if self.sweep.common else runs
@@ -188,11 +172,7 @@ class CompiledSweep:
         return np.unique(np.linspace(0, self.times, STATES).round().astype(int))
 
     def sample(self, chunks: Iterable[Chunk], first: int = 0) -> Sample:
-        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics.
-
-        Values are computed anew from the accumulators, so an edited metric needs no new run. An error is the change of
-        a value to h / 2.
-        """
+        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics."""
         parts = [self._arrays(chunk) for chunk in chunks]
         held = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
         found = self._values(held["accumulated"], held["diverged_at"])

@@ -1,18 +1,27 @@
-"""The contract of a study: a loop, which gives its equations, and the Run with its horizon and metrics."""
+"""The contract of a study: a loop, which gives its equations, the Run with its horizon and metrics, and the Sweep."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import Any, ClassVar, Protocol
+
+import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import AbstractMetric
-from workbench.validation.refusals import described, multiple, positive, refusal, seconds, seed
+from workbench.study.document.phrases import check_name
+from workbench.study.uncertainty.designs import AbstractDesign
+from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Integers, described, multiple, positive, refusal, seconds, seed, whole
 from workbench.validation.signatures import door
 
 TOLERANCE = 1e-3
 LONGEST = 300  # letters of an author's error
+HALVED = 16
+COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
+COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
+LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
 
 
 class Loop(Protocol):
@@ -23,18 +32,12 @@ class Loop(Protocol):
 
 
 def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
-    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is.
-
-    Raises
-    ------
-    ValueError
-        If the loop gives neither an `Ode` nor a `Sampled`.
-    """
+    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is."""
     if isinstance(loop, Ode | Sampled):
         return loop
     call = f"{type(loop).__name__}.ode({name!r})"
-    if not callable(getattr(loop, "ode", None)):
-        raise refusal("loop", "a loop with an `ode`, an `Ode` or a `Sampled`", loop)
+    if not _is_loop(loop):
+        raise refusal("loop", LOOP, loop)
     equations = answer(call, loop.ode, name)
     if not isinstance(equations, Ode | Sampled):
         must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
@@ -42,14 +45,13 @@ def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
     return equations
 
 
-def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
-    """The result of a function that the study's author wrote.
+def _is_loop(given: object) -> bool:
+    one = not isinstance(given, type)
+    return isinstance(given, Ode | Sampled) or (one and callable(getattr(given, "ode", None)))
 
-    Raises
-    ------
-    ValueError
-        If it ends the process, or ends with an error of another kind than those that say what is wrong.
-    """
+
+def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
+    """The result of a function that the study's author wrote; any error but those that say what is wrong is named."""
     try:
         return function(*arguments)
     except (ValueError, LookupError, OSError, MemoryError):
@@ -76,8 +78,7 @@ class Run:
         Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step of its
         check, a sweep and a tuning the horizon alone.
     h
-        The step in s at which values are taken, the same in a case, a sweep and the best of a tuning; of a sampled loop
-        the substep. Without it, pilot runs choose steps that keep the tolerance.
+        The step in s at which values are taken; of a sampled loop the substep. Without it, pilot runs choose one.
     tolerance
         By how much a value may change, relative to itself, from twice the step to the step. A case with an `h` is held
         against it, None against none; without `h` it is 0.001 if not given.
@@ -102,10 +103,8 @@ class Run:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        loop = self.loop
-        if isinstance(loop, type) or not (isinstance(loop, Ode | Sampled) or callable(getattr(loop, "ode", None))):
-            must = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
-            raise refusal("Run(loop=...)", must, loop)
+        if not _is_loop(self.loop):
+            raise refusal("Run(loop=...)", LOOP, self.loop)
         for name in ("h", "until", "every"):
             if (span := getattr(self, name)) is not None:
                 seconds(f"Run({name}=...)", span)
@@ -129,13 +128,7 @@ class Run:
         return f"steps for a tolerance of {self.tolerance:g}" if self.h is None else f"h = {self.h:g} s"
 
     def doubled(self, equation: Ode | Sampled, call: str) -> float:
-        """The step of the check, 2 h, in s.
-
-        Raises
-        ------
-        ValueError
-            If it does not divide the period of a sampled loop.
-        """
+        """The step of the check, 2 h, in s, which must divide the period of a sampled loop."""
         assert self.h is not None
         if isinstance(equation, Sampled) and equation.substeps(self.h) % 2:
             raise ValueError(
@@ -143,3 +136,75 @@ class Run:
                 f"its values are held against those at 2 h; got {self.h:g} s: take {self.h / 2:g} s."
             )
         return 2 * self.h
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Sweep:
+    """A run as often as a design says, each with its own values of some factors.
+
+    Attributes
+    ----------
+    run
+        Its metrics are taken at each multiple of `every`. Without `h`, the runs with the least and the largest value of
+        each factor choose one step for all.
+    design
+        A point of the unit cube a run, one coordinate a factor.
+    common
+        True if all runs have the same noise; else it is each run's own.
+    halved
+        One run of so many, those whose number it divides, is run again at h / 2, for the error of the step.
+    runs_of_chunk
+        The number of runs that are computed and kept together; by default as many as take a processor a second or two.
+
+    Examples
+    --------
+    >>> ode = wb.open_loop(wb.DCMotor())
+    >>> factor = wb.Factor("friction", ("b",), wb.Uniform(0.05, 0.2))
+    >>> wb.Sweep("motor", wb.Run(ode, (wb.effort("omega"),), until=1.0), (factor,), wb.SobolDesign(1, 64)).name
+    'motor'
+    """
+
+    name: str
+    run: Run
+    factors: tuple[Factor, ...]
+    design: AbstractDesign
+    common: bool = False
+    halved: int | None = HALVED
+    runs_of_chunk: int | None = None
+
+    def __post_init__(self) -> None:
+        check_name("Sweep", self.name)
+        if self.design.dimensions != len(self.factors):
+            raise ValueError(
+                f"`Sweep({self.name!r}, design=...)` must have as many dimensions as there are factors, "
+                f"{len(self.factors)}; got {self.design.dimensions}."
+            )
+        if taken := [factor.name for factor in self.factors if factor.name in COLUMNS]:
+            raise ValueError(
+                f"`Sweep({self.name!r}, factors=...)` needs another name for {taken}: tables have that column."
+            )
+        if not self.run.metrics:
+            raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
+        for name in ("halved", "runs_of_chunk"):
+            if (count := getattr(self, name)) is not None:
+                whole(f"Sweep({name}=...)", count)
+
+
+def again(first: int, last: int, halved: int | None) -> Integers:
+    """The numbers of those runs from first to last - 1 that are run again at half the step."""
+    runs = np.arange(first, last)
+    return runs[:0] if halved is None else runs[runs % halved == 0]
+
+
+def count_of(sweep: Sweep) -> str | None:
+    """The name by which the design of a sweep has its number of samples; None where it has none."""
+    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
+    counts = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
+    return next((name for name in COUNTS if name in counts), None)  # the `base` of `OneAtATime` is a quantile
+
+
+def resized(sweep: Sweep, count: int | None) -> Sweep:
+    """The sweep with so many samples; one whose design has no number of them keeps its points."""
+    name = None if count is None else count_of(sweep)
+    return sweep if name is None else replace(sweep, design=replace(sweep.design, **{name: count}))  # type: ignore[type-var]

@@ -5,13 +5,12 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import inf
+from math import ceil, inf
 from pathlib import Path
 
 from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
 from workbench.study.compiled import CompiledSweep
-from workbench.validation.views import show
 
 PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
@@ -26,7 +25,6 @@ PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
 @dataclass(frozen=True)
-@show
 class Cost:
     """The cost of runs: s on so many threads, and bytes of memory and disk."""
 
@@ -46,12 +44,15 @@ class Cost:
 def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None) -> Cost:
     """A cautious estimate of all runs of some sweeps, as if none of them were done."""
     side = workers or threads()
+    seconds = results = chunk = 0.0
+    for one in sweeps:
+        values, factors = len(one.columns) * one.times, len(one.sweep.factors)
+        cells = one.times * (3 + factors) + 2 * values  # of the table
+        results += 8 * one.size * (factors + 1 + values * (1 + 1 / (one.sweep.halved or inf)))
+        seconds += one.size * (one.seconds_of_run * _slower(one) / side + SECONDS_OF_NUMBER * cells)
+        seconds += SECONDS_OF_CHUNK * ceil(one.size / one.runs_of_chunk)
+        chunk = max(chunk, min(one.runs_of_chunk, one.size) * one.bytes_of_run)
     runs = sum(one.size for one in sweeps)
-    results = 8.0 * sum(one.size * _numbers(one) for one in sweeps)
-    seconds = sum(one.size * one.seconds_of_run * _slower(one) for one in sweeps) / side
-    seconds += SECONDS_OF_NUMBER * sum(one.size * _cells(one) for one in sweeps)
-    seconds += SECONDS_OF_CHUNK * sum(-(-one.size // one.runs_of_chunk) for one in sweeps)
-    chunk = max((min(one.runs_of_chunk, one.size) * one.bytes_of_run for one in sweeps), default=0)
     return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, ON_DISK * results)
 
 
@@ -63,7 +64,6 @@ def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:
 
 
 def _slower(one: CompiledSweep) -> int:
-    """The factor by which the runs of a sweep take longer here than compiled."""
     return 1 if is_compiled(one.coarse, one.arithmetic) else SLOWER[one.arithmetic]
 
 
@@ -82,17 +82,6 @@ def check(cost: Cost, out: Path) -> None:
                 f"{cost}. That is more {what} than is taken without being asked for ({said}): "
                 "take fewer samples with `--samples`, or say `--yes`."
             )
-
-
-def _numbers(one: CompiledSweep) -> float:
-    """The number of numbers of a run that are kept."""
-    values = len(one.columns) * one.times
-    return len(one.sweep.factors) + 1 + values * (1 + 1 / (one.sweep.halved or inf))
-
-
-def _cells(one: CompiledSweep) -> int:
-    """The number of cells of its table that a run fills."""
-    return one.times * (3 + len(one.sweep.factors) + 2 * len(one.columns))
 
 
 def _time(seconds: float) -> str:

@@ -11,14 +11,14 @@ from pathlib import Path
 from workbench.simulate.arithmetic import signature
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
+from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
 from workbench.study.export import table_of
+from workbench.study.ledger import store
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.resumption import Counter, Task, Tell, complete
-from workbench.study.ledger.store import LATER, About, Ledger, LedgerError, SweepAbout, about_in, is_chunk, opened
+from workbench.study.ledger.store import Ledger, Task, Tell
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
-from workbench.study.sweep import count_of, resized
 from workbench.study.tuning import Tuned
 from workbench.study.tuning.checkpoint import tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
@@ -26,6 +26,8 @@ from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
+ArithmeticOf = Callable[[str], str | None]
+Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 
 
 class Stopped(KeyboardInterrupt):
@@ -34,37 +36,21 @@ class Stopped(KeyboardInterrupt):
 
 @dataclass(frozen=True)
 class Order:
-    """The options with which a study is run.
-
-    Attributes
-    ----------
-    script
-        The study's file, which the ledger remembers.
-    samples
-        In place of the numbers of the designs.
-    arithmetic
-        That of all sweeps; None for that of the ledger, or of this machine.
-    only_report
-        True if nothing is to be computed: what is missing is refused.
-    acknowledge
-        Told each chunk once it is durable.
-    source
-        Where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings.
-    bar
-        A place, by the name of the study, where one is told how far the runs are.
-    """
+    """The options with which a study is run."""
 
     script: Path
     samples: int | None = None
     workers: int | None = None
     cluster: str | None = None
-    arithmetic: str | None = None
+    arithmetic: str | None = None  # without it that of the ledger, or of this machine
     fresh: bool = False
     yes: bool = False
-    only_report: bool = False
-    acknowledge: Callable[[Chunk], None] = lambda chunk: None
+    only_report: bool = False  # computes nothing: what is missing is refused
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None  # told each chunk once it is durable
     say: Callable[[str], None] = lambda sentence: None
+    # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings
     source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
+    # a place, by the name of the study, where one is told how far the runs are
     bar: Callable[[str], AbstractContextManager[Tell]] = lambda name: nullcontext(lambda done, failed, total: None)
 
 
@@ -81,31 +67,32 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     arithmetic_of = _arithmetics(out, order)
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
-    sweeps = _compiled(study, order, arithmetic_of)
+    sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
     _afford([*searched, *sweeps], out, order)
-    with opened(out, order.fresh) as ledger, _stoppable(ledger):
+    with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop_tables()
-        about = About(study.name, os.path.relpath(order.script.resolve(), ledger.out.resolve()), order.samples)
-        tuned, tuned_about = _tuned(study.name, searches, ledger, order, about)
-        if callable(study.sweeps):
-            sweeps = _compiled(study.resolved(tuned), order, arithmetic_of)
+        about = store.About(study.name, os.path.relpath(order.script.resolve(), ledger.out.resolve()), order.samples)
+        tuned, tuned_about = _tuned(searches, ledger, order, about)
+        later = callable(study.sweeps)
+        study = study.resolved(tuned)
+        if later:
+            sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
             _afford(sweeps, out, order)
-        records = searched if callable(study.sweeps) else ()  # from which a worker makes the sweeps again
+        records = searched if later else ()  # from which a worker makes the sweeps again
         samples = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
         results = Results(samples=samples, tunings=tuple(tuned.values()))
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
-        yield study.resolved(tuned), results
+        yield study, results
 
 
 def _check_options(study: Study, order: Order) -> None:
     """Refuse options about sweeps for a study without any, and others that exclude each other."""
-    if order.workers is not None:
-        whole("--workers", order.workers)
-    if order.samples is not None:
-        whole("--samples", order.samples)
+    for name in ("workers", "samples"):
+        if (count := getattr(order, name)) is not None:
+            whole(f"--{name}", count)
     searched = bool(study.tunings)
     options = (
         ("--samples", order.samples, False),
@@ -121,9 +108,9 @@ def _check_options(study: Study, order: Order) -> None:
         )
 
 
-def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
+def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
     """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
-    about = None if order.fresh else about_in(out)
+    about = None if order.fresh else store.about_in(out)
     kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
 
     def arithmetic_of(name: str) -> str | None:
@@ -131,7 +118,7 @@ def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
             return order.arithmetic
         chosen = order.arithmetic or kept[name].partition(" ")[0]
         if signature(chosen) != kept[name]:
-            raise LedgerError(
+            raise store.LedgerError(
                 f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
                 f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
                 "version, name another folder with `--out`, or begin anew with `--fresh`."
@@ -141,27 +128,26 @@ def _arithmetics(out: Path, order: Order) -> Callable[[str], str | None]:
     return arithmetic_of
 
 
-def _compiled(study: Study, order: Order, arithmetic_of: Callable[[str], str | None]) -> tuple[CompiledSweep, ...]:
-    """The sweeps that are known, compiled, with as many samples as are asked for."""
-    if callable(study.sweeps):
+def _compiled(name: str, sweeps: Sweeps, order: Order, arithmetic_of: ArithmeticOf) -> tuple[CompiledSweep, ...]:
+    """The sweeps of a study that are known, compiled, with as many samples as are asked for."""
+    if callable(sweeps):
         return ()
-    fixed = [one.name for one in study.sweeps if count_of(one) is None]
+    fixed = [one.name for one in sweeps if count_of(one) is None]
     if order.samples is not None and fixed:
         names = ", ".join(f"'{name}'" for name in fixed)
-        if len(fixed) == len(study.sweeps):
+        if len(fixed) == len(sweeps):
             raise ValueError(
-                f"`--samples` cannot change the study '{study.name}': the designs of its sweeps, {names}, have no "
+                f"`--samples` cannot change the study '{name}': the designs of its sweeps, {names}, have no "
                 "number of samples; leave it out."
             )
         order.say(f"`--samples` changes nothing of {names}: their designs have no number of samples.")
-    return compile_sweeps(study, order.samples, arithmetic_of)
+    return compile_sweeps(sweeps, order.samples, arithmetic_of)
 
 
 def compile_sweeps(
-    study: Study, samples: int | None, arithmetic_of: Callable[[str], str | None]
+    sweeps: Sequence[Sweep], samples: int | None, arithmetic_of: ArithmeticOf
 ) -> tuple[CompiledSweep, ...]:
-    """The sweeps of a study that are known, compiled, with so many samples each."""
-    sweeps = () if callable(study.sweeps) else study.sweeps
+    """Sweeps compiled, with so many samples each."""
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
@@ -175,13 +161,13 @@ def _stoppable(ledger: Ledger) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        kept = sum(map(is_chunk, ledger.names))
-        raise Stopped(f"stopped; {kept} chunks are kept in '{ledger.out}'. {LATER}") from None
+        kept = sum(map(store.is_chunk, ledger.names))
+        raise Stopped(f"stopped; {kept} chunks are kept in '{ledger.out}'. {store.LATER}") from None
 
 
 def _tuned(
-    name: str, searches: Sequence[Search], ledger: Ledger, order: Order, about: About
-) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
+    searches: Sequence[Search], ledger: Ledger, order: Order, about: store.About
+) -> tuple[dict[str, Tuned], tuple[store.SweepAbout, ...]]:
     """The answer of each tuning, computed by threads of this machine, and its runs as the ledger describes them."""
     with ExitStack() as stack:
 
@@ -191,8 +177,8 @@ def _tuned(
             where = "" if order.cluster is None else ", on this machine"
             most = "at most " if any(search.tuning.settle is not None for search in searches) else ""
             needed = cost.cost_of([one for search in searches for one in search.sweeps], order.workers)
-            order.say(f"{name}: tuning{where}, {most}{needed}.")
-            return stack.enter_context(order.bar(name))
+            order.say(f"{about.study}: tuning{where}, {most}{needed}.")
+            return stack.enter_context(order.bar(about.study))
 
         return tune_in_ledger(
             searches,
@@ -205,38 +191,40 @@ def _tuned(
 
 
 def _samples(
-    sweeps: Sequence[CompiledSweep], searched: Sequence[CompiledSweep], ledger: Ledger, order: Order, about: About
+    sweeps: Sequence[CompiledSweep],
+    searched: Sequence[CompiledSweep],
+    ledger: Ledger,
+    order: Order,
+    about: store.About,
 ) -> tuple[Sample, ...]:
     """The sample of each sweep, from chunks of which the missing are computed."""
     tasks = tasks_of(sweeps)
-    own = [[task.name for task in tasks if task.sweep == i] for i in range(len(sweeps))]
-    pairs = list(zip(sweeps, own, strict=True))
-    abouts = (SweepAbout(one.sweep.name, one.size, signature(one.arithmetic), tuple(names)) for one, names in pairs)
+    own = [tuple(task.name for task in tasks if task.sweep == i) for i in range(len(sweeps))]
+    arithmetics = [signature(one.arithmetic) for one in sweeps]
+    each = zip(sweeps, arithmetics, own, strict=True)
+    abouts = (store.SweepAbout(one.sweep.name, one.size, bits, names) for one, bits, names in each)
     tuned = [name for sweep in about.sweeps for name in sweep.chunks]
     ledger.describe(replace(about, sweeps=(*about.sweeps, *abouts)))
     wanted = {*tuned, *(task.name for task in tasks)}
-    if unused := sum(is_chunk(name) and name not in wanted for name in ledger.names):
+    if unused := sum(store.is_chunk(name) and name not in wanted for name in ledger.names):
         order.say(
             f"{unused} chunks in '{ledger.out}' are of other samples or equations than the study has now: they are "
             "kept, and not used; `--fresh` removes them."
         )
-    there = [task.name for task in tasks if task.name in ledger]
-    with ExitStack() as stack:
-
-        def begin() -> Tell:
-            missing = len(tasks) - len(there)
-            if order.only_report:
-                raise LookupError(
-                    f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
-                )
-            some = f"; {len(there)} of {len(tasks)} chunks are there already." if there else "."
-            order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
-            return stack.enter_context(order.bar(about.study))
-
-        counter = Counter(sum(one.size for one in sweeps), begin)
-        execute = _executor(sweeps, searched, tuned, ledger, order)
-        complete(tasks, ledger, execute, counter, order.acknowledge)
-    return tuple(one.sample(map(ledger.read, names)) for one, names in pairs)
+    missing = sum(task.name not in ledger for task in tasks)
+    if missing and order.only_report:
+        raise LookupError(
+            f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
+        )
+    if missing:
+        there = len(tasks) - missing
+        some = f"; {there} of {len(tasks)} chunks are there already." if there else "."
+        order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
+        with order.bar(about.study) as tell:
+            counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
+            execute = _executor(sweeps, searched, tuned, ledger, order)
+            store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True))
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from queue import Empty, Queue
 from threading import Event, Lock
-from typing import Any, Protocol
+from typing import Any
 
 import casadi as ca
 
@@ -19,8 +19,7 @@ from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import threads, use_threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.resumption import Task
-from workbench.study.ledger.store import LATER
+from workbench.study.ledger.store import LATER, Task
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
@@ -36,11 +35,8 @@ class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-class Source(Hashable, Protocol):
-    """The source of a study's sweeps for another process, as plain data that is sent there."""
-
-    def __call__(self) -> tuple[CompiledSweep, ...]:
-        """The sweeps."""
+# The source of a study's sweeps for another process, as plain data that is sent there and can be hashed.
+Source = Callable[[], tuple[CompiledSweep, ...]]
 
 
 def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
@@ -180,12 +176,14 @@ def version() -> str:
 
 def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tuple[str, bytes, bytes]:
     """Name, head and data of a chunk, in the process of a worker: one at a time, with the worker's threads."""
+    import distributed
+
     if asked != version():
         raise ClusterError(_another("A worker that has come later", version(), asked))
     sweep, first, last, name = task
     with _ALONE:
-        use_threads(_threads_of_worker())
-        one = _loaded(source)[sweep]
+        use_threads(int(distributed.get_worker().state.nthreads))
+        one = _sweeps(source)[sweep]
         found = one.name(first, last)
         if found != name:
             raise ClusterError(
@@ -195,26 +193,16 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     return chunk.name, chunk.head, chunk.data
 
 
-def _loaded(source: Source) -> tuple[CompiledSweep, ...]:
-    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
-    try:
-        return _sweeps(source)
-    except ImportError as error:
-        raise ClusterError(f"A worker cannot load the study: {error}. What it imports must be there too.") from error
-
-
 _ALONE = Lock()  # CasADi's expressions are not for several threads
 
 
 @lru_cache(maxsize=1)
 def _sweeps(source: Callable[[], tuple[CompiledSweep, ...]]) -> tuple[CompiledSweep, ...]:
-    return source()
-
-
-def _threads_of_worker() -> int:
-    import distributed
-
-    return int(distributed.get_worker().state.nthreads)
+    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
+    try:
+        return source()
+    except ImportError as error:
+        raise ClusterError(f"A worker cannot load the study: {error}. What it imports must be there too.") from error
 
 
 def _another(worker: str, theirs: str, ours: str) -> str:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import csv
 import io
-import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
+from workbench.study.ledger.durability import write_durably
 from workbench.study.ledger.store import TABLE, LedgerError
 from workbench.study.sample import ARRAYS, Sample
-from workbench.study.sweep import COLUMNS
 from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
@@ -59,19 +59,16 @@ def cases_to_csv(results: Results) -> bytes:
 def _cell(value: object) -> str:
     if value is None or value != value:
         return ""
-    return (
-        spreadsheet_text(value)
-        if isinstance(value, str)
-        else repr(value.item() if isinstance(value, np.generic) else value)
-    )
+    if isinstance(value, str):
+        return spreadsheet_text(value)
+    return repr(value.item() if isinstance(value, np.generic) else value)
 
 
 def spreadsheet_text(text: str) -> str:
     """A text as a cell or head of a CSV file, after an apostrophe where spreadsheets would run it as a formula.
 
-    They run what begins with =, +, - or @, also in full width, and some of them look behind blanks and signs that
-    are not seen; a tab or line break before anything else may end the cell before it. A text of plain numbers
-    alone stays as it is: "-1.5", "-10 to 10", "+9.4 % (+3.4 to +11.6)".
+    They run what begins with =, +, - or @, also in full width, some of them behind blanks and signs that are not seen,
+    or behind a tab or line break. Plain numbers alone stay: "-1.5", "-10 to 10", "+9.4 % (+3.4 to +11.6)".
     """
     return f"'{text}" if _FORMULA.match(text) and not _is_of_numbers(text) else text
 
@@ -89,12 +86,14 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     import pandas as pd
 
     folder.mkdir(parents=True, exist_ok=True)
-    ways: dict[str, Callable[[Path], object]] = {
-        "csv": lambda part: part.write_bytes(to_csv(sample)),
-        "parquet": lambda part: _write_parquet(pd.DataFrame(dict(_columns(sample))), part),
-        "mat": lambda part: _write_mat(sample, part),
+    ways = {
+        "csv": lambda: to_csv(sample),
+        "parquet": lambda: _to_parquet(pd.DataFrame(dict(_columns(sample)))),
+        "mat": lambda: _to_mat(_arrays(sample)),
     }
-    return _whole(folder / f"{sample.name}.{form}", ways[form])
+    file = folder / f"{sample.name}.{form}"
+    write_durably(file, ways[form]())
+    return file
 
 
 def write_cases(folder: Path, form: str) -> Path:
@@ -103,43 +102,34 @@ def write_cases(folder: Path, form: str) -> Path:
     if form == "csv":
         return file
     import pandas as pd
-    from scipy.io import savemat
 
     frame = pd.read_csv(folder / CASES)
-    if form == "parquet":
-        return _whole(file, lambda part: _write_parquet(frame, part))
     held = {str(name): column.to_numpy() for name, column in frame.items()}
-    return _whole(file, lambda part: savemat(str(part), held, appendmat=False, oned_as="column"))
-
-
-def _whole(file: Path, write: Callable[[Path], object]) -> Path:
-    """Write a file under another name and rename it, so that it is there whole or not at all."""
-    part = file.with_name(f"{file.name}.part")
-    try:
-        write(part)
-        with part.open("r+b") as stream:
-            os.fsync(stream.fileno())
-        part.replace(file)
-    finally:
-        part.unlink(missing_ok=True)
+    write_durably(file, _to_parquet(frame) if form == "parquet" else _to_mat(held))
     return file
 
 
-def _write_parquet(frame: pd.DataFrame, file: Path) -> None:
+def _to_parquet(frame: pd.DataFrame) -> bytes:
     try:
-        frame.to_parquet(file, engine="pyarrow", index=False)
+        return frame.to_parquet(engine="pyarrow", index=False)
     except ImportError as error:
         raise ValueError(
             "Parquet needs the extra `data`: install `control-workbench[data]`, or take CSV or MAT."
         ) from error
 
 
-def _write_mat(sample: Sample, file: Path) -> None:
-    """Arrays as `Sample` has them, and the names of their columns beside them."""
+def _to_mat(held: Mapping[str, Any]) -> bytes:
     from scipy.io import savemat
 
+    out: Any = io.BytesIO()
+    savemat(out, dict(held), oned_as="column")
+    return bytes(out.getvalue())
+
+
+def _arrays(sample: Sample) -> dict[str, Any]:
+    """Arrays as `Sample` has them, and the names of their columns beside them."""
     labels = [f"{head} [{unit}]" for head, (_, _, unit) in zip(sample.heads, sample.columns, strict=True)]
-    held = {
+    return {
         "t": sample.t,
         "factors": sample.drawn,
         "factor_names": np.array(sample.factors, dtype=object),
@@ -153,11 +143,9 @@ def _write_mat(sample: Sample, file: Path) -> None:
         "h": sample.h,
         "fingerprint": sample.fingerprint,
     }
-    savemat(str(file), held, appendmat=False, oned_as="column")
 
 
 def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
-    """The columns by name; rows are the times of run 0, then those of run 1."""
     runs, times = sample.values.shape[:2]
     run, time, lost = COLUMNS
     yield run, np.repeat(np.arange(runs), times)

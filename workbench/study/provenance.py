@@ -19,29 +19,20 @@ Mark = Literal["stated", "derived", "assumed"]
 @dataclass(frozen=True, eq=False)
 @door
 class Given:
-    """A number or a named choice with its origin.
-
-    Attributes
-    ----------
-    source
-        Where it stands (section or equation), what it follows from, or why it is assumed.
-    low, high
-        The range within which an assumed number could as well lie.
-    shown
-        The name as a report prints it, where that is not the name itself.
-    """
+    """A number or a named choice with its origin; the range of an assumed number is where it could as well lie."""
 
     name: str
     value: Any
     unit: str
     mark: Mark
-    source: str
+    source: str  # where it stands, what it follows from, or why it is assumed
     low: float | None = None
     high: float | None = None
-    shown: Phrase = ""
+    shown: Phrase = ""  # the name as a report prints it, where that is another one
 
     def __post_init__(self) -> None:
-        if not isinstance(self.value, str) and not _finite(self.value):
+        array = as_array(self.value)
+        if not isinstance(self.value, str) and (array is None or not np.isfinite(array).all()):
             raise ValueError(
                 f"`Given({self.name!r}, value=...)` must be a finite number, an array of such, or a named choice as "
                 f"text; got {described(self.value)}."
@@ -131,11 +122,6 @@ def written(value: Any) -> str:
     if array.ndim == 2:
         return f"({'; '.join(map(_listed, array))})"
     return f"({_listed(array)})" if array.ndim == 1 else f"{float(array):.6g}"
-
-
-def _finite(value: Any) -> bool:
-    array = as_array(value)
-    return array is not None and bool(np.isfinite(array).all())
 
 
 def _listed(numbers: Array) -> str:

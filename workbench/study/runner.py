@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from functools import partial
-from threading import Lock
-from typing import Any, TypeVar
+from threading import Event, Lock
+from typing import Any
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, measure
+from workbench.simulate.job import Progress
 from workbench.study.contract import Run, equations_of
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
-
-Progress = Callable[[float], None]
-T = TypeVar("T")
 
 
 class CaseError(ValueError):
@@ -26,9 +23,7 @@ class CaseError(ValueError):
 
 @door
 def run(study: Study, progress: Progress | None = None, workers: int | None = None) -> Results:
-    """Every case of the study, in its order. CasADi gives up the interpreter's lock, so threads serve.
-
-    Sweeps and tunings are not run here; cases that follow from tunings are those of `study.resolved`.
+    """Every case of the study, in its order; those that follow from tunings are in `study.resolved`.
 
     Parameters
     ----------
@@ -42,24 +37,35 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     ValueError
         If the cases are a function.
     CaseError
-        As soon as a case fails, with its name; the other cases end at their next progress.
+        As soon as a case fails; the other cases end at their next progress.
     """
     cases = study.cases
     if callable(cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
-    tally = _Tally(cases, progress)
+    total = sum(map(_work, cases)) or 1.0
+    weights = [_work(case) / total for case in cases]
+    shares, lock, stopped = [0.0] * len(cases), Lock(), Event()
+
+    def tell(i: int, share: float) -> None:
+        if stopped.is_set():
+            raise RuntimeError("the study was stopped")
+        with lock:
+            shares[i] = share
+            if progress is not None:
+                progress(sum(w * s for w, s in zip(weights, shares, strict=True)))
+
     workers = (os.cpu_count() or 1) if workers is None else whole("run(workers=...)", workers)
     order = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))  # the longest first
-    pool = ThreadPoolExecutor(workers)
+    pool = ThreadPoolExecutor(workers)  # CasADi gives up the interpreter's lock
     try:
-        futures = {i: pool.submit(_outcome, cases[i], tally.of(i)) for i in order}
+        futures = {i: pool.submit(_outcome, cases[i], partial(tell, i)) for i in order}
         done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
         failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
         if failed:
             futures[failed[0]].result()
         return Results(tuple(futures[i].result() for i in range(len(cases))))
     finally:
-        tally.stopped = True
+        stopped.set()
         pool.shutdown(cancel_futures=True)
 
 
@@ -69,65 +75,20 @@ def _work(case: Case) -> float:
 
 
 def _outcome(case: Case, tell: Progress) -> Outcome:
-    """The equations and the measurement of a case."""
-    ode = _named(case, partial(_ode, case))
-    return Outcome(case, ode, _named(case, partial(_measured, case, ode, tell)))
-
-
-def _named(case: Case, call: Callable[[], T]) -> T:
-    """The value of a call; its error is raised with the name of the case."""
+    """The equations and the measurement of a case; an error is raised with its name."""
     try:
-        return call()
+        ode: Ode | Sampled = equations_of(case.run.loop, case.name)
+        _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
+        return Outcome(case, ode, measurement(case.run, ode, f"Case({case.scenario!r}, {case.law!r}, run=...)", tell))
     except Exception as error:
         kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
         raise CaseError(f"{case.name}: {kind}{error}") from error
 
 
-def _ode(case: Case) -> Ode | Sampled:
-    ode: Ode | Sampled = equations_of(case.run.loop, case.name)
-    _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
-    return ode
-
-
-def _measured(case: Case, ode: Ode | Sampled, tell: Progress) -> Measurement:
-    return measurement(case.run, ode, f"Case({case.scenario!r}, {case.law!r}, run=...)", tell)
-
-
 def measurement(
     run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
 ) -> Measurement:
-    """The measurement of a run: its values at the step, and their change from twice the step.
-
-    Raises
-    ------
-    ValueError, LookupError
-        If `measure` refuses, or twice the step does not divide the period of a sampled loop, in the name of a call.
-    """
+    """The measurement of a run, its values at the step and their change from twice the step, in the name of a call."""
     h = None if run.h is None else run.doubled(equation, call)
     asked: dict[str, Any] = {"until": run.until, "h": h, "every": run.every, "tolerance": run.tolerance}
     return measure(equation, run.metrics, **asked, seed=run.seed, progress=progress)
-
-
-class _Tally:
-    """The sum of the shares of cases that run side by side; it stops all when one has failed."""
-
-    def __init__(self, cases: tuple[Case, ...], progress: Progress | None) -> None:
-        total = sum(map(_work, cases)) or 1.0
-        self.weights = [_work(case) / total for case in cases]
-        self.shares = [0.0] * len(cases)
-        self.progress = progress
-        self.stopped = False
-        self.lock = Lock()
-
-    def of(self, i: int) -> Progress:
-        """The function by which case i tells its share."""
-
-        def tell(share: float) -> None:
-            if self.stopped:
-                raise RuntimeError("the study was stopped")
-            with self.lock:
-                self.shares[i] = share
-                if self.progress is not None:
-                    self.progress(sum(w * s for w, s in zip(self.weights, self.shares, strict=True)))
-
-        return tell

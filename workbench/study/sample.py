@@ -18,51 +18,25 @@ ARRAYS = ("t", "drawn", "values", "again", "errors", "limits", "diverged_at")
 @dataclass(frozen=True, eq=False)
 @door
 class Sample:
-    """N runs of one loop: the values of its factors, and those of its metrics.
-
-    Attributes
-    ----------
-    columns
-        The entries of the last axis of values and errors: a metric, its number counted from 0, and its unit.
-    t
-        (T,), the times in s at which the metrics were taken, from the start to each; the last is the horizon.
-    drawn, values
-        (N, d) and (N, T, k); NaN from the time at which a run diverged.
-    again, errors
-        The numbers of the runs that were run at h / 2 too, (m,), and by how much that changed their values, (m, T, k).
-    limits
-        (m,), the longest step in s that is stable at a few states of the runs that were run again; infinite where all
-        are, NaN where that is not known.
-    diverged_at
-        (N,), in s; NaN for a run that stayed finite.
-    design
-        The design of the runs, with the number of samples that was asked for; None where a ledger was read
-        without its study.
-    arithmetic
-        The signature of that of the runs.
-    labels
-        The label of each column, as 'joint 1' or a signal's name; none in a ledger of old, which was of an arm.
-    tolerance
-        For which pilots chose the step; None where the sweep names it.
-    """
+    """N runs of one loop: the values of its d factors, and those of its metrics in k columns at T times."""
 
     name: str
     factors: tuple[str, ...]
-    columns: tuple[tuple[str, int, str], ...]
-    t: Array
+    columns: tuple[tuple[str, int, str], ...]  # a metric, its number counted from 0, and its unit
+    t: Array  # (T,), the times in s, each metric being taken from the start to there; the last is the horizon
     h: float
     seed: int
     fingerprint: str
-    drawn: Array
-    values: Array
-    again: Integers
-    errors: Array
-    limits: Array
-    diverged_at: Array
-    design: AbstractDesign | None = None
+    drawn: Array  # (N, d)
+    values: Array  # (N, T, k), NaN from the time at which a run diverged
+    again: Integers  # (m,), the numbers of the runs that were run at h / 2 too
+    errors: Array  # (m, T, k), by how much that changed their values
+    limits: Array  # (m,), the longest step in s stable at a few states of these; inf where all are, NaN where unknown
+    diverged_at: Array  # (N,), in s, NaN for a run that stayed finite
+    design: AbstractDesign | None = None  # none where a ledger was read without its study
     arithmetic: str = ""
-    labels: tuple[str, ...] = ()
-    tolerance: float | None = None
+    labels: tuple[str, ...] = ()  # of each column, as 'joint 1' or a signal's name; none in a ledger of old
+    tolerance: float | None = None  # for which pilots chose the step
 
     def __len__(self) -> int:
         return len(self.values)
@@ -106,8 +80,7 @@ class Sample:
     def step_error(self, metric: str, joint: int = 0) -> float:
         """The largest change of a metric at the horizon from h to h / 2, over the runs that were run again.
 
-        Runs that diverged at h do not count, as they have no value; NaN if all of them did. It is infinite if a run
-        that stayed finite at h diverged at h / 2.
+        NaN if all of them diverged at h; infinite if one that stayed finite at h diverged at h / 2.
         """
         errors = self.errors[:, -1, self._column(metric, joint)][np.isnan(self.diverged_at[self.again])]
         return float(np.where(np.isnan(errors), np.inf, errors).max()) if len(errors) else np.nan
@@ -139,12 +112,8 @@ class Sample:
         half = f", and half of it in {len(self.again):,} runs" if len(self.again) else ""
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
-        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{self.choice}"
-
-    @property
-    def choice(self) -> str:
-        """The tolerance for which the step was chosen, in words; empty if there is none."""
-        return "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        chosen = "" if self.tolerance is None else f"; chosen by pilot runs for a tolerance of {self.tolerance:g}"
+        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{chosen}"
 
     @property
     def seeds(self) -> str:
@@ -165,17 +134,16 @@ class Sample:
     @door
     def note_of(self, metric: str, joint: int = 0) -> str:
         """The note below a figure of a metric, with the step error of that metric."""
-        error, unit = self.step_error(metric, joint), self.columns[self._column(metric, joint)][2]
+        column = self._column(metric, joint)
+        error, unit = self.step_error(metric, joint), self.columns[column][2]
         several = sum(name == metric for name, _, _ in self.columns) > 1
-        of = f"step error of {metric}{f' of {self._label(metric, joint)}' if several else ''}"
+        label = self.labels[column] if self.labels else f"joint {joint + 1}"
+        of = f"step error of {metric}{f' of {label}' if several else ''}"
         if np.isnan(error):
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
         return f"{self.note}; {of} at most {_plain(error)}{f' {raised(unit)}' if unit not in ('', '1') else ''}"
-
-    def _label(self, metric: str, joint: int) -> str:
-        return self.labels[self._column(metric, joint)] if self.labels else f"joint {joint + 1}"
 
     @property
     def heads(self) -> tuple[str, ...]:

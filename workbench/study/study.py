@@ -11,11 +11,10 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement
-from workbench.study.contract import Run, answer
+from workbench.study.contract import Run, Sweep, answer
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.refusals import Array, described, known, multiple, refusal, seed, several
 from workbench.validation.signatures import door
@@ -38,12 +37,11 @@ class Case:
         Together the name of the case.
     run
         Its values are taken at the step of the run, and held against those at twice that step, of which the horizon
-        and `every` are multiples: the change is their error. A metric that does not keep the tolerance is named below
-        the tables.
+        and `every` are multiples: the change is their error.
     style
         Which line of the figures belongs to the law.
     remark
-        A remark on this case, beside its name.
+        Stands beside its name.
 
     Examples
     --------
@@ -105,16 +103,13 @@ class Outcome:
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
-        limit, check = self.measurement.limits[0], self.measurement.check
+        limit, check, run = self.measurement.limits[0], self.measurement.check, self.case.run
         how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
-        run = self.case.run
-        chosen = (
-            () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
-        )
+        steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + chosen + beyond + missed
+        return self.ode.notes + methods + steps + beyond + missed
 
     @door
     def within(self, metric: str) -> bool | None:
@@ -190,7 +185,7 @@ class Results:
     def rows(self) -> list[dict[str, Any]]:
         """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
 
-        If a case has a tolerance: that too, and whether the metric, all its numbers together, is within it.
+        If a case has a tolerance: that too, and whether the metric is within it.
         """
         asked = any(outcome.case.run.tolerance is not None for outcome in self.outcomes)
         return [
@@ -267,22 +262,18 @@ class Study:
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)
         for part in ("cases", "sweeps", "tunings"):
-            if callable(given := getattr(self, part)):
-                self._check_later(part)
-            else:
+            if not callable(given := getattr(self, part)):
                 self._check_names(part, [one.name for one in given])
+            elif not self.tunings:
+                raise ValueError(
+                    f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
+                    f"{part} themselves."
+                )
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
         self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
         if self.cases and "cases" in names:
             raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
-
-    def _check_later(self, part: str) -> None:
-        if not self.tunings:
-            raise ValueError(
-                f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
-                f"{part} themselves."
-            )
 
     def _check_names(self, part: str, names: Sequence[str]) -> None:
         if twice := {name for name in names if names.count(name) > 1}:

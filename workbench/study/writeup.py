@@ -42,7 +42,7 @@ def document(study: Study, results: Results, command: str) -> Document:
         title=study.title,
         question=" ".join(study.question.split()),
         method=" ".join(study.method.split()),
-        sections=_sections(study, results),
+        sections=_told("sections", study.sections, results, Section),
         colophon=colophon,
     )
 
@@ -60,19 +60,15 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    found = several("Study(headlines=...)(results)", _said("headlines", study.headlines, results), str)
-    return [" ".join(line.split()) for line in found]
+    return [" ".join(line.split()) for line in _told("headlines", study.headlines, results, str)]
 
 
-def _sections(study: Study, results: Results) -> tuple[Section, ...]:
-    return several("Study(sections=...)(results)", _said("sections", study.sections, results), Section)
-
-
-def _said(part: str, function: Callable[[Results], Any], results: Results) -> Any:
+def _told(part: str, function: Callable[[Results], Any], results: Results, kind: type) -> tuple[Any, ...]:
     """The answer of a function of the study to the results; an iterable other than text becomes a tuple."""
     call = f"Study({part}=...)(results)"
     found = answer(call, function, results)
-    return answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
+    found = answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
+    return several(call, found, kind)
 
 
 def testbed() -> str:

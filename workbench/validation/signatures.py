@@ -135,7 +135,6 @@ def _plan(function: Any) -> tuple[str, inspect.Signature, dict[str, Fit], list[t
 
 @functools.cache
 def _hints(thing: Any) -> dict[str, Any]:
-    """The type hints of a class or a function."""
     unseen: dict[str, Any] = {}
     while True:
         try:

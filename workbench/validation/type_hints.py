@@ -104,7 +104,6 @@ def _is_union(hint: Any) -> bool:
 
 
 def _is_whole(parts: tuple[Any, ...]) -> bool:
-    """True for the type of an array of whole numbers."""
     scalar = (get_args(parts[-1]) or (float,))[0] if parts else float
     return issubclass(get_origin(scalar) or scalar, np.integer)
 

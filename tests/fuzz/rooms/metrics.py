@@ -10,7 +10,7 @@ import numpy as np
 from workbench import metrics as room
 from workbench.core import Layout, Ode
 from workbench.metrics.accumulators import accumulated, accumulators, common_grid, final_values, maker, resolved, values
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.simulate import simulate
 

@@ -11,11 +11,10 @@ from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
 from workbench.study import provenance, runner, tuning, writeup
 from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
 from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import Listed, MonteCarlo, factors, local
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor

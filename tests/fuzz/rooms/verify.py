@@ -15,7 +15,7 @@ from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.notation.program import walk
 from workbench.printed import (
     arm_letters,

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 
 from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
-from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 BLOCK = 2**22  # counts in memory at once
@@ -29,10 +29,11 @@ class Intervals:
     high: Array
 
     def __post_init__(self) -> None:
-        for part in (self.value, self.low, self.high):
+        parts = (self.value, self.low, self.high)
+        for part in parts:
             check_size("Intervals(value, low, high)", part, infinite=True)
-        if not self.value.shape == self.low.shape == self.high.shape:
-            shapes = ", ".join(str(part.shape) for part in (self.value, self.low, self.high))
+        if len({part.shape for part in parts}) > 1:
+            shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"`Intervals(value, low, high)` must have two ends for each value; got shapes {shapes}.")
 
 
@@ -42,10 +43,8 @@ def means(columns: Array, rounding: Array, confidence: float, resamples: int, se
         mean_k - a_k s_k / sqrt(N),  mean_k + b_k s_k / sqrt(N)
 
     with a_k and b_k quantiles of t*_k = (mean*_k - mean_k) sqrt(N) / s*_k and of -t*_k over resampled draws *, all of
-    one share, and such that t*_k <= a_k and -t*_k <= b_k for all k in a share of the resamples that is the confidence:
-    the studentised bootstrap, which sees a skewed column, and balanced, so that one with a heavy tail widens no other.
-    A column that varies by no more than its rounding, (k,), is constant; one of which a resample may miss all that
-    varies is not bounded on that side.
+    one share: the studentised bootstrap, balanced. A column that varies by no more than its rounding, (k,), is
+    constant; one of which a resample may miss all that varies is not bounded on that side.
 
     References
     ----------
@@ -79,8 +78,8 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
 
         y_(N p - c) <= Q_p <= y_(N p + c + 1),    c the quantile of max_k |B*_k - N p|
 
-    with B*_k how many of the resampled draws fall into the lower share p of column k. For one column B is binomial
-    and the interval, of the median, that of the sign test; for several the bootstrap knows how they move together.
+    with B*_k how many of the resampled draws fall into the lower share p of column k. Of the median of one column it is
+    the interval of the sign test.
     """
     runs = len(columns)
     below, expected, lower, ordered = _halves(columns, share)
@@ -96,9 +95,8 @@ def order_statistics(columns: Array, share: float, confidence: float, resamples:
 def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
     """Values (k,) with intervals that hold all at once, from their values in resamples (R, k).
 
-    The ends are quantiles of the resamples, of one share for both sides of all columns, such that all values lie
-    between them in a share of the resamples that is the confidence. A side that resamples make infinite, or not a
-    number, is not bounded; nor is a value that is not finite.
+    The ends are quantiles of the resamples, of one share for both sides of all columns. A side that resamples make
+    infinite, or not a number, is not bounded; nor is a value that is not finite.
     """
     with np.errstate(invalid="ignore"):
         off = resampled - value
@@ -114,11 +112,7 @@ def percentiles(value: Array, resampled: Array, confidence: float) -> Intervals:
 
 
 def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) -> Array:
-    """The places where quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1) in a resample *.
-
-    B*_k is as in `order_statistics`; the sample's quantile in each resample instead would miss more often on the side
-    where the draws are few.
-    """
+    """The places where quantiles of columns (N, k) may lie, (R, k): the middle of y_(B*) and y_(B*+1), resampled."""
     below, expected, lower, ordered = _halves(columns, share)
     beyond = np.full((1, columns.shape[1]), np.inf)
     padded = np.concatenate([-beyond, ordered, beyond])
@@ -134,14 +128,16 @@ def likely_quantiles(columns: Array, share: float, resamples: int, seed: int) ->
 def resampled_tails(columns: Array, share: float, resamples: int, seed: int) -> Array:
     """The means of the largest 1 - share of finite columns (N, k) in each resample, (R, k)."""
     runs, below = len(columns), len(columns) * share
-    found = np.empty((resamples, columns.shape[1]))
-    for k, column in enumerate(columns.T):
-        order = np.argsort(column, kind="stable")
-        for rows, held in _held(runs, order, resamples, seed):
+    found = []
+    for column in columns.T:
+        order, parts = np.argsort(column, kind="stable"), []
+        for counts in _counts(runs, resamples, seed):
+            held = np.cumsum(np.ascontiguousarray(counts.T[order]), axis=0)  # up to each draw, in this order
             first = int((held < below).all(axis=1).sum())
             within = np.diff(np.maximum(held[first:], below), axis=0, prepend=below)  # of each draw, how much is tail
-            found[rows, k] = column[order][first:] @ within / (runs - below)
-    return found
+            parts.append(column[order][first:] @ within / (runs - below))
+        found.append(np.concatenate(parts))
+    return np.stack(found, axis=1)
 
 
 def place_of(runs: int, share: float) -> int:
@@ -150,10 +146,7 @@ def place_of(runs: int, share: float) -> int:
 
 
 def _halves(columns: Array, share: float) -> tuple[float, int, Array, Array]:
-    """N p, the draws that are then in the lower share, which these are in each column, and the columns in order.
-
-    Ties are split, so that as many are in the lower share of each.
-    """
+    """N p, the draws in the lower share, a table of them by column with ties split, and the columns in order."""
     runs, expected = len(columns), place_of(len(columns), share) + 1
     order = np.argsort(columns, axis=0, kind="stable")
     lower = np.empty(columns.shape)
@@ -163,20 +156,15 @@ def _halves(columns: Array, share: float) -> tuple[float, int, Array, Array]:
 
 def _high(values: Array, share: float) -> Array:
     """The quantile along the first axis, an entry not below it; infinite entries allowed."""
-    return _place(values, int(np.ceil(share * (len(values) - 1))))
-
-
-def _place(values: Array, place: int) -> Array:
-    """The entry along the first axis that has so many below it."""
+    place = int(np.ceil(share * (len(values) - 1)))
     return np.asarray(np.partition(values, place, axis=0)[place])
 
 
 def _balanced(t: Array, confidence: float) -> Array:
     """A quantile of each column, all of one share, below which whole rows lie in a share that is the confidence.
 
-    Where that share is beyond what so many rows can tell, each column goes on as the normal law does, from its own
-    quantile, to the share by Bonferroni. Infinite for a column that is so in more rows than its part of what may be
-    missed.
+    Beyond what so many rows can tell, a column goes on from its own quantile as the normal law does, to the share by
+    Bonferroni. It is infinite where the column is so in more rows than its part of what may be missed.
     """
     rows, columns = t.shape
     missed = (1 - confidence) / max(columns, 1)
@@ -194,24 +182,11 @@ def _balanced(t: Array, confidence: float) -> Array:
     return found
 
 
-def _held(runs: int, order: Integers, resamples: int, seed: int) -> Iterator[tuple[slice, Integers]]:
-    """The number of the draws up to each, in an order, that come in each resample: (N, some) at a time."""
-    for first, last in _blocks(runs, resamples):
-        held = _across(runs, first, last, seed)[order]
-        for row, before in zip(held[1:], held, strict=False):
-            row += before
-        yield slice(first, last), held
-
-
 def _counts(runs: int, resamples: int, seed: int) -> Iterator[Array]:
     """The times that each of N draws comes in a resample, (some, N) at a time: each resample from its own numbers."""
-    for first, last in _blocks(runs, resamples):
-        yield _drawn(runs, first, last, seed)
-
-
-def _blocks(runs: int, resamples: int) -> Iterator[tuple[int, int]]:
     some = max(1, BLOCK // runs)
-    return ((first, min(first + some, resamples)) for first in range(0, resamples, some))
+    for first in range(0, resamples, some):
+        yield _drawn(runs, first, min(first + some, resamples), seed)
 
 
 @lru_cache(maxsize=2)  # of a study's many comparisons each asks for the same resamples
@@ -219,14 +194,5 @@ def _drawn(runs: int, first: int, last: int, seed: int) -> Array:
     drawn = (uniforms(seed, first, last, runs) * runs).astype(np.intp)
     drawn += runs * np.arange(last - first)[:, None]
     found = np.bincount(drawn.ravel(), minlength=runs * (last - first)).reshape(last - first, runs).astype(float)
-    found.flags.writeable = False
-    return found
-
-
-@lru_cache(maxsize=2)
-def _across(runs: int, first: int, last: int, seed: int) -> Integers:
-    """The numbers of `_counts`, with one row a draw."""
-    small = np.int16 if runs < 2**15 else np.int32  # no sum of them exceeds the draws
-    found = np.ascontiguousarray(_drawn(runs, first, last, seed).T.astype(small))
     found.flags.writeable = False
     return found

@@ -10,8 +10,7 @@ import numpy as np
 from workbench.core import Layout, Sampled
 from workbench.simulate import simulate
 from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Loop, equations_of
-from workbench.study.sweep import Sweep
+from workbench.study.contract import Loop, Sweep, equations_of
 from workbench.validation.refusals import Array, Integers, require
 from workbench.validation.signatures import door
 
@@ -21,15 +20,9 @@ FINE = "fine"
 @dataclass(frozen=True, eq=False)
 @door
 class Causes:
-    """B lost runs, run again from the same rows and noise with the memories of the computer stepped in other ways.
+    """B lost runs, run again from the same rows and noise with the memories of the computer stepped in other ways."""
 
-    Attributes
-    ----------
-    lost
-        By way, (B,): 1 where it loses the run too, 0 where it keeps it finite. "fine" is near the exact flow.
-    """
-
-    lost: Mapping[str, Integers]
+    lost: Mapping[str, Integers]  # by way, (B,): 1 where it loses the run too; "fine" is near the exact flow
 
     @property
     def by_integrator(self) -> int:
@@ -73,8 +66,8 @@ def causes(
         names that of blocks with another `integrator`.
     p, x0
         (B, np) and (B, nx), the rows of the lost runs, or one row for all.
-    until, substeps
-        The horizon in s, and the steps of the plant in a period.
+    substeps
+        The steps of the plant in a period.
     seed, runs
         The keys of the noise that they had, as `simulate` takes them.
 
@@ -83,7 +76,7 @@ def causes(
     LookupError
         If no way is called "fine".
     ValueError
-        If a way is no `Sampled`, the ways have other states or parameters than one another, or `simulate` refuses.
+        If a way is no `Sampled`, has other states or parameters than the others, or `simulate` refuses.
     """
     if FINE not in ways:
         raise LookupError(f"`causes(ways)` needs the way '{FINE}' to tell law from integrator; got {sorted(ways)}.")
@@ -103,20 +96,7 @@ def causes(
 
 @door
 def causes_in_sweep(sweep: Sweep, diverged: Integers, ways: Mapping[str, Loop]) -> Causes:
-    """The causes of divergence of some runs of a sweep, by their numbers: their own rows and noise in each way.
-
-    Parameters
-    ----------
-    diverged
-        (B,), the numbers of the runs: `np.flatnonzero(np.isfinite(sample.diverged_at))`.
-    ways
-        The loop of the sweep by the names of ways, "fine" among them.
-
-    Raises
-    ------
-    LookupError, ValueError
-        If `causes` refuses, or the loop of the sweep is none that a computer closes.
-    """
+    """The causes of divergence of some runs of a sweep, by their numbers (B,): their own rows and noise in each way."""
     made = compile_sweep(sweep)
     equation = require("causes_in_sweep(sweep=...) of a loop", made.equation, Sampled)
     rows = [made.rows(int(run), int(run) + 1) for run in diverged]

@@ -20,27 +20,15 @@ LEAST = 20  # draws, below which no interval here holds what it says
 @dataclass(frozen=True, eq=False)
 @door
 class Paired:
-    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws.
-
-    Attributes
-    ----------
-    values
-        (N, L); infinite for a failed run, which is worse than any other.
-    errors
-        (L,), how far off a value, or what is made of them, may be by the step; NaN where that is not known.
-    failed
-        (L,), how many runs failed.
-    note
-        The note below a table: draws, seed, steps.
-    """
+    """A metric, of which less is better, of L laws in N draws: row k is the same draw for all laws."""
 
     metric: str
     unit: str
     laws: tuple[str, ...]
-    values: Array
-    errors: Array
-    failed: Integers
-    note: str = ""
+    values: Array  # (N, L); infinite for a failed run, which is worse than any other
+    errors: Array  # (L,), how far off a value may be by the step; NaN where that is not known
+    failed: Integers  # (L,), how many runs failed
+    note: str = ""  # below a table: draws, seed, steps
 
     def __post_init__(self) -> None:
         check_size("Paired(values=...)", self.values, infinite=True)
@@ -109,7 +97,6 @@ def paired(
 
 
 def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
-    """One error a law, (L,), or a refusal."""
     if set(given) != set(columns):
         raise ValueError(
             f"`paired(errors=...)` must have one error for each of {list(columns)}; got {described(list(given))}."
@@ -122,14 +109,7 @@ def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
 
 @door
 def same_draws(samples: Mapping[str, Sample]) -> str:
-    """The note of the samples of several laws, one draw a row, which must be the same draws.
-
-    Raises
-    ------
-    ValueError
-        If two samples differ in factors, their values or the horizon, or are no independent draws, as those of a
-        grid are not.
-    """
+    """The note of the samples of several laws, one draw a row, which must be the same independent draws and horizon."""
     if not samples:
         raise ValueError("`same_draws(samples)` must map laws to their samples, at least one; got none.")
     (first, held), *others = samples.items()
@@ -151,8 +131,10 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
                 f"'{law}' for {other.t[-1]:g} s: give their sweeps the same `until`."
             )
     runs = f"{len(held):,} draws of {len(held.factors)} factors, the same for each law"
+    by_step: dict[float, list[str]] = {}
+    for law, sample in samples.items():
+        by_step.setdefault(sample.h, []).append(law)
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
-    by_step = _by_step(samples)
     steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
     step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
     again = min(len(sample.again) for sample in samples.values())
@@ -168,10 +150,3 @@ def _column(law: str, given: Any) -> Array:
             f"{described(given)}."
         )
     return column
-
-
-def _by_step(samples: Mapping[str, Sample]) -> dict[float, list[str]]:
-    steps: dict[float, list[str]] = {}
-    for law, sample in samples.items():
-        steps.setdefault(sample.h, []).append(law)
-    return steps

@@ -24,48 +24,38 @@ def comparison_table(
 ) -> Table:
     """One row a law, one column a metric, and the failed runs; the significantly least of a column is bold.
 
-    Raises
-    ------
-    ValueError
-        If there is no comparison, or two are of other laws.
+    Comparisons of other laws than the first are refused, and none at all.
     """
-    laws = _laws("comparison_table", comparisons)
-    failed = np.max([one.paired.failed for one in comparisons], axis=0)
-    rows: list[tuple[Cell, ...]] = []
-    for i, law in enumerate(laws):
-        rows.append((law, *(_level(one, law) for one in comparisons), int(failed[i])))
+    _check_laws("comparison_table", comparisons)
     several = len({one.estimand for one in comparisons}) > 1
-    names = (words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons)
-    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
-    heads = (Column(metric, unit, "right") for metric, unit in zip(names, units, strict=True))
-    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    names = [words_of(one.estimand, one.paired.metric) if several else one.paired.metric for one in comparisons]
     bold = f"{BOLD} A number is {_statistics(comparisons)}, {HALF}."
-    return Table(name, caption, columns, tuple(rows), (bold, *_said(comparisons), *notes))
+    return _levels(name, caption, comparisons, names, (bold, *_said(comparisons), *notes))
 
 
 @door
 def statistics_table(name: str, caption: Phrase, judgement: Judgement, notes: tuple[Phrase, ...] = ()) -> Table:
-    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals.
-
-    Raises
-    ------
-    ValueError
-        If this is no judgement.
-    """
+    """One row a law, one column an estimand, the asked one first; the notes have the verdict and its reversals."""
     paired, comparisons = judgement.paired, tuple(judgement.by.values())
-    rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (law, *(_level(one, law) for one in comparisons), int(failed))
-        for law, failed in zip(paired.laws, paired.failed, strict=True)
-    )
-    marks = (", asked", *[""] * len(comparisons))
-    heads = (
-        Column(f"{words_of(one.estimand, paired.metric)}{mark}", unit_of(one.estimand, paired.unit), "right")
-        for one, mark in zip(comparisons, marks, strict=False)
-    )
-    columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    asked, *others = (words_of(one.estimand, paired.metric) for one in comparisons)
     verdict = f"{judgement.sentence[0].upper()}{judgement.sentence[1:]}."
     how = f"{BOLD} Behind each number, {HALF}; of a column {comparisons[0].holds}."
-    return Table(name, caption, columns, rows, (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes))
+    said = (verdict, *_reversed(judgement), how, *_runs(comparisons), *notes)
+    return _levels(name, caption, comparisons, [f"{asked}, asked", *others], said)
+
+
+def _levels(
+    name: str, caption: Phrase, comparisons: Sequence[Comparison], names: Sequence[str], notes: tuple[Phrase, ...]
+) -> Table:
+    """One row a law, one column a comparison, under their names, and the failed runs."""
+    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
+    heads = (Column(head, unit, "right") for head, unit in zip(names, units, strict=True))
+    failed = np.max([one.paired.failed for one in comparisons], axis=0)
+    rows: tuple[tuple[Cell, ...], ...] = tuple(
+        (law, *(_level(one, law) for one in comparisons), int(lost))
+        for law, lost in zip(comparisons[0].paired.laws, failed, strict=True)
+    )
+    return Table(name, caption, (Column("law"), *heads, Column("failed runs", align="right")), rows, notes)
 
 
 @door
@@ -74,15 +64,11 @@ def ablation_table(
 ) -> Table:
     """The change of each metric, in percent of the law `whole`, as a block is taken out of it.
 
-    Raises
-    ------
-    ValueError
-        If there is no comparison, two are of other laws, or one is of `Success`, a share in points and not percent.
-    LookupError
-        If `whole` is none of the laws.
+    Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
     """
-    laws = _laws("ablation_table", comparisons)
-    at = comparisons[0].paired.place(whole)
+    _check_laws("ablation_table", comparisons)
+    paired = comparisons[0].paired
+    at = paired.place(whole)
     if any(isinstance(one.estimand, Success) for one in comparisons):
         raise ValueError(
             "`ablation_table(comparisons=...)` tells changes in percent of a level, which is not what a "
@@ -92,7 +78,7 @@ def ablation_table(
     rows: list[tuple[Cell, ...]] = [(whole, *(_shown(one, at) for one in comparisons), int(failed[at]))]
     rows += [
         (f"without {law}", *(_change(one, i, at) for one in comparisons), int(failed[i]))
-        for i, law in enumerate(laws)
+        for i, law in enumerate(paired.laws)
         if i != at
     ]
     heads = (Column(one.paired.metric, one.paired.unit, "left") for one in comparisons)
@@ -104,11 +90,10 @@ def ablation_table(
     return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
 
 
-def _laws(call: str, comparisons: Sequence[Comparison]) -> tuple[str, ...]:
+def _check_laws(call: str, comparisons: Sequence[Comparison]) -> None:
     kinds = {one.paired.laws for one in comparisons}
     if len(kinds) != 1:
         raise ValueError(f"`{call}(comparisons=...)` needs comparisons of the same laws; got {sorted(kinds)}.")
-    return kinds.pop()
 
 
 def _statistics(comparisons: Sequence[Comparison]) -> str:
@@ -139,12 +124,11 @@ def _level(one: Comparison, law: str) -> Cell:
 
 
 def _shown(one: Comparison, i: int) -> Value:
-    """The level of a law, of successes in percent."""
     value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
     if np.isinf(value):
         return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
     if isinstance(one.estimand, Success):
-        return _percents(1 - value, 1 - high, 1 - low)
+        return _measured(*(100 * (1 - end) + 0.0 for end in (value, high, low)))
     wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
     return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(value, low, high)
 
@@ -154,12 +138,7 @@ def _measured(value: float, low: float, high: float) -> Value:
     return Measured(value, half) if np.isfinite(half) else f"{value:.3g}, not bounded"
 
 
-def _percents(value: float, low: float, high: float) -> Value:
-    return _measured(*(100 * end + 0.0 for end in (value, low, high)))
-
-
 def _change(one: Comparison, i: int, at: int) -> Cell:
-    """The change from the whole law, in percent of it."""
     d = one.difference
     size = float(one.level.value[at])
     if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is so many percent of zero
@@ -174,12 +153,10 @@ def _change(one: Comparison, i: int, at: int) -> Cell:
 
 
 def _text(numbers: Iterable[float], unit: str) -> str:
-    """A value and its interval."""
     sign = "+" if unit == "%" else ""
     value, *ends = (_short(number, sign) if np.isfinite(number) else "not bounded" for number in numbers)
     return f"{value} {unit} ({' to '.join(ends)})"
 
 
 def _short(number: float, sign: str) -> str:
-    """A number in three digits, or with all digits before the point."""
     return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"

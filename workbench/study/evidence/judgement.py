@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -17,15 +17,9 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Judgement:
-    """Comparisons of the same runs by several estimands, the first of them asked before the runs.
+    """Comparisons of the same runs by several estimands, the first of them asked before the runs."""
 
-    Attributes
-    ----------
-    by
-        The words of each estimand and its comparison.
-    """
-
-    by: Mapping[str, Comparison]
+    by: Mapping[str, Comparison]  # by the words of each estimand
 
     def __post_init__(self) -> None:
         if not self.by or len({id(one.paired) for one in self.by.values()}) > 1:
@@ -74,7 +68,8 @@ class Judgement:
     @property
     def sentence(self) -> str:
         """The verdict in plain words, with its figures."""
-        least = least_of(self.asked, self.paired.metric)
+        end = "highest" if isinstance(self.asked, Success) else "least"
+        least = f"{end} {words_of(self.asked, self.paired.metric)}"
         if self.kind == "depends":
             return f"depends on what is asked: {_grouped({words: _place(one) for words, one in self.by.items()})}"
         if self.kind == "open":
@@ -101,15 +96,9 @@ def judge(
     resamples: int = RESAMPLES,
     seed: int = 0,
 ) -> Judgement:
-    """Laws by the estimand asked, and by others that may reverse it.
+    """Laws by the estimand asked before the runs were made, and by others that may reverse it.
 
-    The estimand asked is decided before the runs are made, by what the metric is for: the mean for what adds up over
-    many uses, a tail for what must not happen.
-
-    Parameters
-    ----------
-    confidence
-        Of all intervals of one estimand at once.
+    The confidence is that of all intervals of one estimand at once.
 
     Raises
     ------
@@ -120,17 +109,8 @@ def judge(
     words = [one.words for one in estimands]
     if len(set(words)) < len(words):
         raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
-    return Judgement(
-        {
-            one.words: compare(paired, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
-            for one in estimands
-        }
-    )
-
-
-def least_of(estimand: Estimand, metric: str) -> str:
-    """The words for the value of the best law."""
-    return f"{'highest' if isinstance(estimand, Success) else 'least'} {words_of(estimand, metric)}"
+    how: dict[str, Any] = {"confidence": confidence, "margin": margin, "resamples": resamples, "seed": seed}
+    return Judgement({one.words: compare(paired, one, **how) for one in estimands})
 
 
 def figures(one: Comparison, law: str) -> str:
@@ -149,7 +129,6 @@ def _place(one: Comparison) -> str:
 
 
 def _grouped(places: Mapping[str, str]) -> str:
-    """The law that is best by each estimand: those that agree together."""
     laws: dict[str, list[str]] = {}
     for words, law in places.items():
         laws.setdefault(law, []).append(words)

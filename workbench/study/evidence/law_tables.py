@@ -11,6 +11,7 @@ from typing import Any
 from workbench.core import Roles, grouped
 from workbench.metrics import AbstractMetric
 from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
+from workbench.study.evidence.judgement import listed
 from workbench.study.study import Outcome
 from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.validation.signatures import door
@@ -45,7 +46,7 @@ def side_by_side(
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or the number is not there; the message names those that do.
+        If a metric exists in no case, or the number is not there.
 
     Examples
     --------
@@ -92,7 +93,6 @@ def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
 
 
 def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -> Outcome | None:
-    """The outcome that is below every other; None if there is none."""
     ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
     finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
     for a in finite:
@@ -127,32 +127,20 @@ class Published:
 
 @door
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
-    """Printed / ours / difference, one row a law; a printed zero has no percent.
-
-    Raises
-    ------
-    LookupError
-        If a printed law has no outcome; the message names the nearest.
-    """
+    """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome."""
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
     scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
     unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
-        outcome = ours[law]
+        outcome, shown = ours[law], f"{printed:.{published.digits}f}"
         if outcome.diverged_at is not None:
-            rows.append((outcome.label, f"{printed:.{published.digits}f}", Diverged(outcome.diverged_at), None, None))
+            rows.append((outcome.label, shown, Diverged(outcome.diverged_at), None, None))
             continue
         value, error = outcome.score(published.metric, published.joint)
-        rows.append(
-            (
-                outcome.label,
-                f"{printed:.{published.digits}f}",
-                Measured(value, error),
-                f"{value - printed:+.{published.digits}f}",
-                f"{100 * (value - printed) / printed:+.1f}" if printed else None,
-            )
-        )
+        off = f"{value - printed:+.{published.digits}f}"
+        percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
+        rows.append((outcome.label, shown, Measured(value, error), off, percent))
     columns = (
         Column("law"),
         Column("printed", unit, "right"),
@@ -164,7 +152,6 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
 
 
 def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    """The notes on laws, one note for all laws to which the same applies."""
     alike: dict[str, list[str]] = {}
     for outcome in outcomes:
         if outcome.notes:
@@ -188,7 +175,7 @@ class Ranking:
         pairs = len(self.holds) + len(self.fails) + len(self.undecided)
         lost = [b for a, b in self.fails if a == winner]
         against = (
-            f" {winner} is printed below {_listed(lost)}, and is above here."
+            f" {winner} is printed below {listed(lost)}, and is above here."
             if lost
             else f" All printed advantages of {winner} hold here or are too close to call."
         )
@@ -201,24 +188,16 @@ class Ranking:
 @door
 def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float = 0.0) -> Ranking:
     """Each pair of laws in its printed order, judged by our values; see `order` for when it stays open."""
-    ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
-    scores = {law: _score(outcome, published) for law, outcome in ours.items()}
+    scores = {}
+    for law in published.values:
+        outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
+        lost = outcome.diverged_at is not None  # which is worse than any other
+        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.joint)
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
         judged[order(scores[a], scores[b], margin)].append((a, b))
     return Ranking(published, *(tuple(judged[way]) for way in ("below", "above", "undecided")))
-
-
-def _score(outcome: Outcome, published: Published) -> tuple[float, float]:
-    """The value of an outcome, infinite for a diverged run, which is worse than any other."""
-    if outcome.diverged_at is not None:
-        return float("inf"), 0.0
-    return outcome.score(published.metric, published.joint)
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
 
 
 @door
@@ -227,12 +206,7 @@ def information_table(
 ) -> Table:
     """A row a law: how it comes by positions and velocities, its model, its estimate of the disturbance, its states.
 
-    Parameters
-    ----------
-    loops
-        By law its loop, or its `Roles`.
-    tuned
-        By law how many of its numbers are tuned.
+    The loops are by law, each a loop or its `Roles`; so is `tuned`, how many of a law's numbers are tuned.
 
     Raises
     ------
@@ -248,13 +222,13 @@ def information_table(
         )
     roles = {law: _roles_of(law, loop) for law, loop in loops.items()}
     classes = {law: _letter(k) for k, laws in enumerate(grouped(roles)) for law in laws}
-    rows = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
+    rows: list[tuple[Cell, ...]] = [(law, classes[law], *_role_cells(held)) for law, held in roles.items()]
+    heads = [Column(head) for head in (*HEADS, *(() if tuned is None else ("tuned",)))]
+    if tuned is not None:
+        counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
+        rows = [(*row, n) for row, n in zip(rows, counts, strict=True)]
     notes = (NOTE, OF_PLANTS) if any("f" in held for one in roles.values() for held in one.models.values()) else (NOTE,)
-    if tuned is None:
-        return Table(name, caption, tuple(map(Column, HEADS)), tuple(rows), notes)
-    counts = [whole(f"information_table(tuned={{'{law}': ...}})", tuned[law], 0) for law in loops]
-    heads = (*map(Column, HEADS), Column("tuned"))
-    return Table(name, caption, heads, tuple((*row, n) for row, n in zip(rows, counts, strict=True)), notes)
+    return Table(name, caption, tuple(heads), tuple(rows), notes)
 
 
 def _roles_of(law: str, given: Any) -> Roles:

@@ -25,24 +25,14 @@ MEDIAN = Median()
 @dataclass(frozen=True, eq=False)
 @door
 class Comparison:
-    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals.
-
-    Attributes
-    ----------
-    level
-        (L,), the estimand of each law; infinite where too many runs failed for it.
-    difference
-        (L, L), that of the law of the row minus that of the column; NaN where both are infinite.
-    margin
-        The share of the smaller level that a difference must be beyond to count; for `Success` the share of the draws.
-    """
+    """An estimand of a metric over draws, and its differences between laws, with simultaneous intervals."""
 
     paired: Paired
     estimand: Estimand
     confidence: float
-    level: Intervals
-    difference: Intervals
-    margin: float = 0.0
+    level: Intervals  # (L,), the estimand of each law; infinite where too many runs failed for it
+    difference: Intervals  # (L, L), of the law of the row minus that of the column; NaN where both are infinite
+    margin: float = 0.0  # of the smaller level, or for `Success` of the draws, beyond which a difference counts
 
     def __post_init__(self) -> None:
         laws = len(self.paired.laws)
@@ -52,10 +42,7 @@ class Comparison:
 
     @door
     def order(self, a: str, b: str) -> Literal["below", "above", "undecided"]:
-        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps.
-
-        Where all of the interval is infinite, as one of them fails too often, no error of the step counts.
-        """
+        """The place of law a beside law b, significant by an interval beyond the margin and the errors of the steps."""
         i, j = self.paired.place(a), self.paired.place(b)
         return "below" if self.below[i, j] else "above" if self.below[j, i] else "undecided"
 
@@ -70,7 +57,7 @@ class Comparison:
     def alike(self, a: str, b: str) -> bool:
         """True if the interval of the difference of two laws, with the steps' errors, lies within the margin.
 
-        Two laws that both fail too often for a level are not alike: nobody knows how far apart they would be.
+        Two laws that both fail too often for a level are not alike.
         """
         i, j = self.paired.place(a), self.paired.place(b)
         (steps, margin), d = self._off, self.difference
@@ -87,10 +74,7 @@ class Comparison:
 
     @property
     def best(self) -> str | None:
-        """The law that is significantly below every other by this estimand alone; None if there is none.
-
-        No verdict by itself: a `Judgement` says whether other estimands reverse it.
-        """
+        """The law that is significantly below every other by this estimand alone; None if there is none."""
         others = self.below.sum(axis=1)
         return next((law for law, n in zip(self.paired.laws, others, strict=True) if n == len(others) - 1), None)
 
@@ -125,21 +109,19 @@ def compare(
 ) -> Comparison:
     """The comparison of all laws and pairs of laws by a bootstrap over draws, which keeps the runs of a draw together.
 
-    The intervals of all levels hold at once with the confidence, and so do those of all differences; see the estimands
-    for how. A failed run is worse than any other: a law that has one has an infinite mean and tail, and is above every
-    law that has none; two such laws are undecided.
+    The intervals of all levels hold at once with the confidence, and so do those of all differences. A law with a
+    failed run has an infinite mean and tail, and is above every law that has none; two such laws are undecided.
 
     Parameters
     ----------
     margin
-        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody, however
-        sure.
+        Of the smaller level, or for `Success` of the draws: a difference within it is significant for nobody.
 
     Raises
     ------
     ValueError
-        If an argument has the wrong kind, there are fewer than 100 resamples or too few draws for the estimand, or the
-        margin does not lie between 0 and 1.
+        If there are fewer than 100 resamples or too few draws for the estimand, the confidence is none, or the margin
+        does not lie between 0 and 1.
     """
     t_quantile("compare", confidence, 1)  # refuses what is no confidence
     if not 0 <= margin < 1:
@@ -169,21 +151,12 @@ def _square(apart: Intervals, laws: int) -> Intervals:
 @dataclass(frozen=True, eq=False)
 @door
 class Ranks:
-    """Shares of the draws, each with the interval of Clopper and Pearson.
-
-    Attributes
-    ----------
-    ranks
-        (L, L), in which the law of the row has the rank of the column, from the first: the least value. Equal laws
-        share the worse rank, so that all failed runs rank last.
-    below
-        (L, L), in which the law of the row is below the law of the column.
-    """
+    """Shares of the draws, each with the interval of Clopper and Pearson."""
 
     paired: Paired
     confidence: float
-    ranks: Intervals
-    below: Intervals
+    ranks: Intervals  # (L, L), the law of the row has the rank of the column, from the least value; equals the worse
+    below: Intervals  # (L, L), the law of the row is below that of the column
 
     def __post_init__(self) -> None:
         laws = len(self.paired.laws)
@@ -194,13 +167,7 @@ class Ranks:
 
 @door
 def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
-    """The rank of each law in each draw, counted. Intervals are those of one share at a time.
-
-    Raises
-    ------
-    ValueError
-        If these are no paired values, or the confidence is none.
-    """
+    """The rank of each law in each draw, counted. Intervals are those of one share at a time."""
     t_quantile("ranks", confidence, 1)  # refuses what is no confidence
     y = paired.values
     places = (y[:, :, None] >= y[:, None, :]).sum(axis=2)  # how many are not above, the law itself among them
@@ -211,7 +178,6 @@ def ranks(paired: Paired, confidence: float = 0.95) -> Ranks:
 
 
 def _shares_of(holds: Flags, confidence: float) -> Intervals:
-    """The shares, with their intervals, of flags (N, L, L)."""
     found = [[share(column, confidence) for column in row.T] for row in np.moveaxis(holds, 1, 0)]
     value, low, high = (np.array([[getattr(s, end) for s in row] for row in found]) for end in ("value", "low", "high"))
     return Intervals(value, low, high)

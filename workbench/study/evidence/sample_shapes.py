@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import Literal
 
 import numpy as np
-from scipy.special import ndtr
 
 from workbench.study.evidence.common_draws import Paired
 from workbench.study.uncertainty.designs import uniforms
@@ -21,31 +20,21 @@ from workbench.validation.signatures import door
 RESAMPLES = 2000
 BESIDE = 10  # draws on each side of a gap that are held against it
 WORST = 0.1  # part of the draws whose part of the total tells a heavy tail
+Kind = Literal["failures", "two groups", "heavy tail", "one group"]
 
 
 @dataclass(frozen=True)
 @door
 class Predictor:
-    """The factor, and its limit, that tell a group of draws from the others best.
-
-    Attributes
-    ----------
-    area
-        Under the receiver operating characteristic: the probability that the factor is larger in a draw of the group
-        than in one of the others.
-    p
-        That the area is as far from one half by chance, times the number of factors.
-    inside, outside
-        The numbers of draws of the group, and of the others, on that side of the limit.
-    """
+    """The factor, and its limit, that tell a group of draws from the others best."""
 
     factor: str
     side: Literal["above", "below"]
     limit: float
-    area: float
-    p: float
-    inside: int
-    outside: int
+    area: float  # under the ROC: the probability that the factor is larger in a draw of the group than in another
+    p: float  # that the area is as far from one half by chance, times the number of factors
+    inside: int  # how many draws of the group are on that side of the limit
+    outside: int  # and how many of the others
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,31 +42,20 @@ class Predictor:
 class Shape:
     """The shape of the values of a law over the draws.
 
-    Attributes
-    ----------
-    kind
-        By the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
-        worst tenth carries more of the total than that of an exponential law would; or none of these.
-    upper
-        The numbers of the draws that make up the failed runs, the upper group or the worst tenth, of so many runs.
-    limit
-        The least value of these.
-    ratio, carried
-        The mean over the median, and the part of the total that the worst tenth carries; of the finite values.
-    predictor
-        The predictor of these draws; None if no factor tells them from the others with the confidence.
+    Its kind is the first that holds: some runs failed; the values are in two groups, by a gap or by Hartigan's dip; the
+    worst tenth carries more of the total than that of an exponential law would; or none of these.
     """
 
     law: str
     metric: str
     unit: str
-    kind: Literal["failures", "two groups", "heavy tail", "one group"]
-    upper: Integers
+    kind: Kind
+    upper: Integers  # the numbers of the failed draws, of the upper group or of the worst tenth
     runs: int
-    limit: float
-    ratio: float
-    carried: float
-    predictor: Predictor | None
+    limit: float  # the least value of these
+    ratio: float  # of the mean to the median, of finite values
+    carried: float  # the part of their total that the worst tenth carries
+    predictor: Predictor | None  # of `upper`; none if no factor tells them from the others with the confidence
 
     @property
     def sentence(self) -> str:
@@ -105,18 +83,7 @@ class Shape:
 def shapes(
     paired: Paired, drawn: Array, factors: Sequence[str], *, confidence: float = 0.95, seed: int = 0
 ) -> tuple[Shape, ...]:
-    """The shape of each law's values, all with the confidence at once by Bonferroni.
-
-    Parameters
-    ----------
-    drawn
-        (N, d), the factors of each draw.
-
-    Raises
-    ------
-    ValueError
-        If the confidence is none, or the draws have no row for each run and no column for each factor.
-    """
+    """The shape of each law's values over draws of factors (N, d), all with the confidence at once by Bonferroni."""
     t_quantile("shapes", confidence, 1)  # refuses what is no confidence
     as_seed("shapes(seed=...)", seed)
     if drawn.shape != (len(paired), len(factors)) or not np.isfinite(drawn).all():
@@ -136,10 +103,7 @@ def shapes(
     return tuple(found)
 
 
-def _group(
-    y: Array, carried: float, sure: float, seed: int
-) -> tuple[Literal["failures", "two groups", "heavy tail", "one group"], Flags]:
-    """The kind of a sample, and the draws that make it that kind."""
+def _group(y: Array, carried: float, sure: float, seed: int) -> tuple[Kind, Flags]:
     failed = np.isinf(y)
     if failed.any():
         return "failures", failed
@@ -182,14 +146,11 @@ def _predictor(upper: Flags, drawn: Array, factors: Sequence[str], most: float) 
     n, m = len(inside), len(outside)
     if not (n and m and len(factors)):
         return None
-    areas = np.array(
-        [((a[:, None] > b).mean() + (a[:, None] >= b).mean()) / 2 for a, b in zip(inside.T, outside.T, strict=True)]
-    )
-    ties = np.array([(c**3 - c).sum() for c in (np.unique(column, return_counts=True)[1] for column in drawn.T)])
-    runs = n + m
-    spread = np.sqrt(np.maximum(runs + 1 - ties / (runs * (runs - 1)), 0) / (12 * n * m))
-    off = np.abs(areas - 0.5)
-    chances = len(factors) * 2 * ndtr(-off / np.where(spread > 0, spread, np.inf))
+    from scipy.stats import mannwhitneyu
+
+    found = mannwhitneyu(inside, outside, use_continuity=False, method="asymptotic")
+    areas = np.asarray(found.statistic) / (n * m)
+    chances = len(factors) * np.nan_to_num(np.asarray(found.pvalue), nan=1.0)  # of a constant factor 1
     best = int(np.argmin(chances))
     if chances[best] > most:
         return None
@@ -209,8 +170,7 @@ def gap(values: Array) -> tuple[float, float]:
 
         P = N max ((s / (g + s))^9)    over the ten draws below the gap g and those above, which span s
 
-    Away from its mode a density falls, so that a gap is no wider, in law, than the nine spacings that come after it; N
-    is for all gaps (Bonferroni).
+    as away from its mode a density falls, and N is for all gaps (Bonferroni).
     """
     x = np.sort(values)
     wide = np.diff(x)

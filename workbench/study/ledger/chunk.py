@@ -15,10 +15,7 @@ FORMAT = b"workbench record 2"  # the first line of a record; counts up when its
 
 @dataclass(frozen=True)
 class Chunk:
-    """A JSON head, which names arrays and their shapes, and their numbers one behind the other, little-endian doubles.
-
-    A NaN is stored as the one quiet NaN, so that equal results are equal bytes.
-    """
+    """A JSON head, which names arrays and their shapes, and their numbers, little-endian doubles."""
 
     name: str
     head: bytes
@@ -58,7 +55,8 @@ def chunk_of(name: str, arrays: Mapping[str, Any], content: Mapping[str, Any] | 
     shapes, data = [], []
     for key, array in arrays.items():
         shapes.append([key, list(array.shape)])
-        data.append(np.where(np.isnan(array), np.nan, array).astype("<f8").tobytes())
+        quiet = np.where(np.isnan(array), np.nan, array)  # of all NaN the quiet one: equal results are equal bytes
+        data.append(quiet.astype("<f8").tobytes())
     return Chunk(name, plain({**(content or {}), "arrays": shapes}), b"".join(data))
 
 

@@ -63,13 +63,7 @@ def identity(file: Path) -> tuple[int, int] | None:
 
 @contextmanager
 def alone(file: Path) -> Iterator[None]:
-    """Hold the lock of a file, which the system takes back as soon as the process ends, however it ends.
-
-    Raises
-    ------
-    HeldError
-        If another process holds it; the message names that process and when it began.
-    """
+    """Hold the lock of a file, which ends with the process; a `HeldError` names another one that holds it."""
     handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
     try:
         try:

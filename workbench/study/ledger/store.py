@@ -1,25 +1,31 @@
 """The ledger of a study: a folder of records, each a file of its own, durable before it is acknowledged.
 
-A record holds its own digest, which is compared whenever it is read: a file that does not match is
-computed again.
+A record whose digest does not match when it is read is computed again.
 """
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
+
+import numpy as np
 
 from workbench.study.ledger.chunk import Chunk, parsed, plain
 from workbench.study.ledger.durability import PART, alone, identity, make_folder, write_durably
+from workbench.validation.refusals import whole
+from workbench.validation.signatures import door
 
 FOLDER, LOCK, END, DAMAGED = "ledger", "lock", ".record", ".damaged"  # below the study's output
 ABOUT = "about"  # the name of the record that says how far the study is
 TABLE = "table"  # begins the names of tables, which `results` hands on and no run ever reads
 LATER = "The same command goes on from there."
+
+# Told the runs that are done, those among them that diverged, and all of them.
+Tell = Callable[[int, int, int], None]
 
 
 class LedgerError(ValueError):
@@ -27,14 +33,9 @@ class LedgerError(ValueError):
 
 
 @dataclass(frozen=True)
+@door
 class SweepAbout:
-    """The runs and the chunks of one sweep, and the arithmetic that they are computed in.
-
-    Attributes
-    ----------
-    at_most
-        True if a search may end before it has asked for all these runs.
-    """
+    """The runs, at most so many where a search may end before, the arithmetic and the chunks of one sweep."""
 
     name: str
     runs: int
@@ -42,8 +43,12 @@ class SweepAbout:
     chunks: tuple[str, ...]
     at_most: bool = False
 
+    def __post_init__(self) -> None:
+        whole("SweepAbout(runs=...)", self.runs, 0)
+
 
 @dataclass(frozen=True)
+@door
 class About:
     """The name and script of a study, the number of samples that was asked for, and its sweeps."""
 
@@ -51,6 +56,10 @@ class About:
     script: str
     samples: int | None = None
     sweeps: tuple[SweepAbout, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.samples is not None:
+            whole("About(samples=...)", self.samples, 0)
 
     @property
     def chunk(self) -> Chunk:
@@ -66,50 +75,20 @@ def about_of(chunk: Chunk) -> About | None:
     """The state of a study read from its record; None if the record holds something else."""
     try:
         content = chunk.content
-        samples = None if content["samples"] is None else _count(content["samples"])
-        return About(
-            _text(content["study"]), _text(content["script"]), samples, tuple(map(_sweep_about, content["sweeps"]))
-        )
+        sweeps = tuple(SweepAbout(**sweep) for sweep in content["sweeps"])
+        return About(content["study"], content["script"], content["samples"], sweeps)
     except (LookupError, TypeError, ValueError):
         return None
 
 
-def _sweep_about(content: Any) -> SweepAbout:
-    name, arithmetic = _text(content["name"]), _text(content["arithmetic"])
-    at_most = content.get("at_most", False) is True  # an earlier version did not write it
-    return SweepAbout(name, _count(content["runs"]), arithmetic, tuple(map(_text, content["chunks"])), at_most)
-
-
-def _text(value: Any) -> str:
-    if not isinstance(value, str):
-        raise TypeError(value)
-    return value
-
-
-def _count(value: Any) -> int:
-    if type(value) is not int or value < 0:
-        raise TypeError(value)
-    return value
-
-
 @dataclass(frozen=True, eq=False)
 class Ledger:
-    """The records of one study, open for writing by this process alone.
-
-    Attributes
-    ----------
-    names
-        Those of all whole records.
-    lock
-        The file that was locked, whatever its name is by now.
-    remarks
-        The faults found when it was opened, in sentences.
-    """
+    """The records of one study, open for writing by this process alone."""
 
     out: Path
-    names: set[str]
-    lock: tuple[int, int] | None
-    remarks: tuple[str, ...] = ()
+    names: set[str]  # of all whole records
+    lock: tuple[int, int] | None  # the file that was locked, whatever its name is by now
+    remarks: tuple[str, ...] = ()  # the faults found when it was opened, in sentences
 
     @property
     def folder(self) -> Path:
@@ -120,13 +99,7 @@ class Ledger:
         return name in self.names
 
     def write_durably(self, chunk: Chunk) -> None:
-        """Write a record; when this returns, it is on the disk, and in the folder.
-
-        Raises
-        ------
-        LedgerError
-            If it cannot be written, or the folder is no longer the one that was opened.
-        """
+        """Write a record, which is on the disk when this returns, if the folder is still the one that was opened."""
         failed = None
         try:
             write_durably(self.folder / file_of(chunk.name), bytes(chunk))
@@ -142,13 +115,7 @@ class Ledger:
         self.names.add(chunk.name)
 
     def read(self, name: str) -> Chunk:
-        """A record, as it was written.
-
-        Raises
-        ------
-        LedgerError
-            If it has been damaged since the ledger was opened.
-        """
+        """A record, as it was written, if it has not been damaged since."""
         chunk = _read(self.folder / file_of(name))
         if chunk is None:
             raise LedgerError(
@@ -177,7 +144,7 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
     Raises
     ------
     HeldError
-        If another run is writing it; the message names its process.
+        If another run is writing it.
     LedgerError
         If the folder cannot be written.
     """
@@ -209,13 +176,7 @@ def about_in(out: Path) -> About | None:
 
 
 def chunks(out: Path) -> Iterator[Chunk]:
-    """The whole records of a ledger, only read; none if there is no ledger.
-
-    Raises
-    ------
-    LedgerError
-        If the machine, and no damage, keeps it from being read.
-    """
+    """The whole records of a ledger, only read; none if there is no ledger."""
     try:
         yield from filter(None, map(_read, _files(out.resolve() / FOLDER)))
     except OSError as error:
@@ -223,13 +184,7 @@ def chunks(out: Path) -> Iterator[Chunk]:
 
 
 def contents(out: Path) -> tuple[dict[str, Chunk], About]:
-    """The whole records of a ledger by name, only read, and the state of the study.
-
-    Raises
-    ------
-    LookupError
-        If there is no ledger.
-    """
+    """The whole records of a ledger by name, only read, and the state of the study; a `LookupError` without one."""
     if not out.is_dir():
         raise LookupError(f"There is no folder '{out}': name the one that `workbench run` has written.")
     held = {chunk.name: chunk for chunk in chunks(out)}
@@ -271,3 +226,67 @@ def _unwritable(out: Path, error: OSError) -> LedgerError:
         f"The ledger in '{out}' cannot be written: {error.strerror}. What it holds stays: make room or mend the "
         "folder, and the same command goes on."
     )
+
+
+class Task(NamedTuple):
+    """A chunk to be computed: the number of its sweep, its first run and that behind its last, and its name."""
+
+    sweep: int
+    first: int
+    last: int
+    name: str
+
+
+class Counter:
+    """The counter of runs done, of those that diverged, and of all; `begin` makes the function that is told."""
+
+    def __init__(self, total: int = 0, begin: Callable[[], Tell] = lambda: lambda done, failed, total: None) -> None:
+        self.done, self.failed, self.total = 0, 0, total
+        self._begin = begin
+        self._tell: Tell | None = None
+
+    def add(self, chunk: Chunk) -> None:
+        """Count the runs of a chunk."""
+        self.done, self.failed = self.done + runs_of(chunk), self.failed + lost(chunk)
+
+    def tell(self) -> None:
+        """Tell how far the runs are."""
+        self._tell = self._tell or self._begin()
+        self._tell(self.done, self.failed, self.total)
+
+
+def complete(
+    tasks: Sequence[Task],
+    ledger: Ledger,
+    execute: Callable[[Sequence[Task]], Iterator[Chunk]],
+    counter: Counter | None = None,
+    acknowledge: Callable[[Chunk], None] = lambda chunk: None,
+) -> None:
+    """Compute the tasks that the ledger lacks, in any order; a chunk is acknowledged once it is on the disk."""
+    counter = counter or Counter()
+    missing = {task.name: task for task in tasks if task.name not in ledger}
+    for task in tasks:
+        if task.name in ledger:
+            counter.add(ledger.read(task.name))
+    if not missing:
+        return
+    counter.tell()
+    for chunk in execute(tuple(missing.values())):
+        if missing.pop(chunk.name, None) is None:  # computed twice: the first is kept, as both have the same bits
+            continue
+        ledger.write_durably(chunk)
+        acknowledge(chunk)
+        counter.add(chunk)
+        counter.tell()
+    if missing:
+        raise ValueError(f"{len(missing)} chunks were asked for and never came, such as '{next(iter(missing))}'.")
+
+
+def runs_of(chunk: Chunk) -> int:
+    """The number of runs in a chunk."""
+    return int(np.size(chunk.arrays().get("diverged_at", ())))
+
+
+def lost(chunk: Chunk) -> int:
+    """The number of runs in a chunk that diverged."""
+    return int(np.isfinite(chunk.arrays().get("diverged_at", np.nan)).sum())

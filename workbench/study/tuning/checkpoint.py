@@ -9,8 +9,7 @@ from time import monotonic
 from workbench.simulate.arithmetic import signature
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.resumption import Counter, Task, complete
-from workbench.study.ledger.store import Ledger, SweepAbout
+from workbench.study.ledger.store import Counter, Ledger, SweepAbout, Task, complete
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.tuning.search import Search, tune
 
@@ -30,8 +29,7 @@ def tune_in_ledger(
 ) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
     """The answer of each tuning, by its name, and its runs as a ledger describes them; none is run twice.
 
-    A search asks for the same points again after it was stopped, and finds its generations by their names. The
-    state of the study is recorded now and then, and when the tunings are done or stopped.
+    A search asks for the same points again after it was stopped, and finds its generations by their names.
     """
     names: Names = {one.sweep.name: [] for search in searches for one in search.sweeps}
     counter = Counter(sum(_spared(search, names) for search in searches), begin)
@@ -42,12 +40,7 @@ def tune_in_ledger(
         tasks = [Task(i, first, last, one.name(first, last)) for i, one in enumerate(sweeps)]
         for one, task in zip(sweeps, tasks, strict=True):
             names[one.sweep.name].append(task.name)
-        if all(task.name in ledger for task in tasks):
-            chunks = [ledger.read(task.name) for task in tasks]
-            for chunk in chunks:
-                counter.add(chunk)
-            return chunks
-        if monotonic() - described > SECONDS:
+        if monotonic() - described > SECONDS and any(task.name not in ledger for task in tasks):
             describe(about_of_searches(searches, names))
             described = monotonic()
         complete(tasks, ledger, lambda missing: execute(sweeps, missing), counter, acknowledge)
@@ -86,7 +79,6 @@ def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAb
 
 
 def _about(one: CompiledSweep, known: Sequence[str], runs: int, size: int, at_most: bool) -> SweepAbout:
-    """A sweep of so many runs, as many in a chunk, of which some chunks are known."""
     coming = (f"{one.sweep.name}/{i}-{i + size}/" for i in range(_asked(known), runs, size))
     return SweepAbout(one.sweep.name, runs, signature(one.arithmetic), (*known, *coming), at_most)
 

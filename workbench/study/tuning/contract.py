@@ -31,14 +31,8 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 class Trial:
     """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
-    Attributes
-    ----------
-    name
-        Lower-case letters, digits and underscores: it becomes part of the name of a file.
-    run
-        A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and
-        takes the values of the best at the step. The noise is the same for all points. Without `h`, pilots at the
-        ends of each factor's range choose the step.
+    A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and takes
+    the values of the best at the step. Without `h`, pilots at the ends of each factor's range choose it.
     """
 
     name: str
@@ -59,28 +53,23 @@ class Tuning:
 
     Attributes
     ----------
-    name
-        Lower-case letters, digits and underscores: it becomes part of the names of files.
     factors
-        The numbers, the same paths in each trial. The ends of a factor's distribution are the limits that a search
-        does not leave. On a `LogUniform` range the search is one of the logarithm.
+        The numbers, the same paths in each trial. A search does not leave the ends of their distributions, and on a
+        `LogUniform` range is one of the logarithm.
     objective
-        From the runs of each trial by its name, those of one point at one place in all of them, to (n,), the smaller
-        the better, each by its own runs alone; infinite where a point is not admissible. A point with a run that
-        diverged is left out, and not admissible.
+        From the runs of each trial by its name to (n,), the smaller the better, each point by its own runs alone;
+        infinite where a point is not admissible, as one with a run that diverged is not.
     evaluations, population
         Of each search: how many points it looks at, at most, and how many at once.
     seeds
-        One search each: chance takes part in where a search ends, and between several one sees how much. Each has its
-        own training noise, too: in search k, from 0 on, the noise of a trial has the trial's seed + 1000 k.
+        One search each, with its own training noise: in search k, from 0 on, that of a trial has its seed + 1000 k.
     starts
-        By factor, the range in which the first population is drawn, from which a search goes on to the limits by
-        itself; from limit to limit where none is given.
+        By factor, the range in which the first population is drawn; from limit to limit where none is given.
     physical
         By factor and end, as in `("gamma", "low")`, why nothing can lie beyond that limit, in words.
     settle
-        The share of its evaluations after which a search ends as soon as it has settled: when its last quarter of the
-        evaluations allowed gained no more than 1 %. Without it every search has all its evaluations.
+        The share of its evaluations after which a search ends as soon as it has settled: when its last quarter of
+        those allowed gained no more than 1 %. Without it every search has all its evaluations.
 
     Raises
     ------
@@ -207,14 +196,11 @@ def equal_budget(
     laws
         From the name of each law to its loops, as trials, and its factors.
     evaluations, evaluations_per_number
-        Of each search, at most: as many for every law, or as many for each number that is sought, rounded up to whole
-        populations. One of the two.
+        Of each search, at most, for every law or for each number that is sought, in whole populations: one of the two.
     population
         8 + 2 d points for d numbers, rounded up to a multiple of 8, if it is not given.
     starts, physical
         Those of the tuning of each law, by its name.
-    settle
-        That of all tunings: the share of its evaluations after which a settled search ends.
 
     Raises
     ------
@@ -243,7 +229,6 @@ def population_of(numbers: int) -> int:
 
 
 def _most(numbers: int, population: int, in_all: int | None, each: float | None) -> int:
-    """The evaluations of a search for so many numbers."""
     if in_all is not None and each is None:
         return in_all
     if each is not None and in_all is None:

@@ -17,19 +17,11 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True, eq=False)
 @door
 class Course:
-    """The least objective of a search after each of its generations.
-
-    Attributes
-    ----------
-    search
-        Its number, from 0 on.
-    bests
-        (G,) at the step h; infinite while no point is admissible.
-    """
+    """The least objective of a search after each of its generations."""
 
     tuning: Tuning
-    search: int
-    bests: Array
+    search: int  # counted from 0
+    bests: Array  # (G,), at the step h; infinite while no point is admissible
 
     @property
     def seed(self) -> int:
@@ -69,13 +61,6 @@ class Course:
             return f"The search of seed {self.seed} found an admissible point in its last quarter only, or none."
         gained = f"The search of seed {self.seed} became better by {percent(late)} in its last quarter"
         return "" if self.settled else f"{gained}, so it has not settled."
-
-
-def courses(tuning: Tuning, objectives: Array, used: tuple[int, ...]) -> tuple[Course, ...]:
-    """Each search of a tuning, from the objectives (N,) of all their points and how many of these are of each."""
-    parts = np.split(objectives, np.cumsum(used)[:-1])
-    each = (part.reshape(-1, tuning.population).min(axis=1) for part in parts)
-    return tuple(Course(tuning, k, np.minimum.accumulate(bests)) for k, bests in enumerate(each))
 
 
 def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, int]:

@@ -12,7 +12,7 @@ from workbench.core import Layout, Ode, Sampled
 from workbench.study.contract import Loop, answer, equations_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
-from workbench.study.tuning.course import Course, courses, percent, share
+from workbench.study.tuning.course import Course, percent, share
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, known, vector, whole
 from workbench.validation.signatures import door
@@ -28,37 +28,22 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 @dataclass(frozen=True, eq=False)
 @door
 class Tuned:
-    """All points that a tuning evaluated, their objectives, and the best of them.
+    """All points that a tuning evaluated, their objectives, and the best of them: N points of d numbers, K finalists.
 
-    Attributes
-    ----------
-    used
-        The number of points that each search evaluated.
-    points, numbers
-        (N, d), in the unit cube and as values of the factors: one search behind the other.
-    objectives
-        (N,) at the step h, under the training noise of the point's search; infinite for one that is not admissible.
-    samples
-        The runs of all points, by trial; what they say of a seed is that of the first search.
-    finalists, halved, halves
-        The places (K,) of the best points of each search; their objectives (K, S) at h / 2 under the training noises
-        of all searches, or under the one there is, (K, 1), if no trial has noise; and the runs of these by trial, all
-        points under one noise behind all under the one before it.
-    limits
-        (K,) by trial, the longest step in s that is stable at a few states of these runs; infinite where all are, NaN
-        where that is not known.
+    The finalists, the best points of each search, are run at h / 2 under the S training noises of all searches (S = 1
+    if no trial has noise).
     """
 
     tuning: Tuning
-    used: tuple[int, ...]
-    points: Array
-    numbers: Array
-    objectives: Array
-    samples: Mapping[str, Sample]
-    finalists: Integers
-    halved: Array
-    halves: Mapping[str, Sample]
-    limits: Mapping[str, Array]
+    used: tuple[int, ...]  # of the points, by each search
+    points: Array  # (N, d), in the unit cube, one search behind the other
+    numbers: Array  # (N, d), as values of the factors
+    objectives: Array  # (N,), at the step h, under the noise of the point's search; infinite where not admissible
+    samples: Mapping[str, Sample]  # by trial; what they say of a seed is that of the first search
+    finalists: Integers  # (K,), their places
+    halved: Array  # (K, S), their objectives at h / 2
+    halves: Mapping[str, Sample]  # their runs at h / 2 by trial, all under one noise behind all under the one before
+    limits: Mapping[str, Array]  # (K,) by trial, as those of a `Sample`
 
     @property
     def name(self) -> str:
@@ -82,15 +67,7 @@ class Tuned:
 
     @door
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor as one search alone tells it: the best of its finalists under its own noise.
-
-        Raises
-        ------
-        ValueError
-            If none of these is admissible at h / 2.
-        LookupError
-            If no search has that seed.
-        """
+        """The best value of each factor by the search of a seed alone: its best finalist at h / 2 under its noise."""
         seeds = list(map(str, self.tuning.seeds))
         search = seeds.index(known(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
         own = np.where(self._searches[self.finalists] == search, self._own, np.inf)
@@ -102,15 +79,7 @@ class Tuned:
 
     @door
     def best_within(self, evaluations: int) -> dict[str, float]:
-        """The best value of each factor at the step h, among the first so many points of each search.
-
-        Each point counts by its objective under the noise of its search.
-
-        Raises
-        ------
-        ValueError
-            If none of these is admissible.
-        """
+        """The best value of each factor at the step h, among the first so many points of each search."""
         whole("best_within(evaluations)", evaluations)
         nth = np.concatenate([np.arange(used) for used in self.used])
         early = np.where(nth < evaluations, self.objectives, np.inf)
@@ -138,7 +107,7 @@ class Tuned:
 
     @property
     def stable_steps(self) -> dict[str, float]:
-        """The longest stable step along the run of the best point, in s, by trial: as in `limits`."""
+        """The longest stable step along the run of the best point, in s, by trial."""
         return {name: float(limits[self._row]) for name, limits in self.limits.items()}
 
     @property
@@ -149,7 +118,9 @@ class Tuned:
     @cached_property
     def searches(self) -> tuple[Course, ...]:
         """The course of each search."""
-        return courses(self.tuning, self.objectives, self.used)
+        parts = np.split(self.objectives, np.cumsum(self.used)[:-1])
+        each = (part.reshape(-1, self.tuning.population).min(axis=1) for part in parts)
+        return tuple(Course(self.tuning, k, np.minimum.accumulate(bests)) for k, bests in enumerate(each))
 
     @property
     def bests(self) -> Array:
@@ -191,19 +162,12 @@ class Tuned:
         return np.asarray(self.halved[np.arange(len(self.halved)), noises])
 
     def _numbers(self, place: int) -> dict[str, float]:
-        """The value of each factor at a point."""
         names = (factor.name for factor in self.tuning.factors)
         return dict(zip(names, map(float, self.numbers[place]), strict=True))
 
     @door
     def adjusted(self, loop: Loop | Ode | Sampled) -> Ode | Sampled:
-        """The equations of a loop with the best numbers as defaults, in the places of the factors.
-
-        Raises
-        ------
-        LookupError, ValueError
-            If the loop does not have a path, or the number is out of its bounds there.
-        """
+        """The equations of a loop with the best numbers as defaults, in the places of the factors."""
         equation: Ode | Sampled = equations_of(loop, self.name)
         p, x0 = Space(self.tuning.factors, equation.parameters, equation.states).rows(self.points[[self.place]])
         flow = equation.flow if isinstance(equation, Sampled) else equation
@@ -221,16 +185,11 @@ class Tuned:
         return np.stack([vector(call, answer(call, one, runs), len(good), "points") for one in measures], axis=1)
 
     @property
-    def _steps(self) -> dict[str, float]:
-        """The step of the search in s, by trial."""
-        return {name: sample.h for name, sample in self.samples.items()}
-
-    @property
     def note(self) -> str:
         """The note below a figure: evaluations, failed ones, seeds, step, its error, and the training noise."""
         tuning = self.tuning
         seeds = ", ".join(map(str, tuning.seeds))
-        steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(self._steps.values()))
+        steps = ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in self.samples.values()))
         used = " and ".join(f"{used:,}" for used in dict.fromkeys(self.used))
         most = "" if set(self.used) == {tuning.evaluations} else f" of at most {tuning.evaluations:,}"
         noises = self.halved.shape[1]
@@ -250,29 +209,20 @@ class Tuned:
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:
             said.append(f"The objective of the best changes by {percent(error)} at half the step.")
-        said += self._beyond
+        for name, limit in self.stable_steps.items():
+            h = self.samples[name].h
+            if np.isnan(limit):
+                said.append(f"The stability limit of the step is not known along the best run in '{name}'.")
+            elif limit < h:
+                along = f"{limit:.3g} s along the best run in '{name}'"
+                said.append(f"The step of {h:g} s is beyond the stability limit {along}.")
         if SEEDS < (spread := share(float(np.ptp(self.bests)), self.objective)) < np.inf:
             said.append(f"The bests of the {len(self.bests)} searches differ by {percent(spread)}.")
         if (spread := share(self.spread, self.objective)) > SEEDS:
             said.append(f"The objective of the best varies by {percent(spread)} with the training noise.")
         return tuple(said)
 
-    @property
-    def _beyond(self) -> list[str]:
-        """The trials in which the step exceeds the stability limit along the best run, or the limit is unknown."""
-        said = []
-        for name, limit in self.stable_steps.items():
-            if np.isnan(limit):
-                said.append(f"The stability limit of the step is not known along the best run in '{name}'.")
-            elif limit < self._steps[name]:
-                said.append(
-                    f"The step of {self._steps[name]:g} s is beyond the stability limit {limit:.3g} s along the best "
-                    f"run in '{name}'."
-                )
-        return said
-
 
 def _refilled(layout: Layout, row: Array) -> Layout:
-    """A layout with other defaults."""
     values = layout.unpack(row)
     return Layout(tuple(replace(entry, default=values[entry.name]) for entry in layout.entries))

@@ -10,10 +10,9 @@ import numpy as np
 
 from workbench.proofs.evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.contract import answer
+from workbench.study.contract import Sweep, answer
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep
 from workbench.study.tuning.contract import Trial, Tuning
 from workbench.study.tuning.course import Course, have_values, reasons_of
 from workbench.study.tuning.optimum import Tuned
@@ -32,19 +31,16 @@ Evaluate = Callable[[Sequence[CompiledSweep], int, int], Sequence[Chunk]]
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """A tuning with the sweeps of its trials: at the step h for all points, and at h / 2 for the best of them.
-
-    It has a training noise for each seed, or one alone where no trial has any noise.
-    """
+    """A tuning with the sweeps of its trials: at the step h for all points, and at h / 2 for the best of them."""
 
     tuning: Tuning
     trials: tuple[CompiledSweep, ...]
     halves: tuple[CompiledSweep, ...]
-    noises: int
+    noises: int  # a training noise for each seed, or one alone where no trial has any noise
 
     @property
     def sweeps(self) -> tuple[CompiledSweep, ...]:
-        """All sweeps of the search."""
+        """All its sweeps."""
         return (*self.trials, *self.halves)
 
     @property
@@ -92,8 +88,8 @@ def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str |
 def _pilots(dimensions: int) -> Array:
     """The middle of the unit cube with one coordinate at either end, (2 d, d)."""
     ends = np.full((2 * dimensions, dimensions), 0.5)
-    for i in range(dimensions):
-        ends[2 * i : 2 * i + 2, i] = 0.0, 1.0
+    np.fill_diagonal(ends[0::2], 0.0)
+    np.fill_diagonal(ends[1::2], 1.0)
     return ends
 
 
@@ -129,13 +125,7 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
     last longer is nearer to it. Each search has its own training noise. The best points of each are run again at h / 2
-    under the noises of all searches, and the answer is that of the least mean: so no winner is made by the step or by
-    one noise alone. The same seeds give the same bits, whatever the threads.
-
-    Parameters
-    ----------
-    evaluate
-        The function that computes the runs; this process if not given.
+    under the noises of all searches, and the answer is that of the least mean. The same seeds give the same bits.
 
     Raises
     ------
@@ -227,7 +217,6 @@ def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: 
 
 
 def _refuse_nothing(search: Search, found: Flags, objective: Array, samples: Mapping[str, Sample], where: str) -> None:
-    """Refuse where no point is admissible, with the reasons by which runs are not."""
     if found.any():
         return
     reasons = ", ".join(f"{reason} in {count:,}" for reason, count in reasons_of(objective, samples).items() if count)
