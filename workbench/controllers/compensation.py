@@ -53,42 +53,33 @@ class WithCompensation(AbstractArmController):
 
     @property
     def dof(self) -> int:
-        """The number of joints of the law."""
         return self.law.dof
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units of the joints, from the law."""
         return self.law.units
 
     @property
     def memory(self) -> Layout:
-        """The memory of the law, below `law.`."""
         return self.law.memory.prefixed("law.")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque of the law plus the estimated disturbance."""
         return self._law.torque(t, below("law", z), est, ref) + est.d
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rate of the law's memory."""
         return above({"law": self._law.rate(t, below("law", z), est, ref)})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The signals of the law."""
         return self._law.signals(below("law", z), est, ref)
 
     @property
     def method(self) -> str:
-        """The method of the law by name."""
         return self.law.method
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The memory of the law after a period."""
         return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: the law alone, and the sum without each part of the law."""
         less: Mapping[str, Any] = self.law.without()
         return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
 

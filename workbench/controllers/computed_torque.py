@@ -34,23 +34,17 @@ class ComputedTorque(AbstractArmController):
 
         tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
 
-    with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right
-    model and exact estimates of the state
+    with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right model and
+    exact estimates of the state
 
         e'' + Kd e' + Kp e = M^-1 (D_hat - D):
 
-    the joints are uncoupled and linear, at any speed. Beside an observer without a disturbance D_hat = 0; behind
-    `WithDisturbance` this is computed torque with a disturbance observer.
+    the joints are uncoupled and linear, at any speed. Beside an observer without a disturbance D_hat = 0.
 
     Parameters
     ----------
     Kp, Kd
-        (n,), one a joint: with a natural frequency w and a damping ratio zeta, w^2 and 2 zeta w.
-
-    Raises
-    ------
-    ValueError
-        If a gain is negative or not finite, or an array has not one number a joint.
+        With a natural frequency w and a damping ratio zeta of each joint, w^2 and 2 zeta w.
 
     References
     ----------
@@ -68,7 +62,6 @@ class ComputedTorque(AbstractArmController):
     Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d

@@ -25,15 +25,10 @@ class PID(AbstractArmController):
 
     The integral is not limited: where a drive saturates it winds up.
 
-    Parameters
-    ----------
-    Kp, Ki, Kd
-        (n,), one gain a joint.
-
     Raises
     ------
     ValueError
-        If a gain is negative or not finite, or the model has another number of joints.
+        If the model has another number of joints.
 
     References
     ----------
@@ -60,26 +55,21 @@ class PID(AbstractArmController):
 
     @property
     def dof(self) -> int:
-        """The number of joints: one for each gain in Kp."""
         return int(self.Kp.shape[0])
 
     @property
     def memory(self) -> Layout:
-        """The integral of the error."""
         return Layout((Entry("integral", np.zeros(self.dof), gain(self.position, "1", 1), symbol="z"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The feedback, and the gravity vector of the model if there is one."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The integral grows by e."""
         return {"integral": est.q - ref.q}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no integral or derivative action, where they have a gain, and no gravity compensation."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         gravity = {"gravity compensation": replace(self, model=None)} if self.model is not None else {}

@@ -35,24 +35,22 @@ class PID2(AbstractController):
     ----------
     reads, drives
         One output and one input of the plant, each of n numbers.
-    Kp, Ki, Kd
-        (n,), of any sign.
     N
-        (n,), the bandwidth of the derivative, in 1/s.
+        The bandwidth of the derivative.
     b, c
-        (n,), the weights of what is wanted in the proportional and in the derivative action.
+        The weights of what is wanted in the proportional and in the derivative action.
     low, high
-        (n,), limits of the input, or None.
+        Limits of the input, or None.
     Tt
-        The tracking time of back-calculation, in s, or None.
+        The tracking time of back-calculation, or None.
     u0, y0
-        (n,), the input and the output where the law takes over.
+        The input and the output where the law takes over.
 
     Raises
     ------
     ValueError
-        If a port has not one signal, or the two are of unlike sizes; a number is not finite, or N or Tt not positive;
-        a lower limit is not below the upper; or back-calculation is asked for without limits or without Tt.
+        If a port has not one signal, or the two are of unlike sizes; a lower limit is not below the upper; or
+        back-calculation is asked for without limits or without Tt.
 
     References
     ----------
@@ -140,12 +138,10 @@ class PID2(AbstractController):
 
     @property
     def follows(self) -> Layout:
-        """The wanted values of the signals that it reads."""
         return self.reads
 
     @property
     def memory(self) -> Layout:
-        """The integral I and the filter f."""
         zero = np.zeros(self.dof)
         filtered = Entry("filter", zero, self.unit_of_y, symbol="f")
         return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
@@ -156,11 +152,9 @@ class PID2(AbstractController):
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The command within its limits."""
         return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The derivatives of integral and filter."""
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
@@ -168,7 +162,6 @@ class PID2(AbstractController):
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The forward difference of the integral, and the backward one of the filter."""
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),
@@ -177,11 +170,9 @@ class PID2(AbstractController):
 
     @property
     def method(self) -> str:
-        """The two differences by name."""
         return "forward difference of the integral, backward difference of the derivative"
 
     def without(self) -> Mapping[str, AbstractController]:
-        """The ablations: no integral action and no derivative action, where they have a gain."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         return integral | derivative

@@ -22,29 +22,19 @@ class Rise(AbstractSlidingMode):
         tau = tau_ref - (ks + 1) s - w
         w'  = (ks + 1) alpha s + beta sat(s / phi),                 w(0) = w_0
 
-    where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref: the arm as the
-    designer believes it to be. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and
-    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
+    where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref, and the 1 has the unit of
+    ks. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and begin at w_0 = -(ks + 1)
+    s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
 
     With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
-    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
-    is continuous for all that: the sign is below the integral. For one joint of inertia M, ks + 1 < Lambda M leaves a
-    limit cycle. The layer costs the exactness and spares w its chattering in a computer, h beta from period to period.
-
-    Parameters
-    ----------
-    Lambda, alpha
-        (n,), one a joint.
-    ks, beta
-        (n,), one a joint; the 1 beside ks has its unit.
-    w
-        (n,), w_0.
+    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero by a
+    continuous torque. For one joint of inertia M, ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness
+    and spares w its chattering in a computer, h beta from period to period.
 
     Raises
     ------
     ValueError
-        If Lambda, alpha or phi is not positive, another gain is negative, an array has not one number a joint, or
-        the model has another number of joints.
+        If the model has another number of joints.
 
     References
     ----------
@@ -72,21 +62,17 @@ class Rise(AbstractSlidingMode):
 
     @property
     def dof(self) -> int:
-        """The number of joints: one for each number in Lambda."""
         return int(self.Lambda.shape[0])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The feedback and the integral, and the feedforward torque of the reference if there is a model."""
         tau: ca.SX = -(self.ks + 1) * self._sliding(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rate of w."""
         s = self._sliding(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no sign in the integral, no boundary layer, and no feedforward torque."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
         model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
         return sign | self.without_layer() | model

@@ -41,8 +41,7 @@ class ScheduledFeedback(AbstractArmController):
     Raises
     ------
     ValueError
-        If the horizon is not positive, a row has not n n numbers, Kp and Kd differ in their number of terms, or
-        that of a Fourier series is even.
+        If a row has not n n numbers, Kp and Kd differ in their number of terms, or that of a Fourier series is even.
 
     References
     ----------
@@ -70,13 +69,7 @@ class ScheduledFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, coefficients: Any, horizon: float, series: str = "chebyshev") -> ScheduledFeedback:
-        """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K.
-
-        Raises
-        ------
-        ValueError
-            If they are no such array, or the law refuses its numbers.
-        """
+        """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K."""
         Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof, model.dof)
         if Kp.ndim != 3 or not len(Kp):
             must = "an array (terms, n, 2n), one matrix for each term"
@@ -84,7 +77,6 @@ class ScheduledFeedback(AbstractArmController):
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         Kp, Kd = self.gains(t)
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed

@@ -35,9 +35,8 @@ class SuperTwisting(AbstractSlidingMode):
         u_i = -k1_i |s_i|^(1/2) sat(s_i / phi) + w_i
         w_i' = -k2_i sat(s_i / phi),             w(0) = 0
 
-    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`.
-    With the right model s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply
-    to each.
+    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`. With the right model
+    s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each.
 
     With sign for sat, s reaches zero in finite time and stays there against any perturbation whose
     derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
@@ -46,16 +45,6 @@ class SuperTwisting(AbstractSlidingMode):
     those of its end, which does not chatter and leaves s of the order of h, where "sign" leaves the order of h^2:
 
         s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
-
-    Parameters
-    ----------
-    Lambda, k1, k2
-        (n,), one a joint.
-
-    Raises
-    ------
-    ValueError
-        If Lambda or phi is not positive, a gain is negative, or an array has not one number a joint.
 
     References
     ----------
@@ -78,11 +67,9 @@ class SuperTwisting(AbstractSlidingMode):
 
     @property
     def memory(self) -> Layout:
-        """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, _, qdd_r = self._sliding(est, ref)
         root, sigma, w = self._switched(s, z["w"])
@@ -91,17 +78,14 @@ class SuperTwisting(AbstractSlidingMode):
         return tau
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The integral part by -k2 sat(s / phi)."""
         _, sigma, _ = self._switched(self._sliding(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
 
     @property
     def method(self) -> str:
-        """The method by name: explicit Euler, or the backward step of "implicit"."""
         return "backward Euler" if self.saturation == "implicit" else EULER
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no integral part of u, no root part, and no boundary layer."""
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
         return lines | self.without_layer()
 

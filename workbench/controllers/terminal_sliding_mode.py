@@ -58,22 +58,10 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs finite time, as |e| falls to phi
     only. sig(ed)^(2 - gamma) is infinitely steep at ed = 0: a noisy velocity is best filtered.
 
-    Parameters
-    ----------
-    beta
-        (n,), one a joint: |ed| = (beta |e|)^(1/gamma) on the surface.
-    gamma, rho
-        The exponents of the surface and of the reaching law.
-    k1, k2
-        (n,), one a joint: without D, s is within its layer in finite time for k2 > 0.
-    phi
-        The width of the boundary layer, which "sign" has not.
-
     Raises
     ------
     ValueError
-        If beta or phi is not positive, k1 or k2 is negative, gamma is not between 1 and 2, rho not from 0 to below 1,
-        or an array has not one number a joint.
+        If gamma is not between 1 and 2, or rho not from 0 to below 1.
 
     References
     ----------
@@ -101,7 +89,6 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
             )
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         ed, s = est.qd - ref.qd, self._surface(est, ref)
         u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
@@ -114,7 +101,6 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         return {"surface": self._surface(est, ref)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no linear part of the reaching law, no switched part, and no boundary layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
         return linear | switched | self.without_layer()

@@ -51,8 +51,7 @@ class AbstractDisturbanceObserver(AbstractJoints):
 class WithDisturbance(AbstractArmObserver):
     """An observer of the state and one of the disturbance as one: first the state, then D_hat from it.
 
-    Both rates see the whole estimate. The true disturbance is handed only to the part that declares
-    to use it.
+    Both rates see the whole estimate. The true disturbance is handed only to the part that declares to use it.
 
     Raises
     ------
@@ -74,42 +73,34 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return self.state.dof
 
     @property
     def uses_truth(self) -> bool:
-        """True if either observer uses the truth."""
         return self.state.uses_truth or self.disturbance.uses_truth
 
     @property
     def memory(self) -> Layout:
-        """The states of both, below `state.` and `disturbance.`."""
         return self.state.memory.prefixed("state.") + self.disturbance.memory.prefixed("disturbance.")
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units of the observer of the state."""
         return self.state.units
 
     @property
     def reads(self) -> Layout:
-        """The outputs that either of them reads."""
         return _union(self.state.reads, self.disturbance.reads)
 
     @property
     def inputs(self) -> Layout:
-        """The torques that either of them counts on."""
         return _union(self.state.inputs, self.disturbance.inputs)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The estimated state, with D_hat."""
         est = self.state.estimate(t, below("state", z), y.only(self.state.reads))
         seen = y.only(self.disturbance.reads)
         return est | {"d": self.disturbance.estimate(t, below("disturbance", z), seen, est)}
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rates of both."""
         parts: dict[str, Any] = {"state": self.state, "disturbance": self.disturbance}
         return above(
             {name: o.rate(t, below(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()}
@@ -117,7 +108,6 @@ class WithDisturbance(AbstractArmObserver):
 
     @property
     def method(self) -> str:
-        """The methods of both observers by name."""
         return f"{self.state.method}, D_hat by {EULER}" if self.disturbance.memory.size else self.state.method
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
@@ -127,7 +117,6 @@ class WithDisturbance(AbstractArmObserver):
         return moved | above({"state": state})
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The observer of the state alone, and both with each part of that one left out."""
         less: Mapping[str, Any] = self.state.without()
         return {"disturbance estimate": self.state} | {name: replace(self, state=one) for name, one in less.items()}
 

@@ -77,7 +77,6 @@ class AbstractOracle(AbstractDisturbanceObserver):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return self.joints
 
 
@@ -115,11 +114,9 @@ class PrintedFilter(AbstractOracle):
         return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """The integral of eta."""
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rates of eta and of its integral, equation (24)."""
         return {"eta": -self.l * (z["eta"] - y.d), "D_hat": z["eta"]}
 
 
@@ -147,15 +144,12 @@ class OracleFilter(AbstractOracle):
 
     @property
     def memory(self) -> Layout:
-        """The estimate."""
         return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """The state of the filter."""
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"D_hat": -self.l * (z["D_hat"] - y.d)}
 
 
@@ -194,12 +188,10 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     z: Vector = initial(default=0.0, unit="{force}", shape=("n",), symbol="z")
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat = z - l qd."""
         d: ca.SX = z["z"] - self.l * est.qd
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of z, l M^-1 (tau - C qd - G - D_hat)."""
         return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.driven(u.tau) - est.d)}
 
 
@@ -236,12 +228,10 @@ class MomentumObserver(AbstractDisturbanceObserver):
     p_hat: Vector = initial(default=0.0, unit="{force} s", shape=("n",))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat = l (p_hat - M qd)."""
         p = self.model.mass_matrix(est.q) @ est.qd
         d: ca.SX = self.l * (z["p_hat"] - p)
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of p_hat, tau + C^T qd - G - D_hat."""
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)
         return {"p_hat": self.model.driven(u.tau) + C.T @ est.qd - G - est.d}

@@ -80,7 +80,6 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
         refuse_unfit_filter(self)
 
     def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Kalman's correction in Joseph's form."""
         h, H = jacobian(lambda s: self._h(t, s), x)
         H = ca.diag(new) @ H
         K, least = gain(P @ H.T, H @ P @ H.T + R)
@@ -88,7 +87,6 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
         return x + K @ (new * (y - h)), rest @ P @ rest.T + K @ R @ K.T, least
 
     def _moved(self, t: ca.SX, x: ca.SX, P: ca.SX, u: Signals, step: float) -> tuple[ca.SX, ca.SX]:
-        """The state and its covariance after one Runge-Kutta step."""
         n = x.numel()
 
         def rates(time: ca.SX, v: ca.SX, held: Signals) -> ca.SX:

@@ -79,17 +79,14 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def reads(self) -> Layout:
-        """The output."""
         return Layout(self.gives.entries[:1])
 
     @property
     def inputs(self) -> Layout:
-        """The input."""
         return Layout((Entry(self.input, np.array(0.0), ANY),))
 
     @property
     def gives(self) -> Layout:
-        """The output, its derivatives and the disturbance."""
         orders = ("", "/s", *(f"/s^{i}" for i in range(2, len(self.chain) + 1)))
         units = (ANY if self.unit == ANY else f"{self.unit}{order}" for order in orders)
         names = (*self.chain, self.disturbance)
@@ -97,15 +94,12 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def memory(self) -> Layout:
-        """The estimates as states."""
         return with_hats(self.gives)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The memory."""
         return Signals({name: z[f"{name}{HAT}"] for name in self.gives.names})
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The observer as it stands above."""
         names, error = self.memory.names, y[self.chain[0]] - z[f"{self.chain[0]}{HAT}"]
         rates = {name: l * error for name, l in zip(names, self._gains(), strict=True)}
         for name, after in pairwise(names):
@@ -115,11 +109,9 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def method(self) -> str:
-        """Exact for readings and commands that are held."""
         return "exact step of the observer"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The observer over a period in which reading and command are held."""
         rates = self.memory.flatten(self.rate(t, z, y, est, u))
         n = rates.numel()
         F = ca.vertcat(ca.horzcat(ca.SX.zeros(n - 1, 1), ca.SX.eye(n - 1)), ca.SX.zeros(1, n))

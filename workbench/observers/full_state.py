@@ -74,7 +74,6 @@ class FullState(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The readings."""
         return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
 
 
@@ -113,24 +112,19 @@ class VelocityFilter(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The reading of the positions, and the memory."""
         return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
 
     @property
     def method(self) -> str:
-        """Exact for a reading that is held."""
         return "exact step of the filter"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The filter over a period in which the reading is held."""
         return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings without the filter."""
         return {"velocity filter": FullState(self.dof)}
 
 
@@ -177,13 +171,10 @@ class DirtyDerivative(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The reading of the positions, and the rate of the memory."""
         return Signals(q=y.q, qd=self.omega * (y.q - z["q_hat"]), d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"q_hat": self.omega * (y.q - z["q_hat"])}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings themselves, with a measured velocity."""
         return {"velocity filter": FullState(self.dof)}

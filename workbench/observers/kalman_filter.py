@@ -38,7 +38,6 @@ class AbstractKalmanFilter(AbstractModelObserver):
 
     @door
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The states after the readings of this instant, and the outputs there."""
         return self._estimates(t, self._read(t, z, y)[0])
 
     @door

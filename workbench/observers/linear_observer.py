@@ -77,16 +77,13 @@ class LinearObserver(AbstractModelObserver):
             )
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The observer as it stands above."""
         return self._parts(self._rate(t, self._column(z), y, u))
 
     @property
     def method(self) -> str:
-        """The step above."""
         return "exponential Euler, exact for a linear model"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The observer over a period in which readings and commands are held."""
         x = self._column(z)
         rate, F = jacobian(lambda s: self._rate(t, s, y, u), x)
         return self._parts(x + period * phi(period * F) @ rate)
@@ -155,7 +152,6 @@ class SteadyKalmanFilter(AbstractModelObserver):
         whole("SteadyKalmanFilter(substeps=...)", self.substeps, most=MOST_SUBSTEPS)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The states after the readings of this instant, and the outputs there."""
         return self._estimates(t, self._corrected(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:

@@ -29,10 +29,9 @@ class Luenberger(AbstractArmObserver):
         q_hat'  = qd_hat + L1 (q - q_hat)
         qd_hat' = M^-1(q_hat) (tau - C(q_hat, qd_hat) qd_hat - G(q_hat)) + L2 (q - q_hat)
 
-    with M, C, G of `model`: the arm as the designer believes it to be. As printed it knows of no
-    disturbance and settles at a biased state where one acts; "compensated" has tau - D_hat in place
-    of tau, which takes an observer of the disturbance beside this one (`WithDisturbance`) and is
-    as printed without one, where D_hat = 0.
+    with M, C, G of `model`: the arm as the designer believes it to be. As printed it knows of no disturbance and
+    settles at a biased state where one acts; "compensated" has tau - D_hat in place of tau, which takes an observer of
+    the disturbance beside this one (`WithDisturbance`) and is as printed without one, where D_hat = 0.
 
     A computer steps it by `integrator`, with e = q - q_hat, v = qd_hat and a = M^-1 (...) as a period h begins:
 
@@ -81,11 +80,9 @@ class Luenberger(AbstractArmObserver):
     )
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The estimates in the memory, with zero disturbance."""
         return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rates by equation (10), with the estimated disturbance in `est`."""
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
         tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
@@ -96,11 +93,9 @@ class Luenberger(AbstractArmObserver):
 
     @property
     def method(self) -> str:
-        """The method by name: explicit Euler, or the Cayley step."""
         return "Cayley step of (10)" if self.integrator == "cayley" else EULER
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The estimates after a period, by equation (10) and `integrator`."""
         rates = self.rate(t, z, y, est, u)
         if self.integrator == "euler":
             return euler(z, rates, period)
@@ -113,5 +108,4 @@ class Luenberger(AbstractArmObserver):
         }
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings themselves, with a measured velocity."""
         return {"state observer": FullState(self.dof)}

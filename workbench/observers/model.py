@@ -28,29 +28,24 @@ class AbstractModelObserver(AbstractObserver):
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the model."""
         return self.model.inputs
 
     @property
     def reads(self) -> Layout:
-        """The outputs that are named."""
         offered, of = self.model.outputs, f"outputs of `{type(self.model).__name__}`"
         return Layout(tuple(offered[known(name, offered.names, of)] for name in self.outputs or offered.names))
 
     @property
     def gives(self) -> Layout:
-        """The states of the model, and those of its outputs that are no states."""
         states = self.model.states
         return states + Layout(tuple(e for e in self.model.outputs.entries if e.name not in states))
 
     @property
     def memory(self) -> Layout:
-        """The estimated states, `x_hat` of a state x."""
         return with_hats(self.model.states)
 
     @door
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The states in the memory, and the outputs there."""
         return self._estimates(t, self._column(z))
 
     def _estimates(self, t: ca.SX, x: ca.SX) -> Signals:

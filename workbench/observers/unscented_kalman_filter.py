@@ -89,7 +89,6 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
             )
 
     def _corrected(self, t: ca.SX, x: ca.SX, P: ca.SX, y: ca.SX, R: ca.SX, new: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
-        """Kalman's correction with the moments of the sigma points."""
         y_hat, dX, dY, weights = self._spread(x, P, lambda s: self._h(t, s))
         dY = ca.diag(new) @ dY
         S = dY @ weights @ dY.T + R

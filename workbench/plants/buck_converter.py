@@ -41,6 +41,4 @@ class BuckConverter(AbstractPlant):
     outputs = layout(v="V")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The voltage of the coil and the current of the capacitor."""
-        del t
         return {"i": (u["d"] * self.V_g - x["v"]) / self.L, "v": (x["i"] - x["v"] / self.R) / self.C}

@@ -46,8 +46,6 @@ class CartPole(AbstractPlant):
     outputs = layout(x="m", phi="rad")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """Newton's law of the cart and of the pole, solved for the accelerations."""
-        del t
         sin, cos, phid = ca.sin(x["phi"]), ca.cos(x["phi"]), x["phid"]
         ml, inertia = self.m * self.l, self.I + self.m * self.l**2
         push = u["F"] - self.b * x["xd"] - ml * phid**2 * sin

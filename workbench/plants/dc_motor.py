@@ -51,23 +51,18 @@ class DCMotor(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """The angle where it is measured, the speed and the current."""
         held = initial_states(self).entries
         return Layout(held if self.measured == "position" else held[1:])
 
     @property
     def inputs(self) -> Layout:
-        """The voltage."""
         return layout(v="V")
 
     @property
     def outputs(self) -> Layout:
-        """The angle or the speed."""
         return layout(theta="rad") if self.measured == "position" else layout(omega="rad/s")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The balance of torques and of voltages."""
-        del t
         omega, i = x["omega"], x["i"]
         angle = {"theta": omega} if self.measured == "position" else {}
         return angle | {

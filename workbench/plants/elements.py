@@ -51,7 +51,6 @@ class AbstractElement(ABC):
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
         """The derivative of each of its states."""
-        del z, v
         return {}
 
 
@@ -81,8 +80,6 @@ class Saturation(AbstractElement):
             )
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The signal within its limits."""
-        del z
         return _within(v, self.low, self.high)
 
 
@@ -107,12 +104,9 @@ class FirstOrder(AbstractElement):
     lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The lag's state."""
-        del v
         return z["lag"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The rate of the lag."""
         return {"lag": (v - z["lag"]) / self.time_constant}
 
 
@@ -145,12 +139,9 @@ class RateLimit(AbstractElement):
     limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The limiter's state."""
-        del v
         return z["limited"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The rate of the lag within its limits."""
         return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
@@ -192,13 +183,11 @@ class PadeDelay(AbstractElement):
         return Layout((Entry("delayed", np.multiply.outer(first, past), unit),))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The signal of about T ago."""
         refuse_misfit("PadeDelay.output", "v", v, z["delayed"].shape[1], 1)
         _, _, C, D = pade(self.order)
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The derivative of the states of the Pade approximation."""
         refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}

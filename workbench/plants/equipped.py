@@ -29,17 +29,14 @@ class AbstractAround(AbstractPlant):
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """The labels of the plant."""
         return self.plant.labels
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the plant."""
         return self.plant.inputs
 
     @property
     def outputs(self) -> Layout:
-        """The outputs of the plant."""
         return self.plant.outputs
 
 
@@ -89,29 +86,24 @@ class Equipped(AbstractAround):
 
     @property
     def truths(self) -> Layout:
-        """The truths of the plant, and the true values of the outputs that have a sensor."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
 
     @property
     def states(self) -> Layout:
-        """The states of the plant, then of the actuators, then of the sensors."""
         own = (replace(entry, name=names[entry.name]) for _, z, names in self._memories() for entry in z.entries)
         return self.plant.states + Layout(tuple(own))
 
     def measure(self, t: Number, x: States) -> Signals:
-        """The readings of the sensors, and the true outputs."""
         y = self._outputs(t, x)
         seen, _ = self._through(self.sensors, x, y)
         return seen | {f"{name}_true": y[name] for name in self._sensed}
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The signals that act in the plant, driven by the outputs of the actuators."""
         driven, _ = self._through(self.actuators, x, u)
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates of the plant, driven by the actuators, and those of the elements."""
         driven, actuators = self._through(self.actuators, x, u)
         _, sensors = self._through(self.sensors, x, self._outputs(t, x))
         moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
@@ -199,7 +191,6 @@ class Disturbed(AbstractAround):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
-        """The period of the plant, if it moves in discrete time."""
         return self.plant.period
 
     @property
@@ -209,26 +200,21 @@ class Disturbed(AbstractAround):
 
     @property
     def states(self) -> Layout:
-        """The states of the plant."""
         return self.plant.states
 
     @property
     def truths(self) -> Layout:
-        """The truths of the plant, and the disturbances."""
         return self.plant.truths + self._added.prefixed(TRUTH)
 
     def measure(self, t: Number, x: States) -> Signals:
-        """The disturbed outputs, and the truths."""
         d, y = self._at(t), Signals(self.plant.measure(t, x))
         truths = {f"{TRUTH}{name}": part for name, part in d.items()}
         return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The signals that act in the plant under the disturbed command."""
         return self.plant.applied(t, x, self._driven(t, u))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates of the plant under the disturbed command."""
         return self.plant.rate(t, x, self._driven(t, u))
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:

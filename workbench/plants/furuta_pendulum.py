@@ -55,8 +55,6 @@ class FurutaPendulum(AbstractPlant):
     outputs = layout(theta_1="rad", theta_2="rad")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The two equations solved for the accelerations."""
-        del t
         sin, cos, sin2 = ca.sin(x["theta_2"]), ca.cos(x["theta_2"]), ca.sin(2 * x["theta_2"])
         turn, swing = x["theta_1d"], x["theta_2d"]
         Jh_2 = self.J_2 + self.m_2 * self.l_2**2

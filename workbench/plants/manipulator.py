@@ -66,18 +66,12 @@ class DirectDrive(AbstractActuator):
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, motors: int) -> Layout:
-        """No states."""
-        del motors
         return Layout()
 
     def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The command, limited."""
-        del z
         return _limited(tau, self.limit)
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """No rates."""
-        del z, tau
         return {}
 
 
@@ -89,17 +83,13 @@ class FirstOrderLag(AbstractActuator):
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, motors: int) -> Layout:
-        """The torque of each motor."""
         count = whole("memory(motors=...)", motors, most=MOST_JOINTS)
         return torques("tau_m", self.units or ("rad",) * count)
 
     def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The present torque of the motor, which does not depend on the present command."""
-        del tau
         return z["tau_m"]
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """The rate of the lag."""
         return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
 
 
@@ -194,41 +184,32 @@ class Manipulator(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """Positions, velocities, and the states of the drives."""
         moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
         return moving + self.actuator.memory(len(self.arm.motors))
 
     @property
     def inputs(self) -> Layout:
-        """The torques of the motors."""
         return motors(self.arm)
 
     @property
     def outputs(self) -> Layout:
-        """Positions and velocities."""
         return motion(self.arm.units, ("q", "qd"))
 
     @property
     def truths(self) -> Layout:
-        """The disturbance."""
         return torques("d", self.arm.units)
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """The letters of the book for the errors."""
         return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
-        """Exact positions and velocities, and the true disturbance."""
         return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The torques of the drives."""
-        del t
         return Signals(tau=self.actuator.applied(x, u["tau"]))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """Newton's law solved for the acceleration."""
         q, qd = x["q"], x["qd"]
         friction = self.friction.torque(qd) if self.friction is not None else 0
         torque = self.arm.driven(self.actuator.applied(x, u["tau"])) - friction - self._disturbance(t)

@@ -131,27 +131,22 @@ class OdePlant(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """The states of the equation, each with its start."""
         return self.ode.states
 
     @property
     def inputs(self) -> Layout:
-        """The declared inputs of the equation."""
         return Layout(tuple(self.ode.parameters[name] for name in self.ode.inputs))
 
     @property
     def outputs(self) -> Layout:
-        """The outputs of the equation."""
         return self.ode.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
-        """y = h(t, x, p)."""
         ode = self.ode
         unused = {e.name: ca.SX.zeros(*e.shape) for e in self.inputs.entries}
         return Signals(ode.outputs.view(ode.h(t, ode.states.flatten(x), self._p(unused))))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates x' = f(t, x, p) with u in the places of the declared inputs."""
         ode = self.ode
         return ode.states.view(ode.f(t, ode.states.flatten(x), self._p(u)))
 

@@ -48,8 +48,6 @@ class PlanarQuadrotor(AbstractPlant):
     outputs = layout(x="m", y="m", theta="rad")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """Newton's law of the body."""
-        del t
         thrust = u["u_1"] + u["u_2"]
         return {
             "x": x["xd"],

@@ -53,8 +53,6 @@ class Quadrotor(AbstractPlant):
     outputs = layout(xi=("m", [0.0, 0.0, 0.0]), eta=("rad", [0.0, 0.0, 0.0]))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The laws of Newton and Euler, and the kinematics of roll, pitch and yaw."""
-        del t
         nu, w, lift = x["nu"], u["w"], self.k * u["w"] ** 2
         sin, cos = ca.vertsplit(ca.sin(x["eta"])), ca.vertsplit(ca.cos(x["eta"]))
         up = ca.vertcat(  # the third column of R(eta)

@@ -61,8 +61,6 @@ class QuadrupleTank(AbstractPlant):
         return QuadrupleTank(k_1=3.14, k_2=3.29, gamma_1=0.43, gamma_2=0.34, h_1=12.6, h_2=13.0, h_3=4.8, h_4=4.9)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The balance of mass in each tank, with Torricelli's law."""
-        del t
         feed_1, feed_2 = self.k_1 * u["v_1"], self.k_2 * u["v_2"]
         out_1, out_3 = (self.a_1 * ca.sqrt(2 * self.g * x[h]) for h in ("h_1", "h_3"))
         out_2, out_4 = (self.a_2 * ca.sqrt(2 * self.g * x[h]) for h in ("h_2", "h_4"))

@@ -53,8 +53,6 @@ class StirredTank(AbstractPlant):
     outputs = layout(T="K")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The balances of substance and of heat."""
-        del t
         c_A, T, heat = x["c_A"], x["T"], self.rho * self.C_p
         reacted = self.k_0 * ca.exp(-self.E_R / T) * c_A
         cooled = self.U_A / (self.V * heat) * (u["T_c"] - T)

@@ -40,8 +40,6 @@ class TwoMasses(AbstractPlant):
     outputs = layout(x_2="m")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """Newton's law of each body."""
-        del t
         spring = self.k * (x["x_1"] - x["x_2"])
         return {
             "x_1": x["x_1d"],

@@ -52,8 +52,6 @@ class SingleTrackVehicle(AbstractPlant):
     outputs = layout(Y="m", psi="rad", r="rad/s")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The forces of the tyres across the body, and their moment about the centre of mass."""
-        del t
         v_y, r = x["v_y"], x["r"]
         F_f = 2 * self.C_f * (u["delta"] - (v_y + self.l_f * r) / self.V_x)
         F_r = -2 * self.C_r * (v_y - self.l_r * r) / self.V_x

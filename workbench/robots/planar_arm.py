@@ -60,9 +60,8 @@ class PointMass:
 class PlanarArm(AbstractArm):
     """A chain of links joined by revolute joints with parallel horizontal axes.
 
-    Each joint angle is measured from the line of the link before it, counter-clockwise; the first
-    one from the direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols,
-    G from the potential energy.
+    Each joint angle is measured from the line of the link before it, counter-clockwise; the first one from the
+    direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols, G from the potential energy.
 
     Parameters
     ----------
@@ -101,12 +100,10 @@ class PlanarArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return len(self.links)
 
     @property
     def motors(self) -> tuple[int, ...]:
-        """The joints that have a motor, by number: all but the passive ones."""
         return tuple(joint for joint in range(self.dof) if joint not in self.passive)
 
     def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
@@ -149,15 +146,12 @@ class PlanarArm(AbstractArm):
         return [place + link.com * along + link.offset * left for link, place, (along, left) in rows]
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """M(q), (n, n), in kg m^2: the Hessian of the kinetic energy in the velocities."""
         return lagrange.mass_matrix(self.kinetic_energy, q)
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """C(q, qd), (n, n), in kg m^2/s: the one of the Christoffel symbols, for which M' - 2C is skew."""
         return lagrange.coriolis_matrix(self.mass_matrix, q, qd)
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """G(q), (n, 1), in N m: the gradient of the potential energy."""
         return lagrange.gravity_vector(self.potential_energy, q)
 
 

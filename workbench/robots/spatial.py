@@ -191,17 +191,14 @@ class SpatialArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return len(self.links)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each joint's position: rad where it turns, m where it slides."""
         return tuple(link.length for link in self.links)
 
     @property
     def motors(self) -> tuple[int, ...]:
-        """The joints that have a motor, by number: all but the passive ones."""
         return tuple(i for i, link in enumerate(self.links) if link.name not in self.passive)
 
     def bodies(self, q: Column) -> list[Body]:
@@ -209,11 +206,9 @@ class SpatialArm(AbstractArm):
         return [link.body(q[i]) for i, link in enumerate(self.links)]
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """M(q), (n, n): of composite bodies, with the drives' rotors on its diagonal."""
         return recursions.mass_matrix(self.bodies(q)) + ca.diag(self.drive_inertias())
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """C(q, qd), (n, n): the one of the Christoffel symbols, for which M' - 2C is skew."""
         return recursions.coriolis_matrix(self.bodies(q), qd)
 
     def coriolis_force(self, q: Column, qd: Column) -> ca.SX:
@@ -221,7 +216,6 @@ class SpatialArm(AbstractArm):
         return recursions.torque(self.bodies(q), ca.SX(1, 1), qd, ca.SX(self.dof, 1))
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """G(q), (n, 1)."""
         rest = ca.SX(self.dof, 1)
         return recursions.torque(self.bodies(q), ca.SX(self.gravity), rest, rest)
 
@@ -234,7 +228,6 @@ class SpatialArm(AbstractArm):
         return ca.vertcat(*[sparse(link.drive_inertia()) for link in self.links])
 
     def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
-        """tau = M qdd + C qd + G + F, (n, 1), by Newton and Euler."""
         tau = recursions.torque(self.bodies(q), ca.SX(self.gravity), qd, qdd)
         return ca.densify(tau + self.drive_inertias() * qdd + self.friction(qd))
 

@@ -28,7 +28,6 @@ class Sines(AbstractSignal):
     unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
-        """The sines and their exact derivatives."""
         a, w = self.amplitude, self.frequency
         angle = w * t + self.phase
         return a * ca.sin(angle), a * w * ca.cos(angle), -a * w**2 * ca.sin(angle)
@@ -73,7 +72,6 @@ class Chirp(AbstractSignal):
             )
 
     def motion(self, t: Number) -> Motion:
-        """The sine and its derivatives."""
         T, s = self.duration, ca.fmin(t, self.duration)
         if self.sweep == "linear":
             growth = (self.last - self.first) / T
@@ -102,7 +100,6 @@ class SquareWave(AbstractSignal):
     unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
-        """The wave at t, and zeros for its derivatives."""
         down = ca.fmod(ca.floor(self.frequency * t), 2)
         zero = ca.SX.zeros(self.dof)
         return self.amplitude * (1 - down), zero, zero
@@ -141,7 +138,6 @@ class PulseTrain(AbstractSignal):
             )
 
     def motion(self, t: Number) -> Motion:
-        """The pulses, and zeros for their derivatives."""
         before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
         s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
@@ -158,10 +154,8 @@ class SineTorque(AbstractDisturbance):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return int(self.amplitude.shape[0])
 
     def at(self, t: Number) -> ca.SX:
-        """The sines."""
         torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
         return torque

@@ -43,7 +43,6 @@ class Trapezoid(AbstractSignal):
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
     def motion(self, t: Number) -> Motion:
-        """The position, its velocity and its acceleration."""
         a, way = ca.SX(self.acceleration), ca.SX(self.goal - self.start)
         distance, sense = ca.fabs(way), ca.sign(way)
         v = ca.fmin(self.speed, ca.sqrt(distance * a))
@@ -100,7 +99,6 @@ class WayPoints(AbstractSignal):
 
     @property
     def dof(self) -> int:
-        """The count of its numbers, n."""
         shape = shape_of(self.points)
         return shape[1] if len(shape) == 2 else 1
 
@@ -176,16 +174,13 @@ class Table(AbstractSignal):
 
     @property
     def dof(self) -> int:
-        """The count of its numbers, n."""
         return int(self.values.shape[1])
 
     @property
     def ends(self) -> float:
-        """The time of its last row, in s."""
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:
-        """The polynomial of the interval that contains t, and its derivatives."""
         rows = self._pieces()
         chosen = ca.SX(rows[0])
         for row, time in zip(rows[1:], self.times[1:-1], strict=True):

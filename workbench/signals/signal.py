@@ -56,7 +56,6 @@ class AbstractSignal(AbstractReference):
 
     @property
     def says(self) -> Layout:
-        """The signal and its first two derivatives."""
         units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
         return Layout(
             tuple(Entry(self.signal + "d" * order, np.zeros(self.dof), unit) for order, unit in enumerate(units))
@@ -64,11 +63,9 @@ class AbstractSignal(AbstractReference):
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The signal without its derivatives."""
         return (self.signal,)
 
     def at(self, t: Number) -> Signals:
-        """The signal and its exact derivatives."""
         return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
 
 
@@ -100,16 +97,13 @@ class Together(AbstractReference):
 
     @property
     def says(self) -> Layout:
-        """The signals of all parts."""
         return sum((part.says for part in self.parts), Layout())
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The signals that the parts want for themselves."""
         return tuple(name for part in self.parts for name in part.primary)
 
     def at(self, t: Number) -> Signals:
-        """The signals of all parts."""
         return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
 
 

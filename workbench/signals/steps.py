@@ -24,8 +24,6 @@ class Hold(AbstractSignal):
     unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
-        """The value, at rest."""
-        del t
         zero = ca.SX.zeros(self.dof)
         return ca.SX(self.position), zero, zero
 
@@ -49,7 +47,6 @@ class Step(AbstractSignal):
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
     def motion(self, t: Number) -> Motion:
-        """The step, and zeros for its derivatives."""
         zero = ca.SX.zeros(self.dof)
         return ca.if_else(clock(t) >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
 
@@ -71,6 +68,5 @@ class Ramp(AbstractSignal):
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
     def motion(self, t: Number) -> Motion:
-        """The ramp and its slope; the second derivative is zero, as if the corner were not there."""
         rate = ca.if_else(clock(t) >= self.time, ca.SX(self.slope), 0)
         return self.start + self.slope * ca.fmax(t - self.time, 0), rate, ca.SX.zeros(self.dof)
