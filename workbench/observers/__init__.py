@@ -11,12 +11,11 @@ from workbench.observers.disturbance_observers import (
     OracleFilter,
     PrintedFilter,
 )
-from workbench.observers.extended_kalman_filter import ExtendedKalmanFilter
 from workbench.observers.extended_state_observer import ExtendedStateObserver
 from workbench.observers.full_state import DirtyDerivative, FullState, VelocityFilter
+from workbench.observers.kalman_filter import ExtendedKalmanFilter, UnscentedKalmanFilter
 from workbench.observers.linear_observer import LinearObserver, SteadyKalmanFilter
 from workbench.observers.luenberger import Luenberger
-from workbench.observers.unscented_kalman_filter import UnscentedKalmanFilter
 
 __all__ = [
     "AbstractDisturbanceObserver",

@@ -11,10 +11,9 @@ from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, 
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.claim import Signals as Run
-from workbench.core.dynamics import MOST_JOINTS
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.observers.disturbance import AbstractDisturbanceObserver
-from workbench.validation.refusals import whole
+from workbench.observers.full_state import AbstractJointCounter
 
 ROUNDING = 1e-7  # of rates that are exact but for the last digits
 
@@ -65,34 +64,14 @@ CHEN_DISSIPATES = Claim(
 )
 
 
-class AbstractOracle(AbstractDisturbanceObserver):
-    """A filter of the true disturbance, which no instrument gives."""
-
-    uses_truth: ClassVar[bool] = True
-    joints: int
-
-    def check_joints(self) -> None:
-        """Refuse a number of joints that is not whole and positive."""
-        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
-
-    @property
-    def dof(self) -> int:
-        return self.joints
-
-
 @block
-class PrintedFilter(AbstractOracle):
+class PrintedFilter(AbstractJointCounter, AbstractDisturbanceObserver):
     """The paper's disturbance observer as printed, equation (24):
 
         eta' = -l (eta - D),    eta(0) = 0
         D_hat = integral of eta from 0 to t
 
     It needs the unknown D itself; and as eta follows D, D_hat follows the integral of D, not D.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
 
     References
     ----------
@@ -101,6 +80,8 @@ class PrintedFilter(AbstractOracle):
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
+    uses_truth: ClassVar[bool] = True
+
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
@@ -121,21 +102,18 @@ class PrintedFilter(AbstractOracle):
 
 
 @block
-class OracleFilter(AbstractOracle):
+class OracleFilter(AbstractJointCounter, AbstractDisturbanceObserver):
     """The smallest repair of equation (24): the filter's state is the estimate,
 
         D_hat' = -l (D_hat - D),    D_hat(0) = 0.
 
-    An oracle still: it is told the true D, and shows what a perfect instrument would be worth.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
+    It is told the true D, and shows what a perfect instrument would be worth.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
     noun: ClassVar[str] = "oracle"
+    uses_truth: ClassVar[bool] = True
+
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
@@ -171,7 +149,7 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     Parameters
     ----------
     z
-        (n,), the memory at time 0; l qd(0) makes D_hat(0) = 0.
+        The memory at time 0; l qd(0) makes D_hat(0) = 0.
 
     References
     ----------
@@ -202,17 +180,14 @@ class MomentumObserver(AbstractDisturbanceObserver):
         p_hat' = tau + C^T qd - G - D_hat
         D_hat  = l (p_hat - p)
 
-    with M, C, G of `model` at the estimated state. With the C of the Christoffel symbols
-    M' = C + C^T, so p' = tau + C^T qd - G - D and, with the right model and a true velocity,
-
-        D_hat' = l (D - D_hat)
-
-    exactly: each joint by itself, and at the same rate wherever the arm is.
+    with M, C, G of `model` at the estimated state. With the C of the Christoffel symbols M' = C + C^T, and with the
+    right model and a true velocity D_hat' = l (D - D_hat): each joint by itself, and at the same rate wherever the arm
+    is.
 
     Parameters
     ----------
     p_hat
-        (n,), the memory at time 0; M(q(0)) qd(0) makes D_hat(0) = 0.
+        The memory at time 0; M(q(0)) qd(0) makes D_hat(0) = 0.
 
     References
     ----------

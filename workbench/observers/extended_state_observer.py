@@ -36,12 +36,10 @@ class ExtendedStateObserver(AbstractObserver):
         The input u of the plant, one number.
     b
         In the unit of y^(n) over that of u.
-    omega_o
-        The bandwidth.
     unit
         That of y, from which the others follow.
     disturbance
-        The name of d_hat, which is in the unit of y^(n).
+        The name of d_hat.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.claim import Signals as Run
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm_ports import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver, AbstractJoints
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.validation.refusals import whole
 
@@ -31,8 +31,8 @@ FILTER_FOLLOWS = Claim(
 )
 
 
-class AbstractJointCounter(AbstractArmObserver):
-    """An observer without a model, which is told the number of joints."""
+class AbstractJointCounter(AbstractJoints):
+    """A block without a model, which is told the number of joints."""
 
     joints: int
 
@@ -47,18 +47,8 @@ class AbstractJointCounter(AbstractArmObserver):
 
 
 @block
-class FullState(AbstractJointCounter):
+class FullState(AbstractJointCounter, AbstractArmObserver):
     """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number.
 
     Examples
     --------
@@ -78,7 +68,7 @@ class FullState(AbstractJointCounter):
 
 
 @block
-class VelocityFilter(AbstractJointCounter):
+class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
     """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
 
         qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
@@ -86,20 +76,6 @@ class VelocityFilter(AbstractJointCounter):
     With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
     it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
     with the share tanh(omega h / 2) of its variance.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
-    omega
-        The cut-off frequency.
-    qd_hat
-        (n,), the estimate at time 0.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number, or omega is not positive.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
@@ -129,30 +105,21 @@ class VelocityFilter(AbstractJointCounter):
 
 
 @block
-class DirtyDerivative(AbstractJointCounter):
+class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
     """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
 
         q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
 
     The law is given q and qd_hat; q_hat is the filter's own. With exact readings E = qd - qd_hat obeys
-    E' = qdd - omega E, as that of `VelocityFilter` does, but without a reading of the velocity: noise of the
-    positions comes through about omega times as large. Where a computer steps it by explicit Euler with the period
-    h, the filter is stable for omega h < 2 and rises without overshoot for omega h <= 1.
+    E' = qdd - omega E, as that of `VelocityFilter` does, but noise of the positions comes through about omega times as
+    large. Where a computer steps it by explicit Euler with the period h, the filter is stable for omega h < 2 and rises
+    without overshoot for omega h <= 1.
 
     Parameters
     ----------
-    joints
-        The number of joints.
-    omega
-        The cut-off frequency.
     q_hat
-        (n,), the filter's position at time 0: with the first reading qd_hat(0) = 0; each rad beside it makes a
-        velocity of omega that is not there.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number, or omega is not positive.
+        The filter's position at time 0: with the first reading qd_hat(0) = 0; each rad beside it makes a velocity of
+        omega that is not there.
 
     References
     ----------

@@ -40,7 +40,7 @@ class LinearObserver(AbstractModelObserver):
     outputs
         The outputs y that are read; all where none is named.
     x_0, u_0
-        (nx,) and (nu,), the operating point; zero commands where u_0 alone is left out.
+        The operating point; zero commands where u_0 alone is left out.
 
     Raises
     ------
@@ -115,11 +115,9 @@ class SteadyKalmanFilter(AbstractModelObserver):
     L
         (nx, ny), each entry in the unit of its state over that of its output.
     period
-        Between two instants, in s.
+        Between two instants, in s, with `substeps` Runge-Kutta steps.
     outputs
         The outputs y that are read; all where none is named.
-    substeps
-        Runge-Kutta steps a period.
 
     Raises
     ------

@@ -29,9 +29,9 @@ class Luenberger(AbstractArmObserver):
         q_hat'  = qd_hat + L1 (q - q_hat)
         qd_hat' = M^-1(q_hat) (tau - C(q_hat, qd_hat) qd_hat - G(q_hat)) + L2 (q - q_hat)
 
-    with M, C, G of `model`: the arm as the designer believes it to be. As printed it knows of no disturbance and
-    settles at a biased state where one acts; "compensated" has tau - D_hat in place of tau, which takes an observer of
-    the disturbance beside this one (`WithDisturbance`) and is as printed without one, where D_hat = 0.
+    with M, C, G of `model`: the arm as the designer believes it to be. As printed it settles at a biased state where a
+    disturbance acts; "compensated" has tau - D_hat in place of tau, with the D_hat of `WithDisturbance`, or 0 without
+    one.
 
     A computer steps it by `integrator`, with e = q - q_hat, v = qd_hat and a = M^-1 (...) as a period h begins:
 
@@ -40,15 +40,8 @@ class Luenberger(AbstractArmObserver):
                   (I + h L1 / 2 + h^2 L2 / 4) w = e
 
     Where a is right the errors obey L = [-L1, I; -L2, 0]. Explicit Euler multiplies a mode l of it by 1 + h l, which
-    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. The
-    paper's theorem 1 for any positive definite L1, L2 fails, so nothing is asked of L1, L2 here.
-
-    Parameters
-    ----------
-    L1, L2
-        (n, n).
-    q_hat, qd_hat
-        (n,), the estimates at time 0.
+    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. Nothing
+    is asked of L1, L2, as theorem 1 for any positive definite ones fails.
 
     References
     ----------
