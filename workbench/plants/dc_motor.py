@@ -15,12 +15,8 @@ class DCMotor(AbstractPlant):
         L i'     = v - R i - K omega
         theta'   = omega
 
-    The numbers are those of the tutorial on speed; `DCMotor.position()` has those of the other.
-
-    Parameters
-    ----------
-    measured
-        Of a motor whose speed is measured, the angle theta is no state.
+    Where the speed is measured theta is no state. The numbers are those of the tutorial on speed; `DCMotor.position()`
+    has those of the other.
 
     References
     ----------

@@ -26,15 +26,7 @@ MOST_ORDER = 50  # of a Pade approximant: each is a state
 
 @block
 class AbstractElement(ABC):
-    """One element in the way of a signal v, from which its output y follows.
-
-    Parameters
-    ----------
-    signal
-        The name of an input or an output of the plant.
-    unit
-        That of the signal, which the plant knows.
-    """
+    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v."""
 
     WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
 
@@ -57,11 +49,6 @@ class AbstractElement(ABC):
 @block
 class Saturation(AbstractElement):
     """y = min(max(v, low), high).
-
-    Parameters
-    ----------
-    low, high
-        The limits, in the unit of the signal.
 
     Examples
     --------
@@ -87,13 +74,6 @@ class Saturation(AbstractElement):
 class FirstOrder(AbstractElement):
     """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag.
 
-    Parameters
-    ----------
-    time_constant
-        T, in s.
-    lag
-        y at the start, in the unit of the signal.
-
     Examples
     --------
     >>> wb.Equipped(wb.DCMotor(), actuators=(wb.FirstOrder("v", time_constant=0.02),)).states.names
@@ -114,17 +94,8 @@ class FirstOrder(AbstractElement):
 class RateLimit(AbstractElement):
     """A lag whose rate has limits:  y' = min(max((v - y) / T, low), high),  y(0) = limited.
 
-    The shorter T, the nearer is y to the ideal limiter, whose rate is v' wherever the limits allow it; beside a change
+    The shorter T, which the step of a simulation must resolve, the nearer is y to the ideal limiter; beside a change
     within the limits y is late by T.
-
-    Parameters
-    ----------
-    low, high
-        The lowest rate, negative, and the highest, positive, in the unit of the signal per second.
-    time_constant
-        T in s, which the step of a simulation must resolve.
-    limited
-        y at the start, in the unit of the signal.
 
     Examples
     --------
@@ -149,17 +120,15 @@ class RateLimit(AbstractElement):
 class PadeDelay(AbstractElement):
     """The Pade approximant [n/n] of a transport delay, exp(-T s), in its balanced realisation, see `pade`.
 
-    Its gain is 1 at all frequencies, and up to omega T = n its phase is -omega T within 0.08 rad. The delay of a
-    computer is a number of periods, and is exact: `digital(period, delay=...)`.
+    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad. The delay of a computer is a number of
+    periods, and is exact: `digital(period, delay=...)`.
 
     Parameters
     ----------
-    time
-        T in s, one for all numbers of the signal.
     order
         n, at most 50.
     past
-        The constant signal that came in before the start, in its unit.
+        The constant signal that came in before the start.
 
     Examples
     --------

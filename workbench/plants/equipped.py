@@ -48,15 +48,13 @@ class Equipped(AbstractAround):
     second one `v.lag_2`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
     `omega_true`. `v_applied` of a loop is what reaches the plant.
 
-        Equipped(motor, actuators=(Saturation("v", -12, 12), FirstOrder("v", 0.02)), sensors=(Quantiser("omega", 0.1),))
-
     Raises
     ------
     LookupError
         If an element is for a signal that is no input of the plant, or no output.
     ValueError
-        If an element has another number of numbers than its signal, or one number for several units; if an output has
-        sensors already; or if the plant moves in discrete time.
+        If an element does not fit its signal in size or units; if an output has sensors already; or if the plant moves
+        in discrete time.
 
     Examples
     --------
@@ -155,18 +153,14 @@ class Disturbed(AbstractAround):
 
         x' = f(t, x, u + d_u(t)),      y = h(t, x) + d_y(t).
 
-    The signals are truths of the plant, `d_v` that on the input v, which no instrument gives.
-
-    Parameters
-    ----------
-    by
-        A reference, or several `Together`, each named as an input or an output of the plant. Derivatives do not count.
+    The signals are those of the reference `by`, each named as an input or an output of the plant, without their
+    derivatives; they are truths of the plant, `d_v` that on the input v, which no instrument gives.
 
     Raises
     ------
     ValueError
-        If a signal is neither an input nor an output of the plant, or of another size or unit; or if the plant has a
-        signal of the name of the disturbance, as one that is disturbed already has.
+        If a signal does not fit an input or an output of the plant by name, size and unit; or if the plant has a signal
+        of the name of the disturbance, as one that is disturbed already has.
 
     Examples
     --------

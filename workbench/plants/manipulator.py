@@ -20,13 +20,7 @@ from workbench.validation.signatures import door
 
 
 class AbstractAtJoints:
-    """A part with a number for each of some joints.
-
-    Attributes
-    ----------
-    units
-        The unit of each joint's position, which the arm tells; rad where none are given.
-    """
+    """A part with a number for each of some joints, whose positions have `units`: rad where none are given."""
 
     units: tuple[str, ...] = ()
 

@@ -44,8 +44,7 @@ class OdePlant(AbstractPlant):
     Raises
     ------
     ValueError
-        If the equation declares no inputs, or one of its outputs depends on an input: a law that reads it would meet
-        its own command of the same instant, an algebraic loop.
+        If the equation declares no inputs, or one of its outputs depends on an input, which makes an algebraic loop.
 
     Examples
     --------
