@@ -101,8 +101,8 @@ def ur5() -> SpatialArm:
     """Universal Robots UR5: six hinges, without a tool.
 
     Masses and lengths are the maker's; the source takes each link for a solid cylinder about a centre of mass on its
-    axis. The wrists' cylinders have a radius of 0.6 m there, presumably for 0.06 m; as the robot is simulated
-    with these numbers everywhere, they are kept.
+    axis. The wrists' cylinders have a radius of 0.6 m there, presumably for 0.06 m; the robot is simulated so
+    everywhere.
 
     References
     ----------

@@ -24,13 +24,8 @@ DIRECTIONS = {"down": (0, -1), "right": (1, 0), "up": (0, 1)}
 class Link:
     """A rigid link that turns about its proximal joint, seen in the plane of motion.
 
-    The centre of mass lies `com` along the line from the joint to the next joint, and `offset` to
-    the left of that line. A point mass at the link's end has com = length, offset = 0, inertia = 0.
-
-    Parameters
-    ----------
-    inertia
-        About the centre of mass, round the axis of the joint.
+    The centre of mass lies `com` along the line from the joint to the next joint, and `offset` to the left of that
+    line; `inertia` is about it. A point mass at the link's end has com = length, offset = 0, inertia = 0.
     """
 
     mass: Scalar = parameter(unit="kg", low=0, strict=True, symbol="m")
@@ -58,15 +53,10 @@ class PointMass:
 
 @block
 class PlanarArm(AbstractArm):
-    """A chain of links joined by revolute joints with parallel horizontal axes.
+    """A chain of links joined by revolute joints with parallel horizontal axes; those numbered `passive` have no motor.
 
     Each joint angle is measured from the line of the link before it, counter-clockwise; the first one from the
     direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols, G from the potential energy.
-
-    Parameters
-    ----------
-    passive
-        The numbers of the joints without a motor, counted from 0 as the links are.
 
     Raises
     ------

@@ -26,7 +26,7 @@ class Body(NamedTuple):
     parent
         The number of the body that carries it, smaller than its own; -1 is the base.
     X
-        (6, 6): takes motions from the carrying body's frame to its own; depends on the joint.
+        (6, 6): takes motions from the carrying body's frame to its own.
     S
         (6, 1): the motion that one unit of its joint's velocity is, constant in its own frame.
     I

@@ -26,29 +26,25 @@ UNIT = 1e-12  # what rounding leaves of a unit axis
 
 @block
 class SpatialLink:
-    """A rigid body and the joint that carries it.
+    """A rigid body and the joint `name` that carries it.
 
-    The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the
-    body's own frame is the joint's, turned by q about `axis` or shifted by q along it. Where a number of friction
-    or of the drive is None, the equations have no such term.
+    The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the body's
+    own frame is the joint's, turned by q about `axis` or shifted by q along it. Where a number of friction or of the
+    drive is None, the equations have no such term.
 
     Parameters
     ----------
-    name
-        Of the joint.
     mass
         May be 0 of a link that carries others, as the cross of a universal joint, if M stays positive definite.
-    com
-        (3,): the centre of mass.
     inertia
-        (6,): the moments xx, xy, xz, yy, yz, zz about the centre of mass, round the axes of the body's frame.
+        The moments xx, xy, xz, yy, yz, zz about the centre of mass `com`, round the axes of the body's frame.
     parent
         The number of the link that carries this one; -1 is the base.
     axis, rotation
         (3,) and (3, 3): shape, not numbers to vary, as a unit axis would no longer be one.
     viscous, coulomb, speed
-        F = viscous qd + coulomb sign(qd), in N m, or in N for a slide; where a `speed` is given the jump is spread
-        over it, coulomb tanh(qd / speed).
+        F = viscous qd + coulomb sign(qd); where a `speed` is given the jump is spread over it, coulomb tanh(qd /
+        speed).
     rotor, gear
         The drive adds gear^2 rotor to the joint's inertia. Its gyroscopic torque is left out.
 
@@ -145,26 +141,19 @@ def _frozen(value: Array) -> Array:
 
 @block
 class SpatialArm(AbstractArm):
-    """A tree of rigid bodies on hinges and slides; gravity pulls along -z of the base.
+    """A tree of rigid bodies on hinges and slides, the carrying before the carried; gravity pulls along -z of the base.
 
-    C is the matrix of the Christoffel symbols; `torque` and `acceleration` come from recursions and never form it.
-    When an arm is made, the recursion of Newton and Euler is held against Lagrange's equation of its energies, and
-    M against both.
-
-    Parameters
-    ----------
-    links
-        The carrying body before the carried one.
-    passive
-        The names of the joints without a motor.
+    Joints whose names are `passive` have no motor. C is the matrix of the Christoffel symbols; `torque` and
+    `acceleration` come from recursions and never form it. When an arm is made, the recursion of Newton and Euler is
+    held against Lagrange's equation of its energies, and M against both.
 
     Raises
     ------
     ValueError
-        If a name comes twice, a link is carried by none before it, the two roads disagree,
-        or M is not positive definite; or no joint has a motor.
+        If a name comes twice, a link is carried by none before it, the two roads disagree, M is not positive definite,
+        or no joint has a motor.
     LookupError
-        If a passive joint is none of the arm's; the message names the nearest.
+        If a passive joint is none of the arm's.
     """
 
     links: tuple[SpatialLink, ...]

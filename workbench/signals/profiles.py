@@ -63,14 +63,8 @@ class WayPoints(AbstractSignal):
 
         x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
 
-    which minimises the integral of |x'''|^2. Before the first time and after the last it rests.
-
-    Parameters
-    ----------
-    times
-        (m,), in s, increasing.
-    points
-        (m, n), a row a time; of a signal of one number (m,).
+    which minimises the integral of the squared jerk. Before the first time and after the last it rests. `points` is (m,
+    n), a row a time; of a signal of one number (m,).
 
     Raises
     ------
@@ -119,15 +113,8 @@ class WayPoints(AbstractSignal):
 class Table(AbstractSignal):
     """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
 
-    A run that goes on behind its last row is refused. The numbers of a table are no parameters. Those of a file come by
-    `np.loadtxt` or pandas.
-
-    Parameters
-    ----------
-    times
-        (m,), in s, increasing, from 0 or before.
-    values
-        (m, n), a row a time; of a signal of one number (m,).
+    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
+    are no parameters. A run that goes on behind the last row is refused.
 
     Raises
     ------
