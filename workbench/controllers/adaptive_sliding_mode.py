@@ -151,8 +151,7 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     References
     ----------
     Slotine and Li (1991), Applied Nonlinear Control, chapter 9 (s and qd_r for manipulators).
-    Plestan, Shtessel, Bregeault and Poznyak (2010), New methodologies for adaptive sliding mode
-    control, International Journal of Control 83(9) (gains that grow with |s|, and their drift).
+    Plestan et al. (2010), New methodologies for adaptive sliding mode control, Int. J. Control 83(9).
     """
 
     model: AbstractArm

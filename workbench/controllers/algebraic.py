@@ -24,8 +24,7 @@ def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
 
     References
     ----------
-    Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE Transactions on Automatic Control 24(6)
-    (the invariant subspace).
+    Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE TAC 24(6) (the invariant subspace).
     """
     n = A.shape[0]
     scale = ca.sqrt((ca.trace(Q) + TINY) / ca.trace(G))  # so that both halves weigh alike

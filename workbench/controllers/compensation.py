@@ -30,8 +30,7 @@ class WithCompensation(AbstractArmController):
 
     References
     ----------
-    Chen, Yang, Guo and Li (2016), Disturbance-observer-based control and related methods: an overview, IEEE
-    Transactions on Industrial Electronics 63(2).
+    Chen et al. (2016), Disturbance-observer-based control and related methods: an overview, IEEE TIE 63(2).
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")

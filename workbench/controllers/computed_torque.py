@@ -48,10 +48,8 @@ class ComputedTorque(AbstractArmController):
 
     References
     ----------
-    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.2
-    (inverse dynamics control).
-    Chen, Ballance, Gawthrop and O'Reilly (2000), A nonlinear disturbance observer for robotic manipulators, IEEE
-    Transactions on Industrial Electronics 47(4) (computed torque with a disturbance observer).
+    Siciliano et al. (2009), Robotics: Modelling, Planning and Control, section 8.5.2 (inverse dynamics control).
+    Chen et al. (2000), A nonlinear disturbance observer for robotic manipulators, IEEE TIE 47(4).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)

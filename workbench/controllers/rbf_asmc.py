@@ -51,8 +51,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     References
     ----------
-    Lewis, Jagannathan and Yesildirek (1999), Neural Network Control of Robot Manipulators and
-    Nonlinear Systems (weights tuned by h s^T with leakage).
+    Lewis et al. (1999), Neural Network Control of Robot Manipulators and Nonlinear Systems.
     """
 
     model: AbstractArm

@@ -30,8 +30,7 @@ class SlidingMode(AbstractSlidingMode):
 
     References
     ----------
-    Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
-    layer) and 9 (s and qd_r for manipulators).
+    Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary layer) and 9.
 
     Examples
     --------

@@ -48,10 +48,8 @@ class SuperTwisting(AbstractSlidingMode):
 
     References
     ----------
-    Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal
-    of Control 58(6).
-    Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE
-    Transactions on Automatic Control 57(4).
+    Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal of Control 58(6).
+    Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57(4).
     Brogliato, Polyakov and Efimov (2020), The implicit discretization of the supertwisting sliding-mode
     control algorithm, IEEE Transactions on Automatic Control 65(8).
     """

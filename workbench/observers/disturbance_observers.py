@@ -153,10 +153,8 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 
     References
     ----------
-    Chen, Ballance, Gawthrop and O'Reilly (2000), A nonlinear disturbance observer for robotic
-    manipulators, IEEE Transactions on Industrial Electronics 47(4).
-    Mohammadi, Tavakoli, Marquez and Hashemzadeh (2013), Nonlinear disturbance observer design for
-    robotic manipulators, Control Engineering Practice 21(3) (the gain through M^-1, for any arm).
+    Chen et al. (2000), A nonlinear disturbance observer for robotic manipulators, IEEE TIE 47(4).
+    Mohammadi et al. (2013), Nonlinear disturbance observer design for robotic manipulators, Control Eng. Pract. 21(3).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (CHEN_DISSIPATES,)
@@ -191,8 +189,7 @@ class MomentumObserver(AbstractDisturbanceObserver):
 
     References
     ----------
-    De Luca and Mattone (2003), Actuator failure detection and isolation using generalized momenta,
-    IEEE International Conference on Robotics and Automation.
+    De Luca and Mattone (2003), Actuator failure detection and isolation using generalized momenta, ICRA.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (MOMENTUM_FOLLOWS,)

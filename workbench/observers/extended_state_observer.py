@@ -50,8 +50,7 @@ class ExtendedStateObserver(AbstractObserver):
     ----------
     Han (2009), From PID to active disturbance rejection control, IEEE Transactions on Industrial Electronics 56(3).
     Gao (2003), Scaling and bandwidth-parameterization based controller tuning, American Control Conference.
-    Miklosovic, Radke and Gao (2006), Discrete implementation and generalization of the extended state observer,
-    American Control Conference.
+    Miklosovic, Radke and Gao (2006), Discrete implementation and generalization of the extended state observer, ACC.
 
     Examples
     --------

@@ -123,8 +123,7 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
 
     References
     ----------
-    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE Transactions on
-    Automatic Control 61(4).
+    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE TAC 61(4).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)

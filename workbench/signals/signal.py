@@ -19,7 +19,7 @@ ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is mean
 
 
 class AbstractSignal(AbstractReference):
-    """One wanted signal x of n numbers with its unit, or one for each number, as in "m, rad"; and its derivatives xd and xdd.
+    """One wanted signal x of n numbers, with its unit or one for each, as in "m, rad"; and its derivatives xd, xdd.
 
     A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
     `Disturbed`, it goes by the name of an input or an output.
