@@ -133,20 +133,14 @@ class AdaptiveSlidingMode(AbstractAdaptiveSlidingMode):
     """Computed torque on a sliding surface, with a switching gain that learns its own size:
 
         s    = ed + Lambda e,                   e = q - q_ref
-        tau  = M qdd_r + C qd_r + G - K o sat(s / phi)
+        tau  = M qdd_r + C qd_r + G - K o sat(s / phi),                K(0) >= 0
         K_i' = gamma |s_i|                      (`adaptation`: Plain, DeadZone or Leakage)
 
     where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of
     `model`: the arm as the designer believes it to be, not the arm that is simulated.
 
     With sign for sat and |D_i| <= K_i*, V = s^T M s / 2 + sum (K_i - K_i*)^2 / (2 gamma) does not grow in the plain
-    form. In a boundary layer the plain gain grows without end; its robust forms give that up for an error that no
-    longer tends to zero.
-
-    Raises
-    ------
-    ValueError
-        If K(0) has a negative entry.
+    form.
 
     References
     ----------

@@ -20,7 +20,7 @@ def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
 
     The factor p(l) = l + c0 or l^2 + c1 l + c0 of the characteristic polynomial of H = [A, -G; -Q, -A'] with roots to
     the left is known by square roots alone, and p(H) [I; P] = 0 is linear in P. Both halves of that are solved together
-    by least squares: for a stable A with a small GQ the upper one loses digits, for an unstable A the lower.
+    by least squares: either alone loses digits.
 
     References
     ----------
@@ -68,10 +68,9 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
 def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
     """P after h seconds of P' = A'P + PA - PGP + Q, by one Cayley step; symmetric where P is.
 
-    With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes
-    X = (I - h H / 2)^-1 (I + h H / 2) for exp(h H), symplectic and of second order. It is P+ = P0 + E' P (I + F P)^-1 E
-    with F, P0 semidefinite as G, Q are: for each h but where 2 / h is an eigenvalue of A a semidefinite P stays so, and
-    becomes definite at once where Q is. Each stationary P of the equation is one of the step.
+    With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes X = (I - h H /
+    2)^-1 (I + h H / 2) for exp(h H), symplectic and of second order: P+ = P0 + E' P (I + F P)^-1 E. But where 2 / h is
+    an eigenvalue of A a semidefinite P stays so, and each stationary P of the equation is one of the step.
 
     References
     ----------

@@ -87,26 +87,21 @@ class AosmcRgs(AbstractSlidingMode):
 
     with M, C, G of `model` at the estimates q_hat, qd_hat, and Q, R the weights of (32). Each slip of the print is a
     named option, whose first choice is the print. A symmetric K stays so in the shapes "elementwise" and "norm" of (33)
-    only. P stays symmetric and positive definite from such a P(0). With riccati "algebraic" P is no state: it is solved
-    for at each instant, and the signals "P" and "residual" show it and what it leaves of its equation relative to the
-    terms.
+    only, and nothing keeps it definite. With riccati "algebraic" P is no state: it is solved for at each instant, and
+    the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
 
     A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so loses
     it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
 
-    (34) run forward is not the minimiser of (32), which runs backward from the horizon; A has lost the 1 / phi of
-    sat(s / phi) = s / phi, so its unit is not 1/s; and nothing keeps K positive definite, which (29) asks for.
-
     Raises
     ------
     ValueError
-        If Q or P(0) is not symmetric and positive semidefinite, or R not symmetric and positive definite; or P, Q, R or
-        the integrator do not suit `riccati`: "algebraic" takes no P, "frozen" neither Q nor R.
+        If P, Q, R or the integrator do not suit `riccati`: "algebraic" takes no P, "frozen" neither Q nor R.
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.3 and 3.4.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, section 3.3 and 3.4.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (K_STAYS_DEFINITE, P_STAYS_DEFINITE)

@@ -20,8 +20,7 @@ class WithCompensation(AbstractArmController):
 
         tau = tau_law + D_hat
 
-    D_hat is that of the loop's observer: `WithDisturbance` estimates it, and beside an observer that does not it is
-    zero and the law is alone. Where a law adapts or integrates, both answer the same disturbance.
+    D_hat is that of the loop's observer, zero of one that estimates none.
 
     Raises
     ------

@@ -35,16 +35,8 @@ class ComputedTorque(AbstractArmController):
         tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
 
     with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right model and
-    exact estimates of the state
-
-        e'' + Kd e' + Kp e = M^-1 (D_hat - D):
-
-    the joints are uncoupled and linear, at any speed. Beside an observer without a disturbance D_hat = 0.
-
-    Parameters
-    ----------
-    Kp, Kd
-        With a natural frequency w and a damping ratio zeta of each joint, w^2 and 2 zeta w.
+    exact estimates e'' + Kd e' + Kp e = M^-1 (D_hat - D): joints of the frequency w and the damping ratio zeta by
+    Kp = w^2, Kd = 2 zeta w. Beside an observer without a disturbance D_hat = 0.
 
     References
     ----------

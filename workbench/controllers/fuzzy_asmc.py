@@ -76,19 +76,12 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode whose rate of adaptation is set by a fuzzy rule base:
 
         s    = ed + Lambda e,                        e = q - q_ref
-        tau  = M qdd_r + C qd_r + G - K o sat(s / phi)
+        tau  = M qdd_r + C qd_r + G - K o sat(s / phi),                K(0) >= 0
         K_i' = gamma r(|s_i|, v_i) |s_i|             (`adaptation`: Plain, DeadZone or Leakage)
         v_i  = (|s_i| - z_i) / lag,    z_i' = v_i,    z(0) = 0
 
-    where r is the `rules`, and all else as of `AdaptiveSlidingMode`, whose Lyapunov argument takes a constant rate and
-    is not carried over. The trend d|s_i|/dt would need the acceleration; v_i is that trend behind a first-order lag,
-    which tells of a rise while a run that starts off the surface begins. The paper names this rival and prints none of
-    its rules; these are ours.
-
-    Raises
-    ------
-    ValueError
-        If K(0) has a negative entry.
+    where r is the `rules`, v_i the trend d|s_i|/dt behind a lag, and all else as of `AdaptiveSlidingMode`, whose
+    Lyapunov argument is not carried over. The paper names this rival and prints none of its rules; these are ours.
 
     References
     ----------

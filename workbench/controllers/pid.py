@@ -21,14 +21,7 @@ class PID(AbstractArmController):
 
         tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
 
-    and, where a `model` is given, tau + G(q): the gravity of the arm as the designer believes it to be.
-
-    The integral is not limited: where a drive saturates it winds up.
-
-    Raises
-    ------
-    ValueError
-        If the model has another number of joints.
+    and, where a `model` of as many joints is given, tau + G(q). The integral is not limited: it winds up at a limit.
 
     References
     ----------

@@ -23,7 +23,8 @@ class PID2(AbstractController):
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
+    about the point (y0, u0), with weights b, c of what is wanted; without limits, which may be None,
+    u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
 
@@ -31,25 +32,10 @@ class PID2(AbstractController):
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
-    Parameters
-    ----------
-    reads, drives
-        One output and one input of the plant, each of n numbers.
-    N
-        The bandwidth of the derivative.
-    b, c
-        The weights of what is wanted in the proportional and in the derivative action.
-    low, high
-        Limits of the input, or None.
-    Tt
-        The tracking time of back-calculation, or None.
-    u0, y0
-        The input and the output where the law takes over.
-
     Raises
     ------
     ValueError
-        If a port has not one signal, or the two are of unlike sizes; a lower limit is not below the upper; or
+        If `reads` and `drives` are not one signal each, of as many numbers; a lower limit is not below the upper; or
         back-calculation is asked for without limits or without Tt.
 
     References

@@ -27,17 +27,14 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode with a Gaussian network for the torque that the model leaves out:
 
         s    = ed + Lambda e,                        e = q - q_ref
-        tau  = M qdd_r + C qd_r + G + W^T h(x) - K o sat(s / phi)
+        tau  = M qdd_r + C qd_r + G + W^T h(x) - K o sat(s / phi),     K(0) >= 0
         W'   = -Gamma h(x) s^T - sigma W,            W(0) = 0
         K_i' = gamma |s_i|                           (`adaptation`: Plain, DeadZone or Leakage)
         h_j(x) = exp(-sum_i ((x_i - c_ji) / b_i)^2 / 2),    x = (e, ed)
 
-    with all else as of `AdaptiveSlidingMode`. With f = W*^T h + eps the torque that the true arm and D need beyond the
-    model's along qd_r, E = W - W* and V = s^T M s / 2 + tr(E^T E) / (2 Gamma), the s^T E^T h of V' is cancelled by W' =
-    -Gamma h s^T. The rest, eps, is for K. The leak sigma keeps W bounded where eps and the layer keep s from vanishing.
-
-    A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
-    1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
+    with all else as of `AdaptiveSlidingMode`. The leak sigma keeps W bounded where the layer, and what no W can learn,
+    keep s from vanishing. A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit
+    Euler multiplies W by 1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
 
     Parameters
     ----------
@@ -47,7 +44,7 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     Raises
     ------
     ValueError
-        If K(0) has a negative entry, or the centres do not lie in the space of (e, ed).
+        If the centres do not lie in the space of (e, ed).
 
     References
     ----------

@@ -20,21 +20,14 @@ class Regulator(AbstractController):
 
         u = u0 - K (x - x0).
 
-    With K of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the poles of that design near x0.
-
-    Parameters
-    ----------
-    states, inputs
-        Those of the plant: what the law reads, in the order of the columns of K, and what it drives.
-    follow
-        States whose wanted value comes from the reference, in the place of that in x0.
+    The columns of K are in the order of `states`; those that `follow` have their wanted value from the reference, in
+    the place of that in x0. With K of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the poles of
+    that design near x0.
 
     Raises
     ------
     LookupError
         If a state that is to follow is none of `states`.
-    ValueError
-        If K, x0 or u0 has not its shape.
 
     References
     ----------

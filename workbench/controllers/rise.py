@@ -23,18 +23,11 @@ class Rise(AbstractSlidingMode):
         w'  = (ks + 1) alpha s + beta sat(s / phi),                 w(0) = w_0
 
     where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref, and the 1 has the unit of
-    ks. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and begin at w_0 = -(ks + 1)
-    s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
+    ks. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s, alpha_2 for alpha, and begin at w_0 = -(ks + 1) s(0).
 
     With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
     second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero by a
-    continuous torque. For one joint of inertia M, ks + 1 < Lambda M leaves a limit cycle. The layer costs the exactness
-    and spares w its chattering in a computer, h beta from period to period.
-
-    Raises
-    ------
-    ValueError
-        If the model has another number of joints.
+    continuous torque. For one joint of inertia M, ks + 1 < Lambda M leaves a limit cycle.
 
     References
     ----------

@@ -27,16 +27,10 @@ class ScheduledFeedback(AbstractArmController):
         tau = tau_ref - Kp(t) e - Kd(t) ed,       e = q - q_ref,
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
-    With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the
-    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind; beyond the
-    horizon a Chebyshev series stays what it is there, which is not optimal.
-
-    Parameters
-    ----------
-    horizon
-        Where a Chebyshev series ends, or the period of a Fourier series.
-    Kp, Kd
-        (terms, n n), the coefficients; a row holds an (n, n) matrix row by row.
+    With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the reference,
+    this is the time-varying LQR. The coefficients Kp, Kd (terms, n n) are those of a `series` in time, a row for an (n,
+    n) matrix row by row; `horizon` is where a Chebyshev series ends, and stays as it is, or the period of a Fourier
+    series.
 
     Raises
     ------

@@ -23,18 +23,12 @@ class Sdre(AbstractArmController):
         A'P + PA - P B R^-1 B' P + blockdiag(Qp, Qd) = 0
         A = [0, I; 0, -M^-1 C],   B = [0; M^-1]
 
-    with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the
-    first three terms. With A and B held still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move
-    with the state it is near the optimum close to rest only, and stability is that of a neighbourhood.
+    with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the first
+    three terms; as A and B move with the state, it is near the optimum close to rest only, and stable in a
+    neighbourhood.
 
     P comes from nine doublings of a Cayley transform. The signal "residual" is what they leave of the equation over the
     size of its terms: where it is not small, as where joints turn fast under light weights, P is not the solution.
-
-    Raises
-    ------
-    ValueError
-        If a weight is not symmetric; Qp or R not positive definite, which P needs to exist at every state; or Qd not
-        positive semidefinite.
 
     References
     ----------

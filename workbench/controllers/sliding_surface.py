@@ -126,13 +126,11 @@ def relay(s: ca.SX, M: ca.SX, K: ca.SX, period: float) -> ca.SX:
 
         s+ = s - h M^-1 v,        v_i in K_i Sgn(s_i+),        Sgn(0) = [-1, 1]
 
-    There is one such v, the point of the box |v_i| <= K_i that is nearest to M s / h in the metric of M^-1: inside the
-    box M s / h itself, and s+ = 0, which is sliding without chattering.
+    There is one such v, the point of the box |v_i| <= K_i that is nearest to M s / h in the metric of M^-1.
 
     For one joint and for two v has a closed form: the torque at which s_i+ = 0, within what the other joint can make of
     it, within the box. For more joints that is a start for projected Gauss-Seidel; then the saturated joints are
-    guessed, by the rule of Newton's method, until the guess repeats. v is exact if `GUESSES` were enough, and in the
-    box in any case.
+    guessed, by the rule of Newton's method. v is exact if `GUESSES` were enough, and in the box in any case.
 
     References
     ----------

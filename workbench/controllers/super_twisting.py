@@ -36,13 +36,12 @@ class SuperTwisting(AbstractSlidingMode):
         w_i' = -k2_i sat(s_i / phi),             w(0) = 0
 
     where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`. With the right model
-    s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each.
+    s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each. With sign
+    for sat, s reaches zero in finite time against any perturbation whose derivative is bounded by L, if k2 > L and k1
+    is large enough; with the layer s comes to rest at about phi L / k2.
 
-    With sign for sat, s reaches zero in finite time and stays there against any perturbation whose
-    derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
-    continuous. With the layer s comes to rest at about phi L / k2. "sign" keeps the exactness and chatters where it is
-    sampled; "implicit" is one backward Euler step of both lines over the sampling period h, with sat, s and w in u
-    those of its end, which does not chatter and leaves s of the order of h, where "sign" leaves the order of h^2:
+    "sign" chatters where it is sampled; "implicit" is one backward Euler step of both lines over the sampling period h,
+    with sat, s and w in u those of its end, which does not chatter and leaves s of the order of h:
 
         s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
 

@@ -50,18 +50,12 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         u   = k1 s + k2 |s|^rho sat(s / phi),            0 <= rho < 1
 
     where sig(x)^a = |x|^a sign(x), and M, C, G are those of `model`, the arm as the designer believes it to be. The
-    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, and rho > 0 the continuous reaching law of the
-    second source. No power is negative, so the torque is finite at ed = 0.
+    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, rho > 0 the continuous reaching law of the
+    second source.
 
-    With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
-    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i;
-    with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs finite time, as |e| falls to phi
-    only. sig(ed)^(2 - gamma) is infinitely steep at ed = 0: a noisy velocity is best filtered.
-
-    Raises
-    ------
-    ValueError
-        If gamma is not between 1 and 2, or rho not from 0 to below 1.
+    With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e ends after gamma / (gamma
+    - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1
+    D|_i / k2_i)^(1/rho) at most. With the layer |e| falls to phi only.
 
     References
     ----------
