@@ -49,14 +49,9 @@ class AbstractDisturbanceObserver(AbstractJoints):
 
 @block
 class WithDisturbance(AbstractArmObserver):
-    """An observer of the state and one of the disturbance as one: first the state, then D_hat from it.
+    """Observers of the state and of the disturbance of the same joints as one: first the state, then D_hat from it.
 
     Both rates see the whole estimate. The true disturbance is handed only to the part that declares to use it.
-
-    Raises
-    ------
-    ValueError
-        If the two are for different numbers of joints.
     """
 
     noun: ClassVar[str] = ""  # it is called what its parts are called

@@ -75,8 +75,8 @@ class PrintedFilter(AbstractJointCounter, AbstractDisturbanceObserver):
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.2.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, section 3.2.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
@@ -135,21 +135,15 @@ class OracleFilter(AbstractJointCounter, AbstractDisturbanceObserver):
 class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     """The nonlinear disturbance observer with gain L(q) = l M^-1(q), for M qdd + C qd + G + D = tau:
 
-        D_hat = z - l qd
+        D_hat = z - l qd,                               z(0) = l qd(0) makes D_hat(0) = 0
         z'    = l M^-1 (tau - C qd - G - D_hat)
 
     with M, C, G of `model` at the estimated state. With the right model and a true velocity the error E = D - D_hat
-    obeys E' = D' - l M^-1(q) E: no acceleration is needed, a constant D is found at the rate l / max eig M at least,
-    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
+    obeys E' = D' - l M^-1(q) E: a constant D is found at the rate l / max eig M at least, and otherwise |E| comes
+    within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
 
-    Beside `Luenberger` qd_hat is that of a copy of the arm, whose disturbance is -M L2 (q - q_hat), less D_hat where it
-    is compensated: this is what D_hat follows. Ignored, that is D behind the observer; compensated, D_hat' = -l L2 (q -
-    q_hat) is one more integrator in the observer's loop, which a large l makes unstable.
-
-    Parameters
-    ----------
-    z
-        The memory at time 0; l qd(0) makes D_hat(0) = 0.
+    Beside a `Luenberger` that compensates, D_hat' = -l L2 (q - q_hat) is one more integrator in its loop, which a large
+    l makes unstable.
 
     References
     ----------
@@ -175,17 +169,11 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 class MomentumObserver(AbstractDisturbanceObserver):
     """The observer of the generalized momentum p = M(q) qd, for M qdd + C qd + G + D = tau:
 
-        p_hat' = tau + C^T qd - G - D_hat
+        p_hat' = tau + C^T qd - G - D_hat,              p_hat(0) = M(q(0)) qd(0) makes D_hat(0) = 0
         D_hat  = l (p_hat - p)
 
     with M, C, G of `model` at the estimated state. With the C of the Christoffel symbols M' = C + C^T, and with the
-    right model and a true velocity D_hat' = l (D - D_hat): each joint by itself, and at the same rate wherever the arm
-    is.
-
-    Parameters
-    ----------
-    p_hat
-        The memory at time 0; M(q(0)) qd(0) makes D_hat(0) = 0.
+    right model and a true velocity D_hat' = l (D - D_hat), joint by joint, wherever the arm is.
 
     References
     ----------

@@ -24,27 +24,11 @@ class ExtendedStateObserver(AbstractObserver):
         x_hat_n' = d_hat + b u + l_n (y - x_hat_1)
         d_hat'   = l_(n+1) (y - x_hat_1),              l_i = (n + 1 choose i) omega_o^i
 
-    so that each pole of its error is -omega_o. It needs no model but the order n and b: for a constant d the error
-    vanishes, and where |d'| <= D it is bounded by D times a power of 1 / omega_o. A computer that holds y and u for a
-    period h steps it exactly, while h omega_o stays below 40.
+    so that each pole of its error is -omega_o. `chain` names the output y and its derivatives up to order n - 1, as
+    ("theta", "omega"), `disturbance` names d_hat, and `input` the one number u; units follow from the `unit` of y.
 
-    Parameters
-    ----------
-    chain
-        The output y and its derivatives up to order n - 1, by the names that the law reads: ("theta", "omega").
-    input
-        The input u of the plant, one number.
-    b
-        In the unit of y^(n) over that of u.
-    unit
-        That of y, from which the others follow.
-    disturbance
-        The name of d_hat.
-
-    Raises
-    ------
-    ValueError
-        If no name is given for the output, or two names are alike.
+    For a constant d the error vanishes, and where |d'| <= D it is bounded by D times a power of 1 / omega_o. A computer
+    that holds y and u for a period h steps it exactly, while h omega_o stays below 40.
 
     References
     ----------

@@ -110,16 +110,9 @@ class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
 
         q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
 
-    The law is given q and qd_hat; q_hat is the filter's own. With exact readings E = qd - qd_hat obeys
-    E' = qdd - omega E, as that of `VelocityFilter` does, but noise of the positions comes through about omega times as
-    large. Where a computer steps it by explicit Euler with the period h, the filter is stable for omega h < 2 and rises
-    without overshoot for omega h <= 1.
-
-    Parameters
-    ----------
-    q_hat
-        The filter's position at time 0: with the first reading qd_hat(0) = 0; each rad beside it makes a velocity of
-        omega that is not there.
+    The law is given q and qd_hat; q_hat is the filter's own, and starts best at the first reading: each rad beside it
+    makes a velocity of omega. With exact readings E = qd - qd_hat obeys E' = qdd - omega E; noise of the positions
+    comes through about omega times as large. A computer's explicit Euler step of h is stable for omega h < 2.
 
     References
     ----------

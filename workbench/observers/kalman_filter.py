@@ -136,31 +136,21 @@ class ExtendedKalmanFilter(AbstractKalmanFilter):
                       x_hat+ = x_hat + K (y_k - h(t_k, x_hat)),      P+ = (I - K H) P (I - K H)' + K R K'
         to t_(k+1)    x_hat' = f(t, x_hat, u),                       P' = A P + P A' + Q
 
-    where A and H are the exact Jacobians of f and h at x_hat, w is white noise of intensity Q (nx, nx) and v_k a noise
-    of covariance R (ny, ny). It runs in a computer, which holds u; the law is given x_hat+ at t_k.
+    where A and H are the exact Jacobians of f and h at x_hat, w is white noise of intensity Q (nx, nx), v_k a noise of
+    covariance R (ny, ny), and `P` the covariance before the first reading. It runs in a computer of the `period`, in s,
+    which holds u, with `substeps` Runge-Kutta steps between two instants; the law is given x_hat+ at t_k. It reads
+    `outputs`, all where none is named; `every` tells of an output after how many instants it is new: {"p": 10}.
 
     The state `observer.pivot` is the least pivot of P and of H P H' + R so far as a share of the variance: one below
-    zero by more than rounding (1e-12) says that P was lost, as in Runge-Kutta steps that are too long for the model,
-    and nothing that came later is to be trusted. Where H P H' + R is no covariance, nothing is corrected.
-
-    Parameters
-    ----------
-    P
-        The covariance before the first reading, of the states at which `model` starts.
-    period
-        Between two instants, in s, with `substeps` Runge-Kutta steps.
-    outputs
-        The outputs y that are read; all where none is named.
-    every
-        For an output that is not read at each instant, after how many it is new: {"p": 10}.
+    zero by more than rounding (1e-12) says that P was lost, and nothing that came later is to be trusted. Where H P H'
+    + R is no covariance, nothing is corrected.
 
     Raises
     ------
     LookupError
         If the model has no such output, or `every` names one that is not read.
     ValueError
-        If a number has another shape than its ports, Q or P is not symmetric and positive semidefinite, R not
-        symmetric and positive definite, or the model moves in discrete time.
+        If a number does not fit its ports, Q, R or P is no covariance, or the model moves in discrete time.
 
     References
     ----------

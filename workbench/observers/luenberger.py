@@ -45,8 +45,8 @@ class Luenberger(AbstractArmObserver):
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.1.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, section 3.1.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)

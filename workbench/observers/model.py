@@ -110,10 +110,7 @@ def refuse_unfit(observer: AbstractModelObserver, **axes: tuple[Layout, ...]) ->
 
 
 def phi(M: ca.SX) -> ca.SX:
-    """M^-1 (exp(M) - I) = I + M / 2 + M^2 / 6 + ..., also where M has no inverse.
-
-    With it x' = M x + g has x(1) = x(0) + phi(M) x'(0).
-    """
+    """M^-1 times exp(M) - I, I + M / 2 + M^2 / 6 + ...: x' = M x + g has x(1) = x(0) + phi(M) x'(0)."""
     one, small = ca.SX.eye(M.shape[0]), M / 2**SQUARINGS
     value = one
     for order in range(ORDER, 1, -1):

@@ -118,17 +118,10 @@ class RateLimit(AbstractElement):
 
 @block
 class PadeDelay(AbstractElement):
-    """The Pade approximant [n/n] of a transport delay, exp(-T s), in its balanced realisation, see `pade`.
+    """The Pade approximant [n/n], n the `order`, of a delay exp(-T s) in its balanced realisation, see `pade`.
 
-    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad. The delay of a computer is a number of
-    periods, and is exact: `digital(period, delay=...)`.
-
-    Parameters
-    ----------
-    order
-        n, at most 50.
-    past
-        The constant signal that came in before the start.
+    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad; before the start the constant `past`
+    came in. The delay of a computer is a number of periods, and is exact: `digital(period, delay=...)`.
 
     Examples
     --------
@@ -175,8 +168,7 @@ def pade(order: int) -> tuple[Any, Any, Any, float]:
     References
     ----------
     NIST Digital Library of Mathematical Functions, equation 4.39.1 (tanh, whose reciprocal is c).
-    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic with application to the
-    approximation of delay systems, IEEE Conference on Decision and Control.
+    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic, CDC.
     """
     k = np.arange(1, order + 1)
     r = np.sqrt(2.0 * k - 1)

@@ -159,8 +159,7 @@ class Disturbed(AbstractAround):
     Raises
     ------
     ValueError
-        If a signal does not fit an input or an output of the plant by name, size and unit; or if the plant has a signal
-        of the name of the disturbance, as one that is disturbed already has.
+        If a signal does not fit the plant by name, size and unit; or the plant is disturbed there already.
 
     Examples
     --------

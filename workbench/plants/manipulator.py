@@ -119,9 +119,7 @@ class Friction(AbstractAtJoints):
 class Manipulator(AbstractPlant):
     """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
 
-    M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,
-
-    where a joint without a motor has no input, and tau is zero there.
+        M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
 
     Examples
     --------

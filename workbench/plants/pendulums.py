@@ -21,8 +21,8 @@ class CartPole(AbstractPlant):
 
     References
     ----------
-    Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling"; g = 9.8 is
-    theirs.
+    Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling", with its g =
+    9.8.
 
     Examples
     --------
@@ -71,13 +71,10 @@ class FurutaPendulum(AbstractPlant):
     where Jh_0 = J_1 + m_1 l_1^2 + m_2 L_1^2 and Jh_2 = J_2 + m_2 l_2^2. The pendulum hangs at theta_2 = 0 and is
     upright at pi. The equations hold for links that are slender or symmetric about their axes.
 
-    The numbers are those of the paper's rig; they were read from programs that cite it, as the paper itself was not at
-    hand, and g = 9.81 is an assumption.
-
     References
     ----------
-    Cazzolato and Prime (2011), On the dynamics of the Furuta pendulum, Journal of Control Science and Engineering
-    2011, 528341, equations (33) and (34).
+    Cazzolato and Prime (2011), On the dynamics of the Furuta pendulum, J. Control Sci. Eng. 2011, 528341, equations
+    (33) and (34); the numbers of its rig were read from programs that cite it, and g = 9.81 is an assumption.
 
     Examples
     --------

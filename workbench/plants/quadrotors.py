@@ -73,11 +73,10 @@ class Quadrotor(AbstractPlant):
     at theta = +-90 deg. The paper's term for a changing speed of the rotors, I_M w', is left out. It hovers at
     w_i = sqrt(m g / (4 k)), 620.6 rad/s.
 
-    The numbers are the paper's, read from programs that cite it.
-
     References
     ----------
-    Luukkonen (2011), Modelling and control of quadcopter, Aalto University, equations (2) to (20) and table 1.
+    Luukkonen (2011), Modelling and control of quadcopter, Aalto University, equations (2) to (20) and table 1, whose
+    numbers were read from programs that cite it.
 
     Examples
     --------

@@ -20,17 +20,14 @@ class QuadrupleTank(AbstractPlant):
         A_3 h_3' = -a_3 sqrt(2 g h_3) + (1 - gamma_2) k_2 v_2
         A_4 h_4' = -a_4 sqrt(2 g h_4) + (1 - gamma_1) k_1 v_1
 
-    with A_3 = A_1, A_4 = A_2, a_3 = a_1 and a_4 = a_2. The valves gamma decide the sign of the zero: it lies in the
-    left half-plane where gamma_1 + gamma_2 > 1. The numbers are those of the setting P-; the levels start at its
-    published rest, which is rounded. The outputs are levels, where the paper has the voltages of their sensors,
-    0.50 V/cm.
-
-    The numbers of both settings were read from programs that cite the paper.
+    with A_3 = A_1, A_4 = A_2, a_3 = a_1 and a_4 = a_2. The zero lies in the left half-plane where gamma_1 + gamma_2 >
+    1, as in the setting P- that is given, whose published rest is rounded. The outputs are levels, where the paper has
+    the voltages of their sensors, 0.50 V/cm.
 
     References
     ----------
-    Johansson (2000), The quadruple-tank process: a multivariable laboratory process with an adjustable zero, IEEE
-    Transactions on Control Systems Technology 8, 456-465, equation (1).
+    Johansson (2000), The quadruple-tank process: a multivariable laboratory process with an adjustable zero, IEEE TCST
+    8, 456-465, equation (1); the numbers of both settings were read from programs that cite it.
 
     Examples
     --------
@@ -82,15 +79,13 @@ class StirredTank(AbstractPlant):
         T'   = (q / V) (T_f - T) + (dH / (rho C_p)) k_0 exp(-E_R / T) c_A + (U_A / (V rho C_p)) (T_c - T)
 
     with dH the heat that a mole sets free, and E_R = E / R. The numbers count minutes, as the book's do; the rates are
-    in seconds. At T_c = 300 K the nominal point, c_A = 0.5 mol/l at 350 K, is the middle one of three steady states,
-    a saddle.
-
-    The numbers were read from programs that cite the book.
+    in seconds. At T_c = 300 K the nominal point, 0.5 mol/l at 350 K, is the middle one of three steady states, a
+    saddle.
 
     References
     ----------
-    Henson and Seborg (1997), Nonlinear Process Control, chapter 1; Seborg, Edgar, Mellichamp and Doyle (2011), Process
-    Dynamics and Control, 3rd edition, example 2.5.
+    Henson and Seborg (1997), Nonlinear Process Control, chapter 1; Seborg et al. (2011), Process Dynamics and Control,
+    3rd edition, example 2.5. The numbers were read from programs that cite the book.
 
     Examples
     --------

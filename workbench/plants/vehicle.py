@@ -18,16 +18,12 @@ class SingleTrackVehicle(AbstractPlant):
         psi' = r,                         Y' = V_x sin(psi) + v_y cos(psi)
 
     v_y is the velocity to the left and r the yaw rate of the body, Y and psi its place and heading on the ground; C_f
-    and C_r are the cornering stiffness of one tyre. Slip angles are small, and tyres do not saturate. In a steady turn
-    delta = L / R + K_V V_x^2 / R with L = l_f + l_r and the understeer gradient K_V = (m / L) (l_r / (2 C_f) -
-    l_f / (2 C_r)).
-
-    The numbers are those of a passenger car; they were read from programs that implement the book, and the speed is an
-    assumption.
+    and C_r are the cornering stiffness of one tyre. Slip angles are small, and tyres do not saturate.
 
     References
     ----------
-    Rajamani (2012), Vehicle Dynamics and Control, 2nd edition, sections 2.3 and 3.3.
+    Rajamani (2012), Vehicle Dynamics and Control, 2nd edition, sections 2.3 and 3.3; the numbers of a passenger car
+    were read from programs that implement it, and the speed is an assumption.
 
     Examples
     --------

@@ -51,8 +51,7 @@ def slotine_li() -> PlanarArm:
 
     References
     ----------
-    Slotine and Li (1991), Applied Nonlinear Control, chapter 9: m_1, l_1, m_e, delta_e, I_1, l_c1, I_e and l_ce of
-    the two-link arm that is simulated there.
+    Slotine and Li (1991), Applied Nonlinear Control, chapter 9, the two-link arm that is simulated there.
     """
     far, angle = 0.6, np.pi / 6
     load = Link(2.0, far, far * np.cos(angle), -far * np.sin(angle), 0.25)
@@ -60,9 +59,7 @@ def slotine_li() -> PlanarArm:
 
 
 def cart_pole() -> SpatialArm:
-    """A cart that slides along x, and a uniform pole on it that stands up at q = 0 and falls towards +x.
-
-    The only motor is the cart's.
+    """A cart with a motor that slides along x, and a uniform pole that stands up at q = 0 and falls towards +x.
 
     References
     ----------
@@ -147,10 +144,9 @@ def panda() -> SpatialArm:
 
     References
     ----------
-    Gaz, Cognetti, Oliva, Robuffo Giordano and De Luca (2019), Dynamic identification of the Franka Emika Panda robot
-    with retrieval of feasible parameters using penalty-based optimization, IEEE Robotics and Automation Letters
-    4(4), 4147-4154: the identified links. frankaemika/franka_ros, franka_description/robots/common, files
-    inertial.yaml, franka_arm.xacro and franka_hand.xacro; Apache-2.0: these figures, the frames, and the hand.
+    Gaz et al. (2019), Dynamic identification of the Franka Emika Panda robot with retrieval of feasible parameters,
+    IEEE RA-L 4(4), 4147-4154: the links. frankaemika/franka_ros, franka_description/robots/common, files inertial.yaml,
+    franka_arm.xacro and franka_hand.xacro; Apache-2.0: these figures, the frames, and the hand.
     """
     # mass; centre of mass; moments xx, xy, xz, yy, yz, zz
     links: Sequence[tuple[float, tuple[float, ...], tuple[float, ...]]] = (

@@ -163,9 +163,8 @@ def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
 def _speed_squared(links: Sequence[Link | PointMass], omegas: Sequence[ca.SX], bends: Sequence[Sequence[Any]]) -> ca.SX:
     """The squared speed of the last link's centre of mass, in m^2/s^2.
 
-    Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where
-    (a, b) is (length, 0) for the links before and (com, offset) for the last; bends[j][k] has cosine
-    and sine of the angle from body j to body j + k.
+    Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where (a, b) is (length, 0) for
+    the links before and (com, offset) for the last; bends[j][k] has cosine and sine of the angle from body j to j + k.
     """
     arms = [*((link.length, 0) for link in links[:-1]), (links[-1].com, links[-1].offset)]
     square = ca.SX(0)

@@ -26,27 +26,16 @@ UNIT = 1e-12  # what rounding leaves of a unit axis
 
 @block
 class SpatialLink:
-    """A rigid body and the joint `name` that carries it.
+    """A rigid body and the joint `name` that carries it; `parent` is the number of the link before, -1 the base.
 
     The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the body's
-    own frame is the joint's, turned by q about `axis` or shifted by q along it. Where a number of friction or of the
-    drive is None, the equations have no such term.
+    own frame is the joint's, turned by q about `axis` or shifted by q along it. Both are shape, not numbers to vary.
+    `inertia` holds the moments xx, xy, xz, yy, yz, zz about `com`, round the axes of the body's frame. The mass may be
+    0 of a link that carries others, if M stays positive definite.
 
-    Parameters
-    ----------
-    mass
-        May be 0 of a link that carries others, as the cross of a universal joint, if M stays positive definite.
-    inertia
-        The moments xx, xy, xz, yy, yz, zz about the centre of mass `com`, round the axes of the body's frame.
-    parent
-        The number of the link that carries this one; -1 is the base.
-    axis, rotation
-        (3,) and (3, 3): shape, not numbers to vary, as a unit axis would no longer be one.
-    viscous, coulomb, speed
-        F = viscous qd + coulomb sign(qd); where a `speed` is given the jump is spread over it, coulomb tanh(qd /
-        speed).
-    rotor, gear
-        The drive adds gear^2 rotor to the joint's inertia. Its gyroscopic torque is left out.
+    F = viscous qd + coulomb sign(qd); where a `speed` is given the jump is spread over it, coulomb tanh(qd / speed).
+    The drive adds gear^2 rotor to the joint's inertia; its gyroscopic torque is left out. Where a number is None, the
+    equations have no such term.
 
     References
     ----------

@@ -17,10 +17,7 @@ TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is di
 
 @block
 class Trapezoid(AbstractSignal):
-    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number.
-
-    From `time` on the velocity grows by `acceleration` up to `speed`, or for a short way as far as it gets, stays,
-    and falls as it grew:
+    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number:
 
         D = |goal - start|,   v = min(speed, sqrt(D acceleration)),   T = D / v + v / acceleration.
 
@@ -73,8 +70,7 @@ class WayPoints(AbstractSignal):
 
     References
     ----------
-    Flash and Hogan (1985), The coordination of arm movements: an experimentally confirmed mathematical model, Journal
-    of Neuroscience 5(7).
+    Flash and Hogan (1985), The coordination of arm movements, J. Neurosci. 5(7).
 
     Examples
     --------

@@ -30,9 +30,7 @@ class Hold(AbstractSignal):
 
 @block
 class Step(AbstractSignal):
-    """x_i(t) = start_i before time_i, level_i from then on.
-
-    A jump has no derivative; the derivatives are zero at all times, as if the jump were not there.
+    """x_i(t) = start_i before time_i, level_i from then on; the derivatives are zero at all times.
 
     Examples
     --------
