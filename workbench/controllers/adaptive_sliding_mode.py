@@ -1,7 +1,5 @@
 """Adaptive sliding mode, whose switching gain learns its own size, and the forms of its adaptation."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import ClassVar

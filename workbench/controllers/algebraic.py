@@ -1,7 +1,5 @@
 """The Riccati equation in CasADi expressions: the stabilising P, and a step of P' = A'P + PA - PGP + Q."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 

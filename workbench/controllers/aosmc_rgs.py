@@ -1,7 +1,5 @@
 """AOSMC-RGS: the paper's law, as printed and in each of its readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

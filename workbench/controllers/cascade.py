@@ -1,7 +1,5 @@
 """Cascades: a law whose command another law follows."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Compensation of the disturbance: a law that adds the observer's estimate of it to its torque."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """Computed torque: the arm's own dynamics cancelled, and a linear law in their place."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import casadi as ca

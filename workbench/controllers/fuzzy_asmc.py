@@ -1,7 +1,5 @@
 """Fuzzy adaptive sliding mode: a rule base says how fast the switching gain learns."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import casadi as ca

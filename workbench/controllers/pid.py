@@ -1,7 +1,5 @@
 """PID on each joint, with or without compensation of gravity."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

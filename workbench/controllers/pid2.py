@@ -1,7 +1,5 @@
 """PID for any signal, with set-point weights, a filtered derivative, limits and anti-windup."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Adaptive sliding mode with a network of Gaussians that learns the torque that the model leaves out."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

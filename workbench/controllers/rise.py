@@ -1,7 +1,5 @@
 """RISE: robust integral of the sign of the error, which answers a smooth disturbance by a continuous torque."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """State-dependent Riccati equation: at each state, the linear-quadratic regulator of the arm's linear form."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual

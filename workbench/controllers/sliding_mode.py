@@ -1,7 +1,5 @@
 """Sliding mode: computed torque on a sliding surface, with a switching gain of fixed size."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

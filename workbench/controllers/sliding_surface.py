@@ -1,7 +1,5 @@
 """The base of the sliding laws: the surface, the switching term, and the relay in discrete time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
 

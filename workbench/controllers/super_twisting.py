@@ -1,7 +1,5 @@
 """Super-twisting: a second-order sliding mode with a continuous torque."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

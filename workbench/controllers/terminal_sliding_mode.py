@@ -1,7 +1,5 @@
 """Nonsingular terminal sliding mode: a surface on which the error reaches zero in finite time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

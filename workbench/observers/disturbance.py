@@ -1,7 +1,5 @@
 """The contract of a disturbance observer, and its combination with an observer of the state."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import replace

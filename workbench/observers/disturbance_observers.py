@@ -1,7 +1,5 @@
 """Disturbance observers: two filters of the true disturbance, the paper's and its repair, and two model-based ones."""
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import casadi as ca

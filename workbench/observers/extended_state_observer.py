@@ -1,7 +1,5 @@
 """The linear extended-state observer of a chain of integrators: its states, and all that disturbs it."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from math import comb
 

@@ -1,7 +1,5 @@
 """Full state: readings taken as estimates, with the velocity as measured, filtered, or derived from positions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

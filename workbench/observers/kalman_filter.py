@@ -1,7 +1,5 @@
 """The Kalman filters of any plant, continuous in its model and discrete in its readings: extended and unscented."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import field

@@ -1,7 +1,5 @@
 """Observers of any plant with a constant gain: Luenberger's, and the Kalman filter as it settles."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import Signals, block, parameter

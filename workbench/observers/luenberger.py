@@ -1,7 +1,5 @@
 """The paper's state observer: a copy of the arm, corrected by the measured positions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 

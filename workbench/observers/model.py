@@ -1,7 +1,5 @@
 """The model that an observer holds of any plant: its ports, and its equations as columns with their Jacobians."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import casadi as ca
@@ -110,7 +108,7 @@ def refuse_unfit(observer: AbstractModelObserver, **axes: tuple[Layout, ...]) ->
 
 
 def phi(M: ca.SX) -> ca.SX:
-    """M^-1 times exp(M) - I, I + M / 2 + M^2 / 6 + ...: x' = M x + g has x(1) = x(0) + phi(M) x'(0)."""
+    """The series I + M / 2 + M^2 / 6 + ... of M^-1 (exp(M) - I): x' = M x + g moves by phi x'(0) in a unit of time."""
     one, small = ca.SX.eye(M.shape[0]), M / 2**SQUARINGS
     value = one
     for order in range(ORDER, 1, -1):

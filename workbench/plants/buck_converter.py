@@ -1,7 +1,5 @@
 """A direct-current converter that steps a voltage down, averaged over its switching."""
 
-from __future__ import annotations
-
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts

@@ -3,8 +3,6 @@
 A number of an element is one for all numbers of its signal, or a vector with one for each.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field, replace

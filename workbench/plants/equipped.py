@@ -1,7 +1,5 @@
 """A plant with actuators before its inputs and sensors behind its outputs, and a plant with disturbances."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A robot arm with drives, from the torque that is commanded to the one that acts, friction and a disturbance."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy

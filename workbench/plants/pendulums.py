@@ -1,7 +1,5 @@
 """Inverted pendulums: on a cart, of the Michigan tutorials, and on a rotary arm."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter

@@ -1,7 +1,5 @@
 """Quadrotors: in a vertical plane, driven by thrusts, and in space, driven by the speeds of four rotors."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter

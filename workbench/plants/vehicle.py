@@ -1,7 +1,5 @@
 """A road vehicle as a single track with linear tyres."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter

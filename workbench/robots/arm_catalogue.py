@@ -1,7 +1,5 @@
 """The catalogue of arms by name, with the sources of their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

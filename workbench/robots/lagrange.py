@@ -4,8 +4,6 @@ Each function differentiates over fresh symbols and then puts in what it was giv
 any expression: an estimate, say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import casadi as ca

@@ -4,8 +4,6 @@ Velocities are components along the links' own directions, whose inner products 
 angles, so that the energies come out without squares of sines and cosines that would cancel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

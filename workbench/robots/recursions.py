@@ -8,8 +8,6 @@ rigid-body systems, J. Comput. Nonlinear Dynamics 16(9), algorithm 1, for C: of 
 the Christoffel symbols make.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 

@@ -1,7 +1,5 @@
 """Spatial arms: rigid bodies on hinges and slides, each carried by one before it, on a base that stands still."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

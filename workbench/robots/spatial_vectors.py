@@ -5,8 +5,6 @@ References
 Featherstone (2008), Rigid Body Dynamics Algorithms, chapter 2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 

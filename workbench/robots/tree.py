@@ -1,7 +1,5 @@
 """Bodies and joints by name, as files give them, put together to an arm."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Signals that oscillate: sines, a sweep of frequencies, square waves, pulses, and the sine torque of an arm."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 

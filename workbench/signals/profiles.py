@@ -1,7 +1,5 @@
 """Signals from point to point: trapezoidal velocities, way-points with the least jerk, and tables of numbers."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline

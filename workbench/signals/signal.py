@@ -1,7 +1,5 @@
 """A wanted signal with its derivatives, and several of them side by side."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections import Counter
 from typing import Any

@@ -1,7 +1,5 @@
 """Signals that hold, jump, or go straight."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import block, parameter
