@@ -1,5 +1,3 @@
-"""Cascades: a law whose command another law follows."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

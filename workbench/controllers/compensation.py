@@ -1,5 +1,3 @@
-"""Compensation of the disturbance: a law that adds the observer's estimate of it to its torque."""
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 

@@ -1,5 +1,3 @@
-"""Computed torque: the arm's own dynamics cancelled, and a linear law in their place."""
-
 from typing import ClassVar
 
 import casadi as ca

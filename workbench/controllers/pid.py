@@ -1,5 +1,3 @@
-"""PID on each joint, with or without compensation of gravity."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,5 +1,3 @@
-"""PID for any signal, with set-point weights, a filtered derivative, limits and anti-windup."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,5 +1,3 @@
-"""Adaptive sliding mode with a network of Gaussians that learns the torque that the model leaves out."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 

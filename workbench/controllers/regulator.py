@@ -1,5 +1,3 @@
-"""State feedback about an operating point of any plant."""
-
 from __future__ import annotations
 
 from typing import Any

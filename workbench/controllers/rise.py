@@ -1,5 +1,3 @@
-"""RISE: robust integral of the sign of the error, which answers a smooth disturbance by a continuous torque."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 

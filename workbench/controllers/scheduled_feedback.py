@@ -1,5 +1,3 @@
-"""Scheduled feedback: the feedforward torque of the reference, and a linear gain that is a series in time."""
-
 from __future__ import annotations
 
 from typing import Any

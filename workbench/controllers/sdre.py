@@ -1,5 +1,3 @@
-"""State-dependent Riccati equation: at each state, the linear-quadratic regulator of the arm's linear form."""
-
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual

@@ -1,5 +1,3 @@
-"""Sliding mode: computed torque on a sliding surface, with a switching gain of fixed size."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -1,5 +1,3 @@
-"""State feedback: the feedforward torque of the reference, and a constant linear gain on the error."""
-
 from __future__ import annotations
 
 from typing import Any

@@ -1,5 +1,3 @@
-"""Super-twisting: a second-order sliding mode with a continuous torque."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

@@ -1,5 +1,3 @@
-"""Nonsingular terminal sliding mode: a surface on which the error reaches zero in finite time."""
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar

@@ -4,12 +4,13 @@ An observer knows readings, commands and a model of the plant; it does not know 
 instant. Read `luenberger.py` first for an arm, `linear_observer.py` for any plant.
 """
 
-from workbench.observers.disturbance import AbstractDisturbanceObserver, WithDisturbance
 from workbench.observers.disturbance_observers import (
+    AbstractDisturbanceObserver,
     MomentumObserver,
     NonlinearDisturbanceObserver,
     OracleFilter,
     PrintedFilter,
+    WithDisturbance,
 )
 from workbench.observers.extended_state_observer import ExtendedStateObserver
 from workbench.observers.full_state import DirtyDerivative, FullState, VelocityFilter

@@ -1,5 +1,3 @@
-"""The linear extended-state observer of a chain of integrators: its states, and all that disturbs it."""
-
 from itertools import pairwise
 from math import comb
 

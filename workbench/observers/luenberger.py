@@ -1,5 +1,3 @@
-"""The paper's state observer: a copy of the arm, corrected by the measured positions."""
-
 from collections.abc import Mapping
 from typing import ClassVar
 

@@ -1,5 +1,3 @@
-"""A direct-current converter that steps a voltage down, averaged over its switching."""
-
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts

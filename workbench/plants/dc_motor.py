@@ -1,5 +1,3 @@
-"""The direct-current motor of the Michigan tutorials."""
-
 from __future__ import annotations
 
 from workbench.core import Layout, block, initial, layout, option, parameter

@@ -1,5 +1,3 @@
-"""The benchmark of robust control: two masses and a spring."""
-
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts

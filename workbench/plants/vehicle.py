@@ -1,5 +1,3 @@
-"""A road vehicle as a single track with linear tyres."""
-
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter
