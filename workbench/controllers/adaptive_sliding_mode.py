@@ -111,7 +111,6 @@ class AbstractAdaptiveSlidingMode(AbstractSlidingMode):
 
     @property
     def gains(self) -> Layout:
-        """The gains as a state that starts at K(0)."""
         return Layout((Entry("K", self.K, self.force, Bounds(low=0), "K"),))
 
     @property
@@ -120,7 +119,6 @@ class AbstractAdaptiveSlidingMode(AbstractSlidingMode):
 
     @door
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque on the surface, with K of the memory."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         return M @ qdd_r + C @ qd_r + G - self._switching(z["K"], s, M)

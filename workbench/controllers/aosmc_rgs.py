@@ -203,7 +203,6 @@ class AosmcRgs(AbstractSlidingMode):
                 return P * ca.sum1(ca.fabs(s))
 
     def _riccati(self, z: Parts, est: Reads) -> ca.SX:
-        """P' of (34), (n, n)."""
         if self.riccati == "frozen":
             return ca.SX.zeros(self.dof, self.dof)
         K, P, B = z["K"], z["P"], ca.diag(self.Lambda)

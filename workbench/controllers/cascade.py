@@ -107,7 +107,6 @@ class Cascade(AbstractController):
         return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The memory after its period."""
         if self.period is None:
             raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
         return self.advance(t, z, est, ref, self.period)
@@ -137,7 +136,6 @@ class Cascade(AbstractController):
 
     @property
     def _outer(self) -> AbstractController:
-        """The outer law, run by the cascade's computer where it has one."""
         return self.outer if self.period is None else self.outer.run_every(self.ratio * self.period)
 
     @property
@@ -154,7 +152,6 @@ class Cascade(AbstractController):
         return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
 
     def _is_turn(self, t: Number, period: float) -> ca.SX:
-        """True if the outer law runs at this instant of the computer."""
         return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0
 
 

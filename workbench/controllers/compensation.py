@@ -79,5 +79,4 @@ class WithCompensation(AbstractArmController):
 
     @property
     def _law(self) -> AbstractArmController:
-        """The law, run as often as the sum is."""
         return self.law if self.period is None else self.law.run_every(self.period)

@@ -95,27 +95,22 @@ class PID2(AbstractController):
 
     @property
     def unit_of_u(self) -> str:
-        """The unit of the input."""
         return one_entry(self.drives, "u").unit
 
     @property
     def unit_of_y(self) -> str:
-        """The unit of the output."""
         return one_entry(self.reads, "y").unit
 
     @property
     def unit_of_Kp(self) -> str:
-        """The unit of the input over that of the output."""
         return gain(self.unit_of_u, self.unit_of_y)
 
     @property
     def unit_of_Ki(self) -> str:
-        """The unit of Kp per second."""
         return gain(self.unit_of_u, self.unit_of_y, -1)
 
     @property
     def unit_of_Kd(self) -> str:
-        """The unit of Kp times seconds."""
         return gain(self.unit_of_u, self.unit_of_y, 1)
 
     @property
@@ -130,7 +125,6 @@ class PID2(AbstractController):
 
     @property
     def recursion(self) -> bool:
-        """True in the discrete-time form, which has a period."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
@@ -140,7 +134,6 @@ class PID2(AbstractController):
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The memory after its period."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:

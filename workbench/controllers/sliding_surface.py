@@ -72,8 +72,9 @@ class AbstractSlidingMode(AbstractArmController):
         return {"s": self._sliding(est, ref).s}
 
     def _sliding(self, est: Reads, ref: Follows) -> Surface:
-        """The sliding variable of the error between estimate and reference."""
-        return sliding(est, ref, self.Lambda)
+        """The surface qd = qd_r = qd_ref - Lambda e; qd_r' = qdd_r where the estimates are exact."""
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        return Surface(e, ed, ed + self.Lambda * e, ref.qd - self.Lambda * e, ref.qdd - self.Lambda * ed)
 
     def _switching(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
         """K o sat(s / phi), (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s)."""
@@ -95,15 +96,6 @@ class AbstractSlidingMode(AbstractArmController):
         """The law without its boundary layer, if it has one."""
         law: Any = self
         return {"boundary layer": replace(law, saturation="sign")} if law.saturation in ("clip", "tanh") else {}
-
-
-def sliding(est: Reads, ref: Follows, Lambda: Vector) -> Surface:
-    """The sliding variable s = ed + Lambda e = qd - qd_r, with e = q - q_ref and qd_r = qd_ref - Lambda e.
-
-    The derivative of qd_r is qdd_r = qdd_ref - Lambda ed where the estimates are exact. Lambda (n,) in 1/s.
-    """
-    e, ed = est.q - ref.q, est.qd - ref.qd
-    return Surface(e, ed, ed + Lambda * e, ref.qd - Lambda * e, ref.qdd - Lambda * ed)
 
 
 def saturation(s: ca.SX, phi: Scalar, kind: str) -> ca.SX:

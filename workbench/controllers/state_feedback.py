@@ -79,7 +79,6 @@ class StateFeedback(AbstractArmController):
 
     @property
     def damping(self) -> str:
-        """The unit of Kd, column by column where its entries differ."""
         return self._gain(" s/")
 
     def _gain(self, over: str) -> str:

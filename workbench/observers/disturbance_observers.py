@@ -68,7 +68,6 @@ class AbstractDisturbanceObserver(AbstractJoints):
 
     @property
     def memory(self) -> Layout:
-        """The states of the observer: the fields that are declared by `initial`."""
         return initial_states(self)
 
     @property

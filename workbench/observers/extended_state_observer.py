@@ -97,6 +97,5 @@ class ExtendedStateObserver(AbstractObserver):
         return self.memory.view(moved)
 
     def _gains(self) -> list[ca.SX]:
-        """The gains l_1 to l_(n+1)."""
         n = len(self.chain) + 1
         return [comb(n, i) * self.omega_o**i for i in range(1, n + 1)]

@@ -50,7 +50,6 @@ class AbstractKalmanFilter(AbstractModelObserver):
 
     @door
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The states and P before the readings of the next instant."""
         x, P, pivot = self._read(t, z, y)
         step = self.period / self.substeps
         for i in range(self.substeps):

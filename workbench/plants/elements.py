@@ -40,7 +40,6 @@ class AbstractElement(ABC):
         """The output of the element, (k, 1), for the input v, (k, 1)."""
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The derivative of each of its states."""
         return {}
 
 

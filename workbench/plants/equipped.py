@@ -107,7 +107,6 @@ class Equipped(AbstractAround):
 
     @property
     def _sensed(self) -> tuple[str, ...]:
-        """The outputs with a sensor, once each."""
         return tuple(dict.fromkeys(element.signal for element in self.sensors))
 
     def _own(self, x: States) -> Signals:
@@ -186,7 +185,6 @@ class Disturbed(AbstractAround):
 
     @property
     def recursion(self) -> bool:
-        """True if the plant moves in discrete time."""
         return is_recursion(self.plant)
 
     @property
@@ -209,7 +207,6 @@ class Disturbed(AbstractAround):
         return self.plant.rate(t, x, self._driven(t, u))
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The next states of the plant under the disturbed command."""
         return self.plant.update(t, x, self._driven(t, u))
 
     @property

@@ -38,17 +38,19 @@ class AbstractAtJoints:
 class AbstractActuator(AbstractAtJoints, ABC):
     """A drive at each joint that has a motor."""
 
-    @abstractmethod
+    @door
     def memory(self, motors: int) -> Layout:
-        """The drives' own states for that many motors."""
+        """The drives' own states for that many motors; none unless an actuator has some."""
+        return Layout()
 
     @abstractmethod
     def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The torque that acts, (motors, 1), in N m or N."""
 
-    @abstractmethod
+    @door
     def rate(self, z: Parts, tau: Column) -> Parts:
         """The derivative of each state."""
+        return {}
 
 
 @block
@@ -57,14 +59,8 @@ class DirectDrive(AbstractActuator):
 
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
-    def memory(self, motors: int) -> Layout:
-        return Layout()
-
     def applied(self, z: Parts, tau: Column) -> ca.SX:
         return _limited(tau, self.limit)
-
-    def rate(self, z: Parts, tau: Column) -> Parts:
-        return {}
 
 
 @block
@@ -159,17 +155,14 @@ class Manipulator(AbstractPlant):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return self.arm.dof
 
     @property
     def q_unit(self) -> str:
-        """The unit of the positions, joint by joint where they differ."""
         return self.outputs["q"].unit
 
     @property
     def qd_unit(self) -> str:
-        """The unit of the velocities, joint by joint where they differ."""
         return self.outputs["qd"].unit
 
     @property

@@ -125,7 +125,6 @@ class OdePlant(AbstractPlant):
 
     @property
     def ends(self) -> float:
-        """The horizon of the equation, in s."""
         return self.ode.horizon
 
     @property

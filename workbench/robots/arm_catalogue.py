@@ -166,18 +166,12 @@ def panda() -> SpatialArm:
         ((0.0, 0.0, 0.0), RIGHT),
         ((0.088, 0.0, 0.0), RIGHT),
     )
-    solids = [Solid("panda_link0")]
-    solids += [Solid(f"panda_link{i + 1}", m, np.array(c), np.array(six)) for i, (m, c, six) in enumerate(links)]
+    names = [f"panda_link{i}" for i in range(8)]
+    solids = [Solid(names[0])]
+    solids += [Solid(name, m, np.array(c), np.array(six)) for name, (m, c, six) in zip(names[1:], links, strict=True)]
     chain = [
-        Joint(
-            f"panda_joint{i + 1}",
-            f"panda_link{i}",
-            f"panda_link{i + 1}",
-            "revolute",
-            np.array(place),
-            from_angles(roll, 0, 0),
-        )
-        for i, (place, roll) in enumerate(joints)
+        Joint(f"panda_joint{i}", names[i - 1], names[i], "revolute", np.array(place), from_angles(roll, 0, 0))
+        for i, (place, roll) in enumerate(joints, 1)
     ]
     hand, fixed = _panda_hand()
     return arm_of([*solids, *hand], [*chain, *fixed])

@@ -45,7 +45,6 @@ class PointMass:
 
     @property
     def com(self) -> Scalar:
-        """The centre of mass is the far end."""
         return self.length
 
 

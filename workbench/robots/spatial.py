@@ -80,7 +80,6 @@ class SpatialLink:
 
     @property
     def slides(self) -> bool:
-        """True if the joint slides, False if it turns."""
         return self.joint == "prismatic"
 
     @property
@@ -178,7 +177,6 @@ class SpatialArm(AbstractArm):
         return tuple(i for i, link in enumerate(self.links) if link.name not in self.passive)
 
     def bodies(self, q: Column) -> list[Body]:
-        """The links as bodies of the recursions, at q."""
         return [link.body(q[i]) for i, link in enumerate(self.links)]
 
     def mass_matrix(self, q: Column) -> ca.SX:

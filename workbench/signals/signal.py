@@ -37,12 +37,10 @@ class AbstractSignal(AbstractReference):
 
     @property
     def unit_of_rate(self) -> str:
-        """The unit of its first derivative."""
         return per_second(self.unit)
 
     @property
     def unit_of_curvature(self) -> str:
-        """The unit of its second derivative."""
         return per_second(self.unit, 2)
 
     @property
