@@ -99,7 +99,7 @@ class AosmcRgs(AbstractSlidingMode):
     References
     ----------
     Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
-    manipulators, section 3.3 and 3.4.
+    manipulators, sections 3.3 and 3.4.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (K_STAYS_DEFINITE, P_STAYS_DEFINITE)

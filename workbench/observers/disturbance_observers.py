@@ -101,8 +101,7 @@ class PrintedFilter(AbstractJointCounter, AbstractDisturbanceObserver):
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
-    manipulators, section 3.2.
+    The paper of `AosmcRgs`, section 3.2.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)

@@ -41,8 +41,7 @@ class Luenberger(AbstractArmObserver):
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
-    manipulators, section 3.1.
+    The paper of `AosmcRgs`, section 3.1.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)

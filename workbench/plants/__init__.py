@@ -10,12 +10,10 @@ from workbench.plants.dc_motor import DCMotor
 from workbench.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
 from workbench.plants.equipped import Disturbed, Equipped
 from workbench.plants.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.plants.ode_plant import OdePlant
-from workbench.plants.pendulums import CartPole, FurutaPendulum
-from workbench.plants.quadrotors import PlanarQuadrotor, Quadrotor
 from workbench.plants.tanks import QuadrupleTank, StirredTank
-from workbench.plants.two_masses import TwoMasses
-from workbench.plants.vehicle import SingleTrackVehicle
+from workbench.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVehicle
 
 __all__ = [
     "AbstractActuator",
