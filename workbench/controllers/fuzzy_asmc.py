@@ -35,11 +35,7 @@ class RuleBase:
     trends: Vector = parameter(default=(-5.0, 0.0, 5.0), unit="rad/s^2", shape=("b",), symbol="v")
     trend_width: Scalar = parameter(default=2.5, unit="rad/s^2", low=0, strict=True, symbol="w_v")
     scale: Matrix = parameter(
-        default=((0.0, 0.2, 0.5), (0.2, 1.0, 2.0), (1.0, 2.0, 4.0)),
-        unit="",
-        low=0,
-        shape=("a", "b"),
-        symbol="r",
+        default=((0.0, 0.2, 0.5), (0.2, 1.0, 2.0), (1.0, 2.0, 4.0)), unit="", low=0, shape=("a", "b"), symbol="r"
     )
 
     def __post_init__(self) -> None:

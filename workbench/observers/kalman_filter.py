@@ -14,14 +14,7 @@ from workbench.core.numbers import Bounds
 from workbench.core.port import ANY
 from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
-from workbench.observers.model import (
-    MOST_SUBSTEPS,
-    AbstractModelObserver,
-    jacobian,
-    refuse_unfit,
-    stacked,
-    with_hats,
-)
+from workbench.observers.model import MOST_SUBSTEPS, AbstractModelObserver, jacobian, refuse_unfit, stacked, with_hats
 from workbench.validation.refusals import known, seconds, whole
 from workbench.validation.signatures import door
 
