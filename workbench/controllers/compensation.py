@@ -16,12 +16,7 @@ class WithCompensation(AbstractArmController):
 
         tau = tau_law + D_hat
 
-    D_hat is that of the loop's observer, zero of one that estimates none.
-
-    Raises
-    ------
-    ValueError
-        If the torque of the law depends on D_hat already.
+    D_hat is that of the loop's observer, zero of one that estimates none; a law that has it already is refused.
 
     References
     ----------

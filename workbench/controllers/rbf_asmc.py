@@ -28,19 +28,10 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
         K_i' = gamma |s_i|                           (`adaptation`: Plain, DeadZone or Leakage)
         h_j(x) = exp(-sum_i ((x_i - c_ji) / b_i)^2 / 2),    x = (e, ed)
 
-    with all else as of `AdaptiveSlidingMode`. The leak sigma keeps W bounded where the layer, and what no W can learn,
-    keep s from vanishing. A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit
-    Euler multiplies W by 1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
-
-    Parameters
-    ----------
-    centres, widths
-        (m, 2n) and (2n,), in rad for the first n columns (e), in rad/s for the others (ed).
-
-    Raises
-    ------
-    ValueError
-        If the centres do not lie in the space of (e, ed).
+    with `centres` (m, 2n), `widths` (2n,) and all else as of `AdaptiveSlidingMode`. The leak sigma keeps W bounded
+    where the layer, and what no W can learn, keep s from vanishing. A computer steps W with its leak by `integrator`,
+    h(x) and s held over a period T: explicit Euler multiplies W by 1 - sigma T, which is stable for sigma T < 2 only,
+    and "exact" by exp(-sigma T).
 
     References
     ----------

@@ -22,11 +22,6 @@ class Regulator(AbstractController):
     the place of that in x0. With K of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the poles of
     that design near x0.
 
-    Raises
-    ------
-    LookupError
-        If a state that is to follow is none of `states`.
-
     References
     ----------
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapters 2 and 3.

@@ -30,11 +30,6 @@ class ScheduledFeedback(AbstractArmController):
     n) matrix row by row; `horizon` is where a Chebyshev series ends, and stays as it is, or the period of a Fourier
     series.
 
-    Raises
-    ------
-    ValueError
-        If a row has not n n numbers, Kp and Kd differ in their number of terms, or that of a Fourier series is even.
-
     References
     ----------
     Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.

@@ -21,12 +21,7 @@ class StateFeedback(AbstractArmController):
 
     where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of its m
     motors, each of which may answer the error of any joint. With [Kp Kd] = R^-1 B' P of the equations linearised about
-    a rest point this is the LQR.
-
-    Raises
-    ------
-    ValueError
-        If a gain is not of shape (m, n); or every joint has a motor, and Kd drives motion on and damps none.
+    a rest point this is the LQR. Where every joint has a motor, a Kd that drives motion on and damps none is refused.
 
     References
     ----------

@@ -192,7 +192,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
 
     With sigma points about x_hat, columns g_i of the Cholesky factor of P = G G', and their weights,
 
-        X_0 = x_hat,    X_i = x_hat + sqrt(c) g_i,    X_(n+i) = x_hat - sqrt(c) g_i,      c = alpha^2 (n + kappa)
+        X_0 = x_hat,    X_i = x_hat + sqrt(c) g_i,    X_(n+i) = x_hat - sqrt(c) g_i,      c = alpha^2 (n + kappa) > 0
         W_0 = 1 - n / c  of means,    W_0 + 1 - alpha^2 + beta  of covariances,            W_i = 1 / (2 c)  of both
 
         at t_k        y_hat = sum W_i h(X_i),    S = sum W_i (h(X_i) - y_hat)(h(X_i) - y_hat)' + R
@@ -209,11 +209,6 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
 
     It runs as `ExtendedKalmanFilter` does, with its numbers and its `observer.pivot`, of P and S; each of the
     `substeps` is two Runge-Kutta steps.
-
-    Raises
-    ------
-    LookupError, ValueError
-        As `ExtendedKalmanFilter` does; or if kappa is not above -n.
 
     References
     ----------

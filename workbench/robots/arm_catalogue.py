@@ -212,12 +212,7 @@ CATALOGUE: Mapping[str, Callable[[], PlanarArm | SpatialArm]] = {
 
 
 def named(name: str) -> PlanarArm | SpatialArm:
-    """The arm of that name.
-
-    Raises
-    ------
-    LookupError
-        If there is none; the message names the nearest.
+    """The arm of that name; where there is none, a `LookupError` names the nearest.
 
     Examples
     --------

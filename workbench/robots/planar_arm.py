@@ -50,15 +50,10 @@ class PointMass:
 
 @block
 class PlanarArm(AbstractArm):
-    """A chain of links joined by revolute joints with parallel horizontal axes; those numbered `passive` have no motor.
+    """A chain of links joined by revolute joints with parallel horizontal axes; the `passive` ones have no motor.
 
     Each joint angle is measured from the line of the link before it, counter-clockwise; the first one from the
     direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols, G from the potential energy.
-
-    Raises
-    ------
-    ValueError
-        If there is no link, a passive joint is none of the arm's, or no joint has a motor.
 
     References
     ----------

@@ -58,13 +58,8 @@ class WayPoints(AbstractSignal):
 
         x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
 
-    which minimises the integral of the squared jerk. Before the first time and after the last it rests. `points` is (m,
-    n), a row a time; of a signal of one number (m,).
-
-    Raises
-    ------
-    ValueError
-        If the times do not increase, or are fewer than two.
+    which minimises the integral of the squared jerk. Before the first time and after the last it rests. The `times`
+    (m,) increase; `points` is (m, n), a row a time, or of a signal of one number (m,).
 
     References
     ----------

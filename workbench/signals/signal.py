@@ -62,11 +62,6 @@ class AbstractSignal(AbstractReference):
 class Together(AbstractReference):
     """Several references side by side, each with signals of its own.
 
-    Raises
-    ------
-    ValueError
-        If two of them say the same signal.
-
     Examples
     --------
     >>> both = wb.Together((wb.Step("h_1", "cm", 12.4), wb.Ramp("h_2", "cm", 0.1)))

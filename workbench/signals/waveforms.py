@@ -97,12 +97,9 @@ class Chirp(AbstractSignal):
     """A sine whose frequency goes from `first` to `last` in the time `duration` T, and stays there:
 
         x(t) = amplitude sin(2 pi integral f + phase),     f = first + (last - first) t / T,
-                                                      or   f = first (last / first)^(t / T).
+                                                      or   f = first (last / first)^(t / T),
 
-    Raises
-    ------
-    ValueError
-        If a logarithmic sweep begins or ends at 0 Hz, or where it begins.
+    of which the second needs two positive frequencies that differ.
 
     Examples
     --------
@@ -166,14 +163,9 @@ class SquareWave(AbstractSignal):
 
 @block
 class PulseTrain(AbstractSignal):
-    """Pulses of height `level` and length `width` at the begin of every `period` from `time` on; `base` elsewhere.
+    """Pulses of height `level` and a `width` below the `period`, at the begin of each from `time` on; `base` elsewhere.
 
     A jump has no derivative; the derivatives are zero at all times, as if the jumps were not there.
-
-    Raises
-    ------
-    ValueError
-        If a pulse is not shorter than the period.
 
     Examples
     --------
