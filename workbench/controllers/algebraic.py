@@ -50,8 +50,7 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
 
     References
     ----------
-    Chu, Fan and Lin (2005), A structure-preserving doubling algorithm for continuous-time algebraic Riccati
-    equations, Linear Algebra and its Applications 396.
+    Chu, Fan and Lin (2005), A structure-preserving doubling algorithm for ... Riccati equations, LAA 396.
     """
     n = A.shape[0]
     eye = ca.SX.eye(n)
@@ -72,8 +71,7 @@ def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
 
     References
     ----------
-    Schiff and Shnider (1999), A natural approach to the numerical integration of Riccati differential equations, SIAM
-    Journal on Numerical Analysis 36(5).
+    Schiff and Shnider (1999), A natural approach to the numerical integration of Riccati ..., SINUM 36(5).
     """
     E, F, P0 = _cayley(A, G, Q, 2 / h)
     return _even(P0 + E.T @ P @ ca.solve(ca.SX.eye(A.shape[0]) + F @ P, E))

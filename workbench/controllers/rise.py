@@ -27,10 +27,8 @@ class Rise(AbstractSlidingMode):
 
     References
     ----------
-    Xian, Dawson, de Queiroz and Chen (2004), A continuous asymptotic tracking control strategy for uncertain
-    nonlinear systems, IEEE Transactions on Automatic Control 49(7).
-    Patre, MacKunis, Makkar and Dixon (2008), Asymptotic tracking for systems with structured and unstructured
-    uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
+    Xian et al. (2004), A ... asymptotic tracking control strategy for uncertain nonlinear systems, IEEE TAC 49(7).
+    Patre et al. (2008), Asymptotic tracking for ... structured and unstructured uncertainties, IEEE TCST 16(2).
     """
 
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")

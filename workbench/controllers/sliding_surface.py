@@ -124,10 +124,8 @@ def relay(s: ca.SX, M: ca.SX, K: ca.SX, period: float) -> ca.SX:
 
     References
     ----------
-    Acary and Brogliato (2010), Implicit Euler numerical scheme and chattering-free implementation of
-    sliding mode systems, Systems and Control Letters 59(5).
-    Hintermueller, Ito and Kunisch (2003), The primal-dual active set strategy as a semismooth Newton
-    method, SIAM Journal on Optimization 13(3).
+    Acary and Brogliato (2010), Implicit Euler numerical scheme ... of sliding mode systems, SCL 59(5).
+    Hintermueller et al. (2003), The primal-dual active set strategy as a semismooth Newton method, SIOPT 13(3).
     """
     n, K = s.numel(), ca.SX(K)
     A = period * solve_definite(M, ca.SX.eye(n))

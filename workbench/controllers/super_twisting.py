@@ -45,8 +45,7 @@ class SuperTwisting(AbstractSlidingMode):
     ----------
     Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal of Control 58(6).
     Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57(4).
-    Brogliato, Polyakov and Efimov (2020), The implicit discretization of the supertwisting sliding-mode
-    control algorithm, IEEE Transactions on Automatic Control 65(8).
+    Brogliato et al. (2020), The implicit discretization of the supertwisting ... algorithm, IEEE TAC 65(8).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SWITCHED_RATE_IS_BOUNDED,)

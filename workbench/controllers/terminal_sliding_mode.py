@@ -56,8 +56,7 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
     References
     ----------
     Feng, Yu and Man (2002), Non-singular terminal sliding mode control of rigid manipulators, Automatica 38(12).
-    Yu, Yu, Shirinzadeh and Man (2005), Continuous finite-time control for robotic manipulators with terminal sliding
-    mode, Automatica 41(11).
+    Yu et al. (2005), Continuous finite-time control ... with terminal sliding mode, Automatica 41(11).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)

@@ -214,8 +214,7 @@ class UnscentedKalmanFilter(AbstractKalmanFilter):
     ----------
     Julier and Uhlmann (1997), A new extension of the Kalman filter to nonlinear systems, AeroSense.
     Wan and van der Merwe (2000), The unscented Kalman filter for nonlinear estimation, AS-SPCC.
-    Sarkka (2007), On unscented Kalman filtering for state estimation of continuous-time nonlinear systems, IEEE
-    Transactions on Automatic Control 52(9).
+    Sarkka (2007), On unscented Kalman filtering for ... continuous-time nonlinear systems, IEEE TAC 52(9).
 
     Examples
     --------

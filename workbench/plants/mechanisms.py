@@ -19,8 +19,7 @@ class CartPole(AbstractPlant):
 
     References
     ----------
-    Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling", with its g =
-    9.8.
+    Messner and Tilbury, Control Tutorials for Matlab and Simulink, "Inverted Pendulum: System Modeling".
 
     Examples
     --------
@@ -128,8 +127,7 @@ class TwoMasses(AbstractPlant):
 
     References
     ----------
-    Wie and Bernstein (1992), Benchmark problems for robust control design, Journal of Guidance, Control, and Dynamics
-    15, 1057-1059; its numbers have no units.
+    Wie and Bernstein (1992), Benchmark problems for robust control design, J. Guid. Control Dyn. 15; without units.
 
     Examples
     --------
