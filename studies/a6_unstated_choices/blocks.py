@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.controllers.sliding_surface import AbstractSlidingMode, matrices, saturation, sliding
+from workbench.controllers.sliding_surface import AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
 from workbench.core.dynamics import solve_definite
@@ -117,13 +117,13 @@ class EitherAosmcRgs(AbstractSlidingMode):
     def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
         """(27) to (29)."""
         M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = sliding(est, ref, self.Lambda)
+        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         qd, qdd = chosen(self.printed, qd_r, ref.qd), chosen(self.printed, qdd_r, ref.qdd)
         return M @ qdd + C @ qd + G + est.d - z["K"] @ saturation(s, self.phi, "clip")
 
     def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
         """(33) and (34), with Q and R that number times I."""
-        s, K, P, n = sliding(est, ref, self.Lambda).s, z["K"], z["P"], self.dof
+        s, K, P, n = self._sliding(est, ref).s, z["K"], z["P"], self.dof
         Ps, size = P @ s, ca.fabs(s)
         growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
         A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)

@@ -1,12 +1,18 @@
 """Control laws, one a file; each opens with the equations of its book, which the code repeats letter by letter.
 
 A law knows estimates, wanted signals and the model that its designer believes in; it does not know the true plant, the
-observer or the simulator. Read `sliding_mode.py` first, for any plant `regulator.py`; `sliding_surface.py` and
-`adaptation.py` hold what the sliding laws share.
+observer or the simulator. Read `sliding_mode.py` first, for any plant `regulator.py`; `sliding_surface.py` holds what
+the sliding laws share.
 """
 
-from workbench.controllers.adaptation import AbstractAdaptation, DeadZone, Frozen, Leakage, Plain
-from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
+from workbench.controllers.adaptive_sliding_mode import (
+    AbstractAdaptation,
+    AdaptiveSlidingMode,
+    DeadZone,
+    Frozen,
+    Leakage,
+    Plain,
+)
 from workbench.controllers.aosmc_rgs import AosmcRgs
 from workbench.controllers.cascade import Cascade
 from workbench.controllers.compensation import WithCompensation

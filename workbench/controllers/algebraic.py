@@ -1,7 +1,5 @@
 """The Riccati equation in CasADi expressions: the stabilising P, and a step of P' = A'P + PA - PGP + Q."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 
@@ -20,12 +18,11 @@ def closed_form(A: ca.SX, G: ca.SX, Q: ca.SX) -> ca.SX:
 
     The factor p(l) = l + c0 or l^2 + c1 l + c0 of the characteristic polynomial of H = [A, -G; -Q, -A'] with roots to
     the left is known by square roots alone, and p(H) [I; P] = 0 is linear in P. Both halves of that are solved together
-    by least squares: for a stable A with a small GQ the upper one loses digits, for an unstable A the lower.
+    by least squares: either alone loses digits.
 
     References
     ----------
-    Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE Transactions on Automatic Control 24(6)
-    (the invariant subspace).
+    Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE TAC 24(6) (the invariant subspace).
     """
     n = A.shape[0]
     scale = ca.sqrt((ca.trace(Q) + TINY) / ca.trace(G))  # so that both halves weigh alike
@@ -53,8 +50,7 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
 
     References
     ----------
-    Chu, Fan and Lin (2005), A structure-preserving doubling algorithm for continuous-time algebraic Riccati
-    equations, Linear Algebra and its Applications 396.
+    Chu, Fan and Lin (2005), A structure-preserving doubling algorithm for ... Riccati equations, LAA 396.
     """
     n = A.shape[0]
     eye = ca.SX.eye(n)
@@ -69,15 +65,13 @@ def doubled(A: ca.SX, G: ca.SX, Q: ca.SX, rate: ca.SX, doublings: int) -> ca.SX:
 def stepped(A: ca.SX, G: ca.SX, Q: ca.SX, P: ca.SX, h: float) -> ca.SX:
     """P after h seconds of P' = A'P + PA - PGP + Q, by one Cayley step; symmetric where P is.
 
-    With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes
-    X = (I - h H / 2)^-1 (I + h H / 2) for exp(h H), symplectic and of second order. It is P+ = P0 + E' P (I + F P)^-1 E
-    with F, P0 semidefinite as G, Q are: for each h but where 2 / h is an eigenvalue of A a semidefinite P stays so, and
-    becomes definite at once where Q is. Each stationary P of the equation is one of the step.
+    With P = X2 X1^-1 the equation is linear, [X1; X2]' = H [X1; X2], H = [-A, G; Q, A']. The step takes X = (I - h H /
+    2)^-1 (I + h H / 2) for exp(h H), symplectic and of second order: P+ = P0 + E' P (I + F P)^-1 E. But where 2 / h is
+    an eigenvalue of A a semidefinite P stays so, and each stationary P of the equation is one of the step.
 
     References
     ----------
-    Schiff and Shnider (1999), A natural approach to the numerical integration of Riccati differential equations, SIAM
-    Journal on Numerical Analysis 36(5).
+    Schiff and Shnider (1999), A natural approach to the numerical integration of Riccati ..., SINUM 36(5).
     """
     E, F, P0 = _cayley(A, G, Q, 2 / h)
     return _even(P0 + E.T @ P @ ca.solve(ca.SX.eye(A.shape[0]) + F @ P, E))

@@ -1,7 +1,5 @@
 """AOSMC-RGS: the paper's law, as printed and in each of its readings."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -85,37 +83,23 @@ class AosmcRgs(AbstractSlidingMode):
         K' = -P s sign(s)                                                                     (33)
         P' = A^T P + P A - P B R^-1 B^T P + Q                                                 (34)
 
-    with M, C, G of `model` at the estimates q_hat, qd_hat. Each slip of the print is a named option,
-    whose first choice is the print. A symmetric K stays so in the shapes "elementwise" and "norm" of (33) only. P stays
-    symmetric and positive definite from such a P(0). With riccati "algebraic" P is no state: it is solved for at each
-    instant, and the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
+    with M, C, G of `model` at the estimates q_hat, qd_hat, and Q, R the weights of (32). Each slip of the print is a
+    named option, whose first choice is the print. A symmetric K stays so in the shapes "elementwise" and "norm" of (33)
+    only, and nothing keeps it definite. With riccati "algebraic" P is no state: it is solved for at each instant, and
+    the signals "P" and "residual" show it and what it leaves of its equation relative to the terms.
 
-    A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so
-    loses it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
-
-    (34) run forward is not the minimiser of (32), which runs backward from the horizon; A has lost
-    the 1 / phi of sat(s / phi) = s / phi, so its unit is not 1/s; and nothing keeps K positive definite,
-    which (29) asks for.
-
-    Parameters
-    ----------
-    Lambda
-        (n,), the diagonal of Lambda.
-    K, P
-        (n, n), K(0) and P(0); riccati "algebraic" takes no P.
-    Q, R
-        (n, n), the weights of (32), in the units that (34) gives them; riccati "frozen" takes neither.
+    A computer steps K and P by `integrator`. Explicit Euler multiplies P by 1 - 2 h |a| for a mode a of A, and so loses
+    it where a period h is longer than 1 / |a|; the Cayley step of (34) loses it at none.
 
     Raises
     ------
     ValueError
-        If a number is out of its bounds or has the wrong shape; Q or P(0) is not symmetric and positive semidefinite,
-        or R not symmetric and positive definite; or P, Q, R or the integrator do not suit `riccati`.
+        If P, Q, R or the integrator do not suit `riccati`: "algebraic" takes no P, "frozen" neither Q nor R.
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.3 and 3.4.
+    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain synthesis for robotic
+    manipulators, sections 3.3 and 3.4.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (K_STAYS_DEFINITE, P_STAYS_DEFINITE)
@@ -125,11 +109,11 @@ class AosmcRgs(AbstractSlidingMode):
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
     phi: Scalar = parameter(unit="{position}/s", low=0, strict=True, symbol="phi")
     K: Matrix = initial(unit="{force}", shape=("n", "n"), symbol="K")
-    P: Matrix | None = initial(default=None, unit="{force}/{position}", shape=("n", "n"), symbol="P")
-    Q: Matrix | None = parameter(
+    P: Matrix = initial(default=None, unit="{force}/{position}", shape=("n", "n"), symbol="P")
+    Q: Matrix = parameter(
         default=None, unit="{force}/({position} s)", symmetric=True, definite="semi", shape=("n", "n"), symbol="Q"
     )
-    R: Matrix | None = parameter(
+    R: Matrix = parameter(
         default=None, unit="{force}/({position} s)", symmetric=True, definite="positive", shape=("n", "n"), symbol="R"
     )
     velocity: str = option(VELOCITIES, default="printed")
@@ -139,7 +123,6 @@ class AosmcRgs(AbstractSlidingMode):
     # no "implicit": (33) does not keep K such that M s' = -K sign(s) has one solution
     saturation: str = option(SATURATIONS, default="clip")
     feedforward: str = option(FEEDFORWARDS, default="model")
-
     integrator: str = option(INTEGRATORS, default="euler")
 
     def __post_init__(self) -> None:
@@ -161,12 +144,10 @@ class AosmcRgs(AbstractSlidingMode):
 
     @property
     def memory(self) -> Layout:
-        """The gain K and, unless it is solved for, the Riccati matrix P, each (n, n)."""
         K = Entry("K", self.K, self.force, symbol="K")
         return Layout((K,) if self.P is None else (K, Entry("P", self.P, gain(self.force, self.position), symbol="P")))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque, equations (27) to (29)."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         if self.velocity == "printed":
@@ -176,7 +157,6 @@ class AosmcRgs(AbstractSlidingMode):
         return tau_eq + tau_sw
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rates of K and P, equations (33) and (34)."""
         s = self._sliding(est, ref).s
         algebraic = self.riccati == "algebraic"
         growth = self._growth(self._algebraic(z, est)[0] if algebraic else z["P"], s)
@@ -185,11 +165,9 @@ class AosmcRgs(AbstractSlidingMode):
 
     @property
     def method(self) -> str:
-        """The methods by name: explicit Euler, or those of K and of P."""
         return "K by explicit Euler, P by a Cayley step of (34)" if self.integrator == "cayley" else EULER
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """K and P after a period, by (33), (34) and `integrator`."""
         moved = euler(z, self.rate(t, z, est, ref), period)
         if self.integrator == "euler":
             return moved
@@ -197,7 +175,6 @@ class AosmcRgs(AbstractSlidingMode):
         return moved | {"P": stepped(A, G, Q, z["P"], period)}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, and P with its residual where it is solved for."""
         s = {"s": self._sliding(est, ref).s}
         if self.riccati != "algebraic":
             return s
@@ -205,7 +182,6 @@ class AosmcRgs(AbstractSlidingMode):
         return s | {"P": P, "residual": left}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: K constant, P constant, no model in the torque, and no boundary layer."""
         still = (
             replace(self, riccati="frozen", Q=None, R=None, integrator="euler") if self.riccati == "forward" else self
         )
@@ -227,14 +203,11 @@ class AosmcRgs(AbstractSlidingMode):
                 return P * ca.sum1(ca.fabs(s))
 
     def _riccati(self, z: Parts, est: Reads) -> ca.SX:
-        """P' of (34), (n, n)."""
         if self.riccati == "frozen":
             return ca.SX.zeros(self.dof, self.dof)
         K, P, B = z["K"], z["P"], ca.diag(self.Lambda)
-        Q: Matrix = self.Q
-        R: Matrix = self.R
         A = -solve_definite(self.model.mass_matrix(est.q), K)
-        rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(R, B.T @ P) + Q
+        rate: ca.SX = A.T @ P + P @ A - P @ B @ ca.solve(self.R, B.T @ P) + self.Q
         return rate
 
     def _algebraic(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX]:
@@ -246,6 +219,4 @@ class AosmcRgs(AbstractSlidingMode):
     def _weighted(self, z: Parts, est: Reads) -> tuple[ca.SX, ca.SX, ca.SX]:
         """A, G = B R^-1 B^T and Q of (34), each (n, n)."""
         A, B = -solve_definite(self.model.mass_matrix(est.q), z["K"]), ca.SX(ca.diag(self.Lambda))
-        Q: Matrix = self.Q
-        R: Matrix = self.R
-        return A, B @ ca.solve(R, B.T), Q
+        return A, B @ ca.solve(self.R, B.T), self.Q

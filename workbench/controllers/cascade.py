@@ -1,7 +1,3 @@
-"""Cascades: a law whose command another law follows."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -30,8 +26,7 @@ class Cascade(AbstractController):
     ------
     ValueError
         If the inner law does not follow all that the outer one drives, by name, size and unit; if the two take one
-        signal in unlike sizes or units; if one has a period of its own, which is what `ratio` is for; or if `ratio` is
-        no positive whole number.
+        signal in unlike sizes or units; if one has a period of its own; or if `ratio` is no positive whole number.
 
     References
     ----------
@@ -72,7 +67,6 @@ class Cascade(AbstractController):
 
     @property
     def reads(self) -> Layout:
-        """The estimates that either law reads."""
         return _union(self.outer.reads, self.inner.reads)
 
     @property
@@ -82,12 +76,10 @@ class Cascade(AbstractController):
 
     @property
     def drives(self) -> Layout:
-        """The inputs that the inner law drives."""
         return self.inner.drives
 
     @property
     def memory(self) -> Layout:
-        """The memories of both laws, and the outer command where it is held."""
         held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
         both = self.outer.memory.prefixed("outer.") + self.inner.memory.prefixed("inner.")
         return both + held.prefixed("held.") if self.ratio > 1 else both
@@ -99,27 +91,22 @@ class Cascade(AbstractController):
 
     @property
     def signal_units(self) -> Mapping[str, str]:
-        """The signal units of the outer law."""
         return self.outer.signal_units
 
     @property
     def method(self) -> str:
-        """The methods of both laws by name."""
         return f"outer law: {self.outer.method}; inner law: {self.inner.method}"
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The command of the inner law, which follows that of the outer."""
         _, inner = self._arguments(t, z, est, ref)
         return self._inner.command(*inner)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rates of both memories; that of a held command is zero."""
         outer, inner = self._arguments(t, z, est, ref)
         held = {name: ca.SX.zeros(part.shape) for name, part in below("held", z).items()}
         return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The memory after its period."""
         if self.period is None:
             raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
         return self.advance(t, z, est, ref, self.period)
@@ -136,11 +123,9 @@ class Cascade(AbstractController):
         return above(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The signals of the outer law."""
         return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
 
     def without(self) -> Mapping[str, AbstractController]:
-        """The ablations: the cascade without each part of its laws."""
         outer = {f"outer {name}": replace(self, outer=law) for name, law in self.outer.without().items()}
         return outer | {f"inner {name}": replace(self, inner=law) for name, law in self.inner.without().items()}
 
@@ -151,7 +136,6 @@ class Cascade(AbstractController):
 
     @property
     def _outer(self) -> AbstractController:
-        """The outer law, run by the cascade's computer where it has one."""
         return self.outer if self.period is None else self.outer.run_every(self.ratio * self.period)
 
     @property
@@ -168,7 +152,6 @@ class Cascade(AbstractController):
         return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
 
     def _is_turn(self, t: Number, period: float) -> ca.SX:
-        """True if the outer law runs at this instant of the computer."""
         return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0
 
 

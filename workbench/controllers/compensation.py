@@ -1,7 +1,3 @@
-"""Compensation of the disturbance: a law that adds the observer's estimate of it to its torque."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
@@ -20,18 +16,11 @@ class WithCompensation(AbstractArmController):
 
         tau = tau_law + D_hat
 
-    D_hat is that of the loop's observer: `WithDisturbance` estimates it, and beside an observer that does not it is
-    zero and the law is alone. Where a law adapts or integrates, both answer the same disturbance.
-
-    Raises
-    ------
-    ValueError
-        If the torque of the law depends on D_hat already.
+    D_hat is that of the loop's observer, zero of one that estimates none; a law that has it already is refused.
 
     References
     ----------
-    Chen, Yang, Guo and Li (2016), Disturbance-observer-based control and related methods: an overview, IEEE
-    Transactions on Industrial Electronics 63(2).
+    Chen et al. (2016), Disturbance-observer-based control and related methods: an overview, IEEE TIE 63(2).
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
@@ -53,46 +42,36 @@ class WithCompensation(AbstractArmController):
 
     @property
     def dof(self) -> int:
-        """The number of joints of the law."""
         return self.law.dof
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The units of the joints, from the law."""
         return self.law.units
 
     @property
     def memory(self) -> Layout:
-        """The memory of the law, below `law.`."""
         return self.law.memory.prefixed("law.")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque of the law plus the estimated disturbance."""
         return self._law.torque(t, below("law", z), est, ref) + est.d
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rate of the law's memory."""
         return above({"law": self._law.rate(t, below("law", z), est, ref)})
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The signals of the law."""
         return self._law.signals(below("law", z), est, ref)
 
     @property
     def method(self) -> str:
-        """The method of the law by name."""
         return self.law.method
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The memory of the law after a period."""
         return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: the law alone, and the sum without each part of the law."""
         less: Mapping[str, Any] = self.law.without()
         return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
 
     @property
     def _law(self) -> AbstractArmController:
-        """The law, run as often as the sum is."""
         return self.law if self.period is None else self.law.run_every(self.period)

@@ -1,7 +1,3 @@
-"""Computed torque: the arm's own dynamics cancelled, and a linear law in their place."""
-
-from __future__ import annotations
-
 from typing import ClassVar
 
 import casadi as ca
@@ -34,30 +30,14 @@ class ComputedTorque(AbstractArmController):
 
         tau = M (qdd_ref - Kd ed - Kp e) + C qd + G + D_hat,        e = q - q_ref
 
-    with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right
-    model and exact estimates of the state
-
-        e'' + Kd e' + Kp e = M^-1 (D_hat - D):
-
-    the joints are uncoupled and linear, at any speed. Beside an observer without a disturbance D_hat = 0; behind
-    `WithDisturbance` this is computed torque with a disturbance observer.
-
-    Parameters
-    ----------
-    Kp, Kd
-        (n,), one a joint: with a natural frequency w and a damping ratio zeta, w^2 and 2 zeta w.
-
-    Raises
-    ------
-    ValueError
-        If a gain is negative or not finite, or an array has not one number a joint.
+    with M, C, G of `model`, the arm as the designer believes it to be, at the estimated state. With the right model and
+    exact estimates e'' + Kd e' + Kp e = M^-1 (D_hat - D): joints of the frequency w and the damping ratio zeta by
+    Kp = w^2, Kd = 2 zeta w. Beside an observer without a disturbance D_hat = 0.
 
     References
     ----------
-    Siciliano, Sciavicco, Villani and Oriolo (2009), Robotics: Modelling, Planning and Control, section 8.5.2
-    (inverse dynamics control).
-    Chen, Ballance, Gawthrop and O'Reilly (2000), A nonlinear disturbance observer for robotic manipulators, IEEE
-    Transactions on Industrial Electronics 47(4) (computed torque with a disturbance observer).
+    Siciliano et al. (2009), Robotics: Modelling, Planning and Control, section 8.5.2 (inverse dynamics control).
+    Chen et al. (2000), A nonlinear disturbance observer for robotic manipulators, IEEE TIE 47(4).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ERROR_IS_LINEAR,)
@@ -68,7 +48,6 @@ class ComputedTorque(AbstractArmController):
     Kd: Vector = parameter(unit="1/s", low=0, shape=("n",), symbol="K_d")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = M @ (ref.qdd - self.Kd * ed - self.Kp * e) + C @ est.qd + G + est.d

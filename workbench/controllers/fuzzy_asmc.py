@@ -1,15 +1,17 @@
 """Fuzzy adaptive sliding mode: a rule base says how fast the switching gain learns."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Plain
-from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
-from workbench.controllers.sliding_surface import SWITCHINGS, matrices
+from workbench.controllers.adaptive_sliding_mode import (
+    AbstractAdaptation,
+    AbstractAdaptiveSlidingMode,
+    AdaptiveSlidingMode,
+    Plain,
+)
+from workbench.controllers.sliding_surface import SWITCHINGS
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Column, Matrix, Number, Scalar, Vector
 from workbench.core.port import per_second
@@ -24,16 +26,8 @@ class RuleBase:
         r(x, v) = sum_ab mu_a(x) nu_b(v) scale_ab / sum_ab mu_a(x) nu_b(v)
         mu_a(x) = exp(-((x - x_a) / w_x)^2 / 2),    nu_b(v) = exp(-((v - v_b) / w_v)^2 / 2)
 
-    Rule (a, b) reads: if x is about x_a and v is about v_b, then r is scale_ab. r always lies between the
-    smallest and the largest consequent. The sets of one input share one width, so that beyond the
-    last centre the last rule wins.
-
-    Parameters
-    ----------
-    sizes, trends
-        (a,) and (b,), the centres of the sets of x and of v.
-    scale
-        (a, b), the consequents; each row one size, each column one trend.
+    Rule (a, b) reads: if x is about x_a and v is about v_b, then r is scale_ab. The sets of one input share one width,
+    so that beyond the last centre the last rule wins.
     """
 
     sizes: Vector = parameter(default=(0.0, 0.5, 1.0), unit="rad/s", shape=("a",), symbol="x")
@@ -41,11 +35,7 @@ class RuleBase:
     trends: Vector = parameter(default=(-5.0, 0.0, 5.0), unit="rad/s^2", shape=("b",), symbol="v")
     trend_width: Scalar = parameter(default=2.5, unit="rad/s^2", low=0, strict=True, symbol="w_v")
     scale: Matrix = parameter(
-        default=((0.0, 0.2, 0.5), (0.2, 1.0, 2.0), (1.0, 2.0, 4.0)),
-        unit="",
-        low=0,
-        shape=("a", "b"),
-        symbol="r",
+        default=((0.0, 0.2, 0.5), (0.2, 1.0, 2.0), (1.0, 2.0, 4.0)), unit="", low=0, shape=("a", "b"), symbol="r"
     )
 
     def __post_init__(self) -> None:
@@ -80,29 +70,12 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode whose rate of adaptation is set by a fuzzy rule base:
 
         s    = ed + Lambda e,                        e = q - q_ref
-        tau  = M qdd_r + C qd_r + G - K o sat(s / phi)
+        tau  = M qdd_r + C qd_r + G - K o sat(s / phi),                K(0) >= 0
         K_i' = gamma r(|s_i|, v_i) |s_i|             (`adaptation`: Plain, DeadZone or Leakage)
         v_i  = (|s_i| - z_i) / lag,    z_i' = v_i,    z(0) = 0
 
-    where o multiplies joint by joint, r is the `rules`, qd_r = qd_ref - Lambda e,
-    qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`: the arm as the designer believes it.
-
-    The trend d|s_i|/dt would need the acceleration, which nobody measures; v_i is that trend behind a
-    first-order lag. As z starts at zero, v_i tells of a rise during the first few lags of a run that
-    starts off the surface. The Lyapunov argument of `AdaptiveSlidingMode` takes a constant rate and is not carried
-    over. The paper names this rival and prints none of its rules; these are ours.
-
-    Parameters
-    ----------
-    Lambda
-        (n,), the rate at which the error decays on the surface, one a joint.
-    K
-        (n,), K(0).
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its bounds or has the wrong shape, or K(0) has a negative entry.
+    where r is the `rules`, v_i the trend d|s_i|/dt behind a lag, and all else as of `AdaptiveSlidingMode`, whose
+    Lyapunov argument is not carried over. The paper names this rival and prints none of its rules; these are ours.
 
     References
     ----------
@@ -124,30 +97,19 @@ class FuzzyAsmc(AbstractAdaptiveSlidingMode):
 
     @property
     def memory(self) -> Layout:
-        """The gains, and |s| behind the lag."""
-        slow = Entry("s_slow", np.zeros(self.dof), per_second(self.position), symbol="z")
-        return self.gains + Layout((slow,))
-
-    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
-        M, C, G = matrices(self.model, est)
-        _, _, s, qd_r, qdd_r = self._sliding(est, ref)
-        return M @ qdd_r + C @ qd_r + G - self._switching(z["K"], s, M)
+        return self.gains + Layout((Entry("s_slow", np.zeros(self.dof), per_second(self.position), symbol="z"),))
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """K' by the rules and the chosen form of adaptation; z' = v."""
         s = self._sliding(est, ref).s
         v = self._trend(z, s)
         r = self.rules.strength(ca.fabs(s), v)
         return {"K": self.adaptation.rate(self.gamma * r * ca.fabs(s), s, z["K"]), "s_slow": v}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, and the output r of the rules."""
         s = self._sliding(est, ref).s
         return {"s": s, "r": self.rules.strength(ca.fabs(s), self._trend(z, s))}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no rules, constant gain K(0), and no boundary layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )

@@ -1,7 +1,3 @@
-"""PID on each joint, with or without compensation of gravity."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,19 +17,7 @@ class PID(AbstractArmController):
 
         tau = -(Kp e + Ki z + Kd ed),      z' = e,  z(0) = 0,      e = q - q_ref,
 
-    and, where a `model` is given, tau + G(q): the gravity of the arm as the designer believes it to be.
-
-    The integral is not limited: where a drive saturates it winds up.
-
-    Parameters
-    ----------
-    Kp, Ki, Kd
-        (n,), one gain a joint.
-
-    Raises
-    ------
-    ValueError
-        If a gain is negative or not finite, or the model has another number of joints.
+    and, where a `model` of as many joints is given, tau + G(q). The integral is not limited: it winds up at a limit.
 
     References
     ----------
@@ -60,26 +44,21 @@ class PID(AbstractArmController):
 
     @property
     def dof(self) -> int:
-        """The number of joints: one for each gain in Kp."""
         return int(self.Kp.shape[0])
 
     @property
     def memory(self) -> Layout:
-        """The integral of the error."""
         return Layout((Entry("integral", np.zeros(self.dof), gain(self.position, "1", 1), symbol="z"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The feedback, and the gravity vector of the model if there is one."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         tau: ca.SX = -(self.Kp * e + self.Ki * z["integral"] + self.Kd * ed)
         return tau if self.model is None else tau + self.model.gravity_vector(est.q)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The integral grows by e."""
         return {"integral": est.q - ref.q}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no integral or derivative action, where they have a gain, and no gravity compensation."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         gravity = {"gravity compensation": replace(self, model=None)} if self.model is not None else {}

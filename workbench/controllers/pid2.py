@@ -1,7 +1,3 @@
-"""PID for any signal, with set-point weights, a filtered derivative, limits and anti-windup."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -23,7 +19,8 @@ class PID2(AbstractController):
         I' = Ki (r - y) + anti-windup,             I(0) = 0
         f' = N (w - f),                            f(0) = 0
 
-    without limits u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
+    about the point (y0, u0), with weights b, c of what is wanted; without limits, which may be None,
+    u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
     "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
     (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
 
@@ -31,28 +28,11 @@ class PID2(AbstractController):
 
         f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
 
-    Parameters
-    ----------
-    reads, drives
-        One output and one input of the plant, each of n numbers.
-    Kp, Ki, Kd
-        (n,), of any sign.
-    N
-        (n,), the bandwidth of the derivative, in 1/s.
-    b, c
-        (n,), the weights of what is wanted in the proportional and in the derivative action.
-    low, high
-        (n,), limits of the input, or None.
-    Tt
-        The tracking time of back-calculation, in s, or None.
-    u0, y0
-        (n,), the input and the output where the law takes over.
-
     Raises
     ------
     ValueError
-        If a port has not one signal, or the two are of unlike sizes; a number is not finite, or N or Tt not positive;
-        a lower limit is not below the upper; or back-calculation is asked for without limits or without Tt.
+        If `reads` and `drives` are not one signal each, of as many numbers; a lower limit is not below the upper; or
+        back-calculation is asked for without limits or without Tt.
 
     References
     ----------
@@ -115,60 +95,48 @@ class PID2(AbstractController):
 
     @property
     def unit_of_u(self) -> str:
-        """The unit of the input."""
         return one_entry(self.drives, "u").unit
 
     @property
     def unit_of_y(self) -> str:
-        """The unit of the output."""
         return one_entry(self.reads, "y").unit
 
     @property
     def unit_of_Kp(self) -> str:
-        """The unit of the input over that of the output."""
         return gain(self.unit_of_u, self.unit_of_y)
 
     @property
     def unit_of_Ki(self) -> str:
-        """The unit of Kp per second."""
         return gain(self.unit_of_u, self.unit_of_y, -1)
 
     @property
     def unit_of_Kd(self) -> str:
-        """The unit of Kp times seconds."""
         return gain(self.unit_of_u, self.unit_of_y, 1)
 
     @property
     def follows(self) -> Layout:
-        """The wanted values of the signals that it reads."""
         return self.reads
 
     @property
     def memory(self) -> Layout:
-        """The integral I and the filter f."""
         zero = np.zeros(self.dof)
         filtered = Entry("filter", zero, self.unit_of_y, symbol="f")
         return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
 
     @property
     def recursion(self) -> bool:
-        """True in the discrete-time form, which has a period."""
         return self.period is not None
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
-        """The command within its limits."""
         return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The derivatives of integral and filter."""
         return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
 
     def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The memory after its period."""
         return self.advance(t, z, est, ref, self._period)
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The forward difference of the integral, and the backward one of the filter."""
         share = self.N * period / (1 + self.N * period)
         return {
             "integral": z["integral"] + period * self._growth(z, est, ref),
@@ -177,11 +145,9 @@ class PID2(AbstractController):
 
     @property
     def method(self) -> str:
-        """The two differences by name."""
         return "forward difference of the integral, backward difference of the derivative"
 
     def without(self) -> Mapping[str, AbstractController]:
-        """The ablations: no integral action and no derivative action, where they have a gain."""
         integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
         derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
         return integral | derivative

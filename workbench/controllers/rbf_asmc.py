@@ -1,15 +1,16 @@
-"""Adaptive sliding mode with a network of Gaussians that learns the torque that the model leaves out."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
 import casadi as ca
 import numpy as np
 
-from workbench.controllers.adaptation import AbstractAdaptation, AbstractAdaptiveSlidingMode, Frozen, Plain
-from workbench.controllers.adaptive_sliding_mode import AdaptiveSlidingMode
+from workbench.controllers.adaptive_sliding_mode import (
+    AbstractAdaptation,
+    AbstractAdaptiveSlidingMode,
+    AdaptiveSlidingMode,
+    Frozen,
+    Plain,
+)
 from workbench.controllers.sliding_surface import SWITCHINGS, matrices
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
@@ -22,43 +23,19 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
     """Adaptive sliding mode with a Gaussian network for the torque that the model leaves out:
 
         s    = ed + Lambda e,                        e = q - q_ref
-        tau  = M qdd_r + C qd_r + G + W^T h(x) - K o sat(s / phi)
+        tau  = M qdd_r + C qd_r + G + W^T h(x) - K o sat(s / phi),     K(0) >= 0
         W'   = -Gamma h(x) s^T - sigma W,            W(0) = 0
         K_i' = gamma |s_i|                           (`adaptation`: Plain, DeadZone or Leakage)
         h_j(x) = exp(-sum_i ((x_i - c_ji) / b_i)^2 / 2),    x = (e, ed)
 
-    where o multiplies joint by joint, qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and
-    M, C, G are those of `model`: the arm as the designer believes it to be.
-
-    With f = W*^T h + eps the torque that the true arm and D need beyond the model's along qd_r, E = W - W* and
-    V = s^T M s / 2 + tr(E^T E) / (2 Gamma), V' holds s^T E^T h from the arm and tr(E^T W') / Gamma
-    from the network: they cancel for W' = -Gamma h s^T. The rest, eps, is for K. The leak sigma
-    keeps W bounded where eps and the layer keep s from vanishing.
-
-    A computer steps W with its leak by `integrator`, h(x) and s held over a period T: explicit Euler multiplies W by
-    1 - sigma T, which is stable for sigma T < 2 only, and "exact" by exp(-sigma T).
-
-    Parameters
-    ----------
-    Lambda
-        (n,), the rate at which the error decays on the surface, one a joint.
-    centres, widths
-        (m, 2n) and (2n,), in rad for the first n columns (e), in rad/s for the others (ed).
-    Gamma, sigma
-        The rates of adaptation and of leakage of the network.
-    K
-        (n,), K(0).
-
-    Raises
-    ------
-    ValueError
-        If a number is out of its bounds or has the wrong shape, K(0) has a negative entry, or the
-        centres do not lie in the space of (e, ed).
+    with `centres` (m, 2n), `widths` (2n,) and all else as of `AdaptiveSlidingMode`. The leak sigma keeps W bounded
+    where the layer, and what no W can learn, keep s from vanishing. A computer steps W with its leak by `integrator`,
+    h(x) and s held over a period T: explicit Euler multiplies W by 1 - sigma T, which is stable for sigma T < 2 only,
+    and "exact" by exp(-sigma T).
 
     References
     ----------
-    Lewis, Jagannathan and Yesildirek (1999), Neural Network Control of Robot Manipulators and
-    Nonlinear Systems (weights tuned by h s^T with leakage).
+    Lewis et al. (1999), Neural Network Control of Robot Manipulators and Nonlinear Systems.
     """
 
     model: AbstractArm
@@ -87,19 +64,16 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     @property
     def memory(self) -> Layout:
-        """The gains and the weights of the network."""
         W = Entry("W", np.zeros((self.centres.shape[0], self.dof)), self.force, symbol="W")
         return self.gains + Layout((W,))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         e, ed, s, qd_r, qdd_r = self._sliding(est, ref)
         learned = z["W"].T @ self._h(e, ed)
         return M @ qdd_r + C @ qd_r + G + learned - self._switching(z["K"], s, M)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """K' by the chosen form of adaptation; W' with its leak."""
         e, ed, s, _, _ = self._sliding(est, ref)
         return {
             "K": self.adaptation.rate(self.gamma * ca.fabs(s), s, z["K"]),
@@ -108,11 +82,9 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
 
     @property
     def method(self) -> str:
-        """The method by name: explicit Euler, or exact for W."""
         return f"exact step of W, K by {EULER}" if self.integrator == "exact" else EULER
 
     def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
-        """The memory over a period by `integrator`."""
         rates = self.rate(t, z, est, ref)
         moved = euler(z, rates, period)
         if self.integrator == "euler":
@@ -123,12 +95,10 @@ class RbfAsmc(AbstractAdaptiveSlidingMode):
         return moved | {"W": z["W"] + period * share * rates["W"]}
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s, and the torque W^T h(x) of the network."""
         e, ed, s, _, _ = self._sliding(est, ref)
         return {"s": s, "learned": z["W"].T @ self._h(e, ed)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no network, constant gain K(0), and no boundary layer."""
         plain = AdaptiveSlidingMode(
             self.model, self.Lambda, self.phi, self.gamma, self.K, self.adaptation, self.saturation
         )

@@ -1,7 +1,3 @@
-"""RISE: robust integral of the sign of the error, which answers a smooth disturbance by a continuous torque."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -22,36 +18,17 @@ class Rise(AbstractSlidingMode):
         tau = tau_ref - (ks + 1) s - w
         w'  = (ks + 1) alpha s + beta sat(s / phi),                 w(0) = w_0
 
-    where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref: the arm as the
-    designer believes it to be. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s and alpha_2 for alpha, and
-    begin at w_0 = -(ks + 1) s(0), so that tau = tau_ref at first; zero, the default, answers the first error at once.
+    where tau_ref = 0 or, where a `model` is given, M qdd_ref + C qd_ref + G at q_ref, qd_ref, and the 1 has the unit of
+    ks. The authors write e_1 = -e, alpha_1 for Lambda, e_2 = -s, alpha_2 for alpha, and begin at w_0 = -(ks + 1) s(0).
 
     With sign for sat, where the torque that is left unknown along the reference has a derivative within b1_i and a
-    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero. The torque
-    is continuous for all that: the sign is below the integral. For one joint of inertia M, ks + 1 < Lambda M leaves a
-    limit cycle. The layer costs the exactness and spares w its chattering in a computer, h beta from period to period.
-
-    Parameters
-    ----------
-    Lambda, alpha
-        (n,), one a joint.
-    ks, beta
-        (n,), one a joint; the 1 beside ks has its unit.
-    w
-        (n,), w_0.
-
-    Raises
-    ------
-    ValueError
-        If Lambda, alpha or phi is not positive, another gain is negative, an array has not one number a joint, or
-        the model has another number of joints.
+    second one within b2_i, beta_i > b1_i + b2_i / alpha_i and ks large enough for the start take e to zero by a
+    continuous torque. For one joint of inertia M, ks + 1 < Lambda M leaves a limit cycle.
 
     References
     ----------
-    Xian, Dawson, de Queiroz and Chen (2004), A continuous asymptotic tracking control strategy for uncertain
-    nonlinear systems, IEEE Transactions on Automatic Control 49(7).
-    Patre, MacKunis, Makkar and Dixon (2008), Asymptotic tracking for systems with structured and unstructured
-    uncertainties, IEEE Transactions on Control Systems Technology 16(2) (Euler-Lagrange systems, with feedforward).
+    Xian et al. (2004), A ... asymptotic tracking control strategy for uncertain nonlinear systems, IEEE TAC 49(7).
+    Patre et al. (2008), Asymptotic tracking for ... structured and unstructured uncertainties, IEEE TCST 16(2).
     """
 
     Lambda: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="Lambda")
@@ -72,21 +49,17 @@ class Rise(AbstractSlidingMode):
 
     @property
     def dof(self) -> int:
-        """The number of joints: one for each number in Lambda."""
         return int(self.Lambda.shape[0])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The feedback and the integral, and the feedforward torque of the reference if there is a model."""
         tau: ca.SX = -(self.ks + 1) * self._sliding(est, ref).s - z["w"]
         return tau if self.model is None else tau + self.model.torque(ref.q, ref.qd, ref.qdd)
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The rate of w."""
         s = self._sliding(est, ref).s
         return {"w": (self.ks + 1) * self.alpha * s + self.beta * saturation(s, self.phi, self.saturation)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no sign in the integral, no boundary layer, and no feedforward torque."""
         sign = {"integral of the sign": replace(self, beta=0 * self.beta)} if self.beta.any() else {}
         model = {"feedforward": replace(self, model=None)} if self.model is not None else {}
         return sign | self.without_layer() | model

@@ -1,5 +1,3 @@
-"""Scheduled feedback: the feedforward torque of the reference, and a linear gain that is a series in time."""
-
 from __future__ import annotations
 
 from typing import Any
@@ -27,22 +25,10 @@ class ScheduledFeedback(AbstractArmController):
         tau = tau_ref - Kp(t) e - Kd(t) ed,       e = q - q_ref,
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
-    With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the
-    reference, this is the time-varying LQR. The gains are a series in time, of which `series` is the kind; beyond the
-    horizon a Chebyshev series stays what it is there, which is not optimal.
-
-    Parameters
-    ----------
-    horizon
-        Where a Chebyshev series ends, or the period of a Fourier series.
-    Kp, Kd
-        (terms, n n), the coefficients; a row holds an (n, n) matrix row by row.
-
-    Raises
-    ------
-    ValueError
-        If the horizon is not positive, a row has not n n numbers, Kp and Kd differ in their number of terms, or
-        that of a Fourier series is even.
+    With [Kp Kd](t) = R^-1 B' P(t), P the solution of the differential Riccati equation backward along the reference,
+    this is the time-varying LQR. The coefficients Kp, Kd (terms, n n) are those of a `series` in time, a row for an (n,
+    n) matrix row by row; `horizon` is where a Chebyshev series ends, and stays as it is, or the period of a Fourier
+    series.
 
     References
     ----------
@@ -70,13 +56,7 @@ class ScheduledFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, coefficients: Any, horizon: float, series: str = "chebyshev") -> ScheduledFeedback:
-        """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K.
-
-        Raises
-        ------
-        ValueError
-            If they are no such array, or the law refuses its numbers.
-        """
+        """The law u = -K(t) [e; ed], with the coefficients (terms, n, 2n) of K."""
         Kp, Kd = halves("ScheduledFeedback.of(coefficients=...)", coefficients, model.dof, model.dof)
         if Kp.ndim != 3 or not len(Kp):
             must = "an array (terms, n, 2n), one matrix for each term"
@@ -84,7 +64,6 @@ class ScheduledFeedback(AbstractArmController):
         return ScheduledFeedback(model, horizon, Kp.reshape(len(Kp), -1), Kd.reshape(len(Kd), -1), series)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         Kp, Kd = self.gains(t)
         tau: ca.SX = self.model.torque(ref.q, ref.qd, ref.qdd) - Kp @ e - Kd @ ed

@@ -1,15 +1,10 @@
-"""State-dependent Riccati equation: at each state, the linear-quadratic regulator of the arm's linear form."""
-
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.controllers.algebraic import doubled, norm, residual
 from workbench.controllers.sliding_surface import matrices
 from workbench.core import AbstractArm, block, parameter
-from workbench.core.block import Matrix, Number
+from workbench.core.block import Matrix, Number, quantities
 from workbench.core.dynamics import solve_definite
-from workbench.core.numbers import Bounds
 from workbench.loop.arm_ports import AbstractArmController
 from workbench.loop.contracts import Follows, Parts, Reads
 
@@ -24,23 +19,12 @@ class Sdre(AbstractArmController):
         A'P + PA - P B R^-1 B' P + blockdiag(Qp, Qd) = 0
         A = [0, I; 0, -M^-1 C],   B = [0; M^-1]
 
-    with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the
-    first three terms. With A and B held still u would minimise the integral of e'Qp e + ed'Qd ed + u'R u; as they move
-    with the state it is near the optimum close to rest only, and stability is that of a neighbourhood.
+    with M, C, G of `model` at the estimates. With the right model x' = A x + B u exactly, u what is beside the first
+    three terms; as A and B move with the state, it is near the optimum close to rest only, and stable in a
+    neighbourhood.
 
     P comes from nine doublings of a Cayley transform. The signal "residual" is what they leave of the equation over the
     size of its terms: where it is not small, as where joints turn fast under light weights, P is not the solution.
-
-    Parameters
-    ----------
-    Qp, Qd, R
-        (n, n), the weights of position, velocity and torque.
-
-    Raises
-    ------
-    ValueError
-        If a weight is not symmetric; Qp or R not positive definite, which P needs to exist at every
-        state; or Qd not positive semidefinite.
 
     References
     ----------
@@ -53,13 +37,10 @@ class Sdre(AbstractArmController):
     R: Matrix = parameter(unit="1/({force})^2", symmetric=True, definite="positive", shape=("n", "n"), symbol="R")
 
     def __post_init__(self) -> None:
-        positive, semi = Bounds(symmetric=True, definite="positive"), Bounds(symmetric=True, definite="semi")
-        positive.refuse_unsymmetric("Sdre(Qp=...)", self.Qp[None])
-        semi.refuse_unsymmetric("Sdre(Qd=...)", self.Qd[None])
-        positive.refuse_unsymmetric("Sdre(R=...)", self.R[None])
+        for f, quantity in quantities(self):
+            quantity.bounds.refuse_unsymmetric(f"Sdre({f.name}=...)", getattr(self, f.name)[None])
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         x = ca.vertcat(est.q - ref.q, est.qd - ref.qd)
         P = doubled(*self._problem(M, C), DOUBLINGS)
@@ -67,7 +48,6 @@ class Sdre(AbstractArmController):
         return M @ ref.qdd + C @ ref.qd + G + u
 
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The residual of P in its equation, relative to the equation's terms."""
         M, C, _ = matrices(self.model, est)
         A, G, Q, rate = self._problem(M, C)
         return {"residual": residual(A, G, Q, doubled(A, G, Q, rate, DOUBLINGS))}

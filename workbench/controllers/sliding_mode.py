@@ -1,7 +1,3 @@
-"""Sliding mode: computed torque on a sliding surface, with a switching gain of fixed size."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -21,30 +17,16 @@ class SlidingMode(AbstractSlidingMode):
         s   = ed + Lambda e,                    e = q - q_ref
         tau = M qdd_r + C qd_r + G - K sat(s / phi)
 
-    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`: the
-    arm as the designer believes it to be, not the arm that is simulated.
+    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`: the arm as the
+    designer believes it to be, not the arm that is simulated.
 
-    With the right model M s' + C s = -K sat(s / phi) - D. Where K_i > |D_i|, V = s^T M s / 2
-    falls while every joint is outside its layer |s_i| <= phi. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at
-    most: the price of a torque that does not chatter.
-
-    Parameters
-    ----------
-    Lambda, K
-        (n,), one a joint: the rate at which the error decays on the surface, and the switching torque.
-    phi
-        The width of the boundary layer: without effect where `saturation` is "sign" or "implicit", which
-        have none.
-
-    Raises
-    ------
-    ValueError
-        If Lambda or phi is not positive, K is negative, or an array has not one number a joint.
+    With the right model M s' + C s = -K sat(s / phi) - D. Where K_i > |D_i|, V = s^T M s / 2 falls while every joint is
+    outside its layer |s_i| <= phi. While |s_i| <= phi, |e_i| falls to phi / Lambda_i at most: the price of a torque
+    that does not chatter. The relays "sign" and "implicit" have no layer.
 
     References
     ----------
-    Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary
-    layer) and 9 (s and qd_r for manipulators).
+    Slotine and Li (1991), Applied Nonlinear Control, chapters 7 (sliding control and the boundary layer) and 9.
 
     Examples
     --------
@@ -61,11 +43,9 @@ class SlidingMode(AbstractSlidingMode):
     saturation: str = option(SWITCHINGS, default="clip")
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, qd_r, qdd_r = self._sliding(est, ref)
         return M @ qdd_r + C @ qd_r + G - self._switching(self.K, s, M)
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no switching torque, and no boundary layer."""
         return {"switching torque": replace(self, K=0 * self.K)} | self.without_layer()

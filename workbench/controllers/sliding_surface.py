@@ -1,7 +1,5 @@
 """The base of the sliding laws: the surface, the switching term, and the relay in discrete time."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
 
@@ -71,12 +69,12 @@ class AbstractSlidingMode(AbstractArmController):
 
     @door
     def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The sliding variable s."""
         return {"s": self._sliding(est, ref).s}
 
     def _sliding(self, est: Reads, ref: Follows) -> Surface:
-        """The sliding variable of the error between estimate and reference."""
-        return sliding(est, ref, self.Lambda)
+        """The surface qd = qd_r = qd_ref - Lambda e; qd_r' = qdd_r where the estimates are exact."""
+        e, ed = est.q - ref.q, est.qd - ref.qd
+        return Surface(e, ed, ed + self.Lambda * e, ref.qd - self.Lambda * e, ref.qdd - self.Lambda * ed)
 
     def _switching(self, K: Vector, s: ca.SX, M: ca.SX) -> ca.SX:
         """K o sat(s / phi), (n, 1) in N m; "implicit" the torque of `relay` for M s' = -K o sign(s)."""
@@ -100,15 +98,6 @@ class AbstractSlidingMode(AbstractArmController):
         return {"boundary layer": replace(law, saturation="sign")} if law.saturation in ("clip", "tanh") else {}
 
 
-def sliding(est: Reads, ref: Follows, Lambda: Vector) -> Surface:
-    """The sliding variable s = ed + Lambda e = qd - qd_r, with e = q - q_ref and qd_r = qd_ref - Lambda e.
-
-    The derivative of qd_r is qdd_r = qdd_ref - Lambda ed where the estimates are exact. Lambda (n,) in 1/s.
-    """
-    e, ed = est.q - ref.q, est.qd - ref.qd
-    return Surface(e, ed, ed + Lambda * e, ref.qd - Lambda * e, ref.qdd - Lambda * ed)
-
-
 def saturation(s: ca.SX, phi: Scalar, kind: str) -> ca.SX:
     """sat(s / phi), elementwise: sign(s), its jump spread over a layer phi; `kind` as in `SATURATIONS`."""
     if kind == "sign":
@@ -128,26 +117,15 @@ def relay(s: ca.SX, M: ca.SX, K: ca.SX, period: float) -> ca.SX:
         s+ = s - h M^-1 v,        v_i in K_i Sgn(s_i+),        Sgn(0) = [-1, 1]
 
     There is one such v, the point of the box |v_i| <= K_i that is nearest to M s / h in the metric of M^-1.
-    If M s / h is in the box it is that, and s+ = 0: what the relay does in sliding, without chattering.
 
-    For one joint and for two v has a closed form: the torque at which s_i+ = 0, within what the other
-    joint can make of it, within the box. For more joints that is a start for projected Gauss-Seidel; then the
-    saturated joints are guessed, by the rule of Newton's method, until the guess repeats. In sliding the start is
-    exact already; elsewhere v is exact if `GUESSES` were enough, and in the box in any case.
-
-    Parameters
-    ----------
-    s, M, K
-        (n, 1) in rad/s, (n, n) symmetric and positive definite, (n, 1) in N m and not negative.
-    period
-        h, in s.
+    For one joint and for two v has a closed form: the torque at which s_i+ = 0, within what the other joint can make of
+    it, within the box. For more joints that is a start for projected Gauss-Seidel; then the saturated joints are
+    guessed, by the rule of Newton's method. v is exact if `GUESSES` were enough, and in the box in any case.
 
     References
     ----------
-    Acary and Brogliato (2010), Implicit Euler numerical scheme and chattering-free implementation of
-    sliding mode systems, Systems and Control Letters 59(5).
-    Hintermueller, Ito and Kunisch (2003), The primal-dual active set strategy as a semismooth Newton
-    method, SIAM Journal on Optimization 13(3).
+    Acary and Brogliato (2010), Implicit Euler numerical scheme ... of sliding mode systems, SCL 59(5).
+    Hintermueller et al. (2003), The primal-dual active set strategy as a semismooth Newton method, SIOPT 13(3).
     """
     n, K = s.numel(), ca.SX(K)
     A = period * solve_definite(M, ca.SX.eye(n))

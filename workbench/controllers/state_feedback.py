@@ -1,5 +1,3 @@
-"""State feedback: the feedforward torque of the reference, and a constant linear gain on the error."""
-
 from __future__ import annotations
 
 from typing import Any
@@ -21,19 +19,9 @@ class StateFeedback(AbstractArmController):
         tau = tau_ref - Kp e - Kd ed,             e = q - q_ref,
         tau_ref = M qdd_ref + C qd_ref + G        at q_ref, qd_ref, of `model`
 
-    where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of the motors.
-    With [Kp Kd] = R^-1 B' P of the equations linearised about a rest point this is the LQR.
-
-    Parameters
-    ----------
-    Kp, Kd
-        (m, n) with m motors, full matrices: a motor may answer the error of any joint.
-
-    Raises
-    ------
-    ValueError
-        If a gain is not finite or not of shape (m, n); or every joint has a motor, and Kd drives motion on and damps
-        none.
+    where `model` is the arm as the designer believes it to be; of an arm with passive joints tau is that of its m
+    motors, each of which may answer the error of any joint. With [Kp Kd] = R^-1 B' P of the equations linearised about
+    a rest point this is the LQR. Where every joint has a motor, a Kd that drives motion on and damps none is refused.
 
     References
     ----------
@@ -72,18 +60,11 @@ class StateFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, K: Any) -> StateFeedback:
-        """The law u = -K [e; ed], with K (m, 2n) as a regulator's design gives it.
-
-        Raises
-        ------
-        ValueError
-            If K is no matrix (m, 2n) of finite numbers.
-        """
+        """The law u = -K [e; ed], with K (m, 2n) as a regulator's design gives it."""
         return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof, len(model.motors)))
 
     @property
     def drives(self) -> Layout:
-        """The torques of the motors, (m,)."""
         return motors(self.model)
 
     @property
@@ -93,7 +74,6 @@ class StateFeedback(AbstractArmController):
 
     @property
     def damping(self) -> str:
-        """The unit of Kd, column by column where its entries differ."""
         return self._gain(" s/")
 
     def _gain(self, over: str) -> str:
@@ -101,7 +81,6 @@ class StateFeedback(AbstractArmController):
         return each[0] if len(set(each)) == 1 else ", ".join(each)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         e, ed = est.q - ref.q, est.qd - ref.qd
         along = self.model.torque(ref.q, ref.qd, ref.qdd)[list(self.model.motors)]
         tau: ca.SX = along - self.Kp @ e - self.Kd @ ed

@@ -1,7 +1,3 @@
-"""Super-twisting: a second-order sliding mode with a continuous torque."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
@@ -35,36 +31,21 @@ class SuperTwisting(AbstractSlidingMode):
         u_i = -k1_i |s_i|^(1/2) sat(s_i / phi) + w_i
         w_i' = -k2_i sat(s_i / phi),             w(0) = 0
 
-    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`.
-    With the right model s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply
-    to each.
+    where qd_r = qd_ref - Lambda e, qdd_r = qdd_ref - Lambda ed, and M, C, G are those of `model`. With the right model
+    s' = u - M^-1 D exactly: the joints are uncoupled and the published conditions on k1, k2 apply to each. With sign
+    for sat, s reaches zero in finite time against any perturbation whose derivative is bounded by L, if k2 > L and k1
+    is large enough; with the layer s comes to rest at about phi L / k2.
 
-    With sign for sat, s reaches zero in finite time and stays there against any perturbation whose
-    derivative is bounded by L, if k2 > L and k1 is large enough; only w' switches, so the torque is
-    continuous. With the layer s comes to rest at about phi L / k2. "sign" keeps the exactness and chatters where it is
-    sampled; "implicit" is one backward Euler step of both lines over the sampling period h, with sat, s and w in u
-    those of its end, which does not chatter and leaves s of the order of h, where "sign" leaves the order of h^2:
+    "sign" chatters where it is sampled; "implicit" is one backward Euler step of both lines over the sampling period h,
+    with sat, s and w in u those of its end, which does not chatter and leaves s of the order of h:
 
         s+ + h k1 |s+|^(1/2) sign(s+) + h^2 k2 sign(s+) = s + h w.
 
-    Parameters
-    ----------
-    Lambda, k1, k2
-        (n,), one a joint.
-
-    Raises
-    ------
-    ValueError
-        If Lambda or phi is not positive, a gain is negative, or an array has not one number a joint.
-
     References
     ----------
-    Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal
-    of Control 58(6).
-    Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE
-    Transactions on Automatic Control 57(4).
-    Brogliato, Polyakov and Efimov (2020), The implicit discretization of the supertwisting sliding-mode
-    control algorithm, IEEE Transactions on Automatic Control 65(8).
+    Levant (1993), Sliding order and sliding accuracy in sliding mode control, International Journal of Control 58(6).
+    Moreno and Osorio (2012), Strict Lyapunov functions for the super-twisting algorithm, IEEE TAC 57(4).
+    Brogliato et al. (2020), The implicit discretization of the supertwisting ... algorithm, IEEE TAC 65(8).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (SWITCHED_RATE_IS_BOUNDED,)
@@ -78,11 +59,9 @@ class SuperTwisting(AbstractSlidingMode):
 
     @property
     def memory(self) -> Layout:
-        """The integral part of u."""
         return Layout((Entry("w", np.zeros(self.dof), per_second(self.position, 2), symbol="w"),))
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         _, _, s, _, qdd_r = self._sliding(est, ref)
         root, sigma, w = self._switched(s, z["w"])
@@ -91,17 +70,14 @@ class SuperTwisting(AbstractSlidingMode):
         return tau
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
-        """The integral part by -k2 sat(s / phi)."""
         _, sigma, _ = self._switched(self._sliding(est, ref).s, z["w"])
         return {"w": -self.k2 * sigma}
 
     @property
     def method(self) -> str:
-        """The method by name: explicit Euler, or the backward step of "implicit"."""
         return "backward Euler" if self.saturation == "implicit" else EULER
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no integral part of u, no root part, and no boundary layer."""
         lines = {"integral part": replace(self, k2=0 * self.k2), "root part": replace(self, k1=0 * self.k1)}
         return lines | self.without_layer()
 

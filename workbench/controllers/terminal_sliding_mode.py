@@ -1,7 +1,3 @@
-"""Nonsingular terminal sliding mode: a surface on which the error reaches zero in finite time."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar
@@ -50,36 +46,17 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         u   = k1 s + k2 |s|^rho sat(s / phi),            0 <= rho < 1
 
     where sig(x)^a = |x|^a sign(x), and M, C, G are those of `model`, the arm as the designer believes it to be. The
-    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, and rho > 0 the continuous reaching law of the
-    second source. No power is negative, so the torque is finite at ed = 0.
+    authors write p / q for gamma; rho = 0 and k1 = 0 make u their relay, rho > 0 the continuous reaching law of the
+    second source.
 
-    With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e' = -sig(beta e)^(1/gamma)
-    and e ends after gamma / (gamma - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i;
-    with rho > 0 |s_i| falls to (|M^-1 D|_i / k2_i)^(1/rho) at most. The layer costs finite time, as |e| falls to phi
-    only. sig(ed)^(2 - gamma) is infinitely steep at ed = 0: a noisy velocity is best filtered.
-
-    Parameters
-    ----------
-    beta
-        (n,), one a joint: |ed| = (beta |e|)^(1/gamma) on the surface.
-    gamma, rho
-        The exponents of the surface and of the reaching law.
-    k1, k2
-        (n,), one a joint: without D, s is within its layer in finite time for k2 > 0.
-    phi
-        The width of the boundary layer, which "sign" has not.
-
-    Raises
-    ------
-    ValueError
-        If beta or phi is not positive, k1 or k2 is negative, gamma is not between 1 and 2, rho not from 0 to below 1,
-        or an array has not one number a joint.
+    With the right model s' = -(gamma / beta) |ed|^(gamma - 1) (u + M^-1 D). On the surface e ends after gamma / (gamma
+    - 1) beta^(-1/gamma) |e|^(1 - 1/gamma). Under D a relay needs k2_i > |M^-1 D|_i; with rho > 0 |s_i| falls to (|M^-1
+    D|_i / k2_i)^(1/rho) at most. With the layer |e| falls to phi only.
 
     References
     ----------
     Feng, Yu and Man (2002), Non-singular terminal sliding mode control of rigid manipulators, Automatica 38(12).
-    Yu, Yu, Shirinzadeh and Man (2005), Continuous finite-time control for robotic manipulators with terminal sliding
-    mode, Automatica 41(11).
+    Yu et al. (2005), Continuous finite-time control ... with terminal sliding mode, Automatica 41(11).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (TERMINAL_SURFACE_MOVES_THE_ERROR,)
@@ -101,7 +78,6 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
             )
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
-        """The torque by the equations of the class."""
         M, C, G = matrices(self.model, est)
         ed, s = est.qd - ref.qd, self._surface(est, ref)
         u = self.k1 * s + self.k2 * _power(s, self.rho) * saturation(s, self.phi, self.saturation)
@@ -114,7 +90,6 @@ class NonsingularTerminalSlidingMode(AbstractSlidingMode):
         return {"surface": self._surface(est, ref)}
 
     def without(self) -> Mapping[str, AbstractArmController]:
-        """The ablations: no linear part of the reaching law, no switched part, and no boundary layer."""
         linear = {"linear reaching": replace(self, k1=0 * self.k1)} if self.k1.any() else {}
         switched = {"switched reaching": replace(self, k2=0 * self.k2)} if self.k2.any() else {}
         return linear | switched | self.without_layer()

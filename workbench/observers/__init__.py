@@ -4,19 +4,19 @@ An observer knows readings, commands and a model of the plant; it does not know 
 instant. Read `luenberger.py` first for an arm, `linear_observer.py` for any plant.
 """
 
-from workbench.observers.disturbance import AbstractDisturbanceObserver, WithDisturbance
 from workbench.observers.disturbance_observers import (
+    AbstractDisturbanceObserver,
     MomentumObserver,
     NonlinearDisturbanceObserver,
     OracleFilter,
     PrintedFilter,
+    WithDisturbance,
 )
-from workbench.observers.extended_kalman_filter import ExtendedKalmanFilter
 from workbench.observers.extended_state_observer import ExtendedStateObserver
 from workbench.observers.full_state import DirtyDerivative, FullState, VelocityFilter
+from workbench.observers.kalman_filter import ExtendedKalmanFilter, UnscentedKalmanFilter
 from workbench.observers.linear_observer import LinearObserver, SteadyKalmanFilter
 from workbench.observers.luenberger import Luenberger
-from workbench.observers.unscented_kalman_filter import UnscentedKalmanFilter
 
 __all__ = [
     "AbstractDisturbanceObserver",

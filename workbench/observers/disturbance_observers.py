@@ -1,20 +1,22 @@
-"""Disturbance observers: two filters of the true disturbance, the paper's and its repair, and two model-based ones."""
+"""Disturbance observers: the paper's and its repair, which filter the truth, two by a model, and all beside a state."""
 
-from __future__ import annotations
-
-from typing import ClassVar
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
-from workbench.core.block import Number, Scalar, Vector
+from workbench.core.block import Number, Scalar, Vector, initial_states
 from workbench.core.claim import Claim
 from workbench.core.claim import Signals as Run
-from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.contracts import Inputs, Parts, Reads
-from workbench.observers.disturbance import AbstractDisturbanceObserver
-from workbench.validation.refusals import whole
+from workbench.core.port import ANY
+from workbench.loop.arm_ports import AbstractArmObserver, AbstractJoints, motors, torques
+from workbench.loop.contracts import EULER, Inputs, Parts, Reads, euler
+from workbench.loop.wiring import above, below
+from workbench.observers.full_state import AbstractJointCounter
 
 ROUNDING = 1e-7  # of rates that are exact but for the last digits
 
@@ -23,12 +25,6 @@ def _follows(y: Run) -> ca.SX:
     """|E_i| |D_i'| - l E_i^2 - E_i E_i': >= 0, but for rounding, where E' = D' - l E."""
     E = y["d_error"]
     return ca.fabs(E) * ca.fabs(y["d'"]) - y["l"] * E**2 - E * y["d_error'"] + ROUNDING
-
-
-def _dissipates(y: Run) -> ca.SX:
-    """E^T (D' - E') = l E^T M^-1 E: >= 0, but for rounding."""
-    E = y["d_error"]
-    return ca.dot(E, y["d'"] - y["d_error'"]) + ROUNDING
 
 
 TRUE_STATE = Claim(
@@ -61,28 +57,41 @@ CHEN_DISSIPATES = Claim(
     "With the right model, E = D - D_hat has E^T E' <= E^T D' + 1e-7 N^2 m^2/s at all times.",
     "Mohammadi et al. (2013)",
     (TRUE_STATE,),
-    _dissipates,
+    lambda y: ca.dot(y["d_error"], y["d'"] - y["d_error'"]) + ROUNDING,  # l E^T M^-1 E, but for rounding
 )
 
 
-class AbstractOracle(AbstractDisturbanceObserver):
-    """A filter of the true disturbance, which no instrument gives."""
+class AbstractDisturbanceObserver(AbstractJoints):
+    """An observer of D in M qdd + C qd + G + D = tau, from measurements and an estimated state."""
 
-    uses_truth: ClassVar[bool] = True
-    joints: int
-
-    def check_joints(self) -> None:
-        """Refuse a number of joints that is not whole and positive."""
-        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
+    uses_truth: ClassVar[bool] = False  # True of one that needs the true disturbance, which no instrument gives
 
     @property
-    def dof(self) -> int:
-        """The number of joints."""
-        return self.joints
+    def memory(self) -> Layout:
+        return initial_states(self)
+
+    @property
+    def reads(self) -> Layout:
+        """The true disturbance if it is needed, nothing else."""
+        return torques("d", (ANY,) * self.dof) if self.uses_truth else Layout()
+
+    @property
+    def inputs(self) -> Layout:
+        """The torques of its model's motors; none where it has no model."""
+        model = getattr(self, "model", None)
+        return Layout() if model is None else motors(model)
+
+    @abstractmethod
+    def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
+        """D_hat, (n, 1), in N m or N; of `est` the state is known so far and d is zero."""
+
+    @abstractmethod
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        """The derivative of each state, when the torque `tau` is commanded; `est` holds D_hat."""
 
 
 @block
-class PrintedFilter(AbstractOracle):
+class PrintedFilter(AbstractJointCounter, AbstractDisturbanceObserver):
     """The paper's disturbance observer as printed, equation (24):
 
         eta' = -l (eta - D),    eta(0) = 0
@@ -90,18 +99,14 @@ class PrintedFilter(AbstractOracle):
 
     It needs the unknown D itself; and as eta follows D, D_hat follows the integral of D, not D.
 
-    Parameters
-    ----------
-    joints
-        The number of joints.
-
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.2.
+    The paper of `AosmcRgs`, section 3.2.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (PRINTED_FOLLOWS,)
+    uses_truth: ClassVar[bool] = True
+
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
@@ -115,30 +120,25 @@ class PrintedFilter(AbstractOracle):
         return Layout((Entry("eta", zero, "N m", symbol="eta"), Entry("D_hat", zero, "N m s")))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """The integral of eta."""
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rates of eta and of its integral, equation (24)."""
         return {"eta": -self.l * (z["eta"] - y.d), "D_hat": z["eta"]}
 
 
 @block
-class OracleFilter(AbstractOracle):
+class OracleFilter(AbstractJointCounter, AbstractDisturbanceObserver):
     """The smallest repair of equation (24): the filter's state is the estimate,
 
         D_hat' = -l (D_hat - D),    D_hat(0) = 0.
 
-    An oracle still: it is told the true D, and shows what a perfect instrument would be worth.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
+    It is told the true D, and shows what a perfect instrument would be worth.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (ORACLE_FOLLOWS,)
     noun: ClassVar[str] = "oracle"
+    uses_truth: ClassVar[bool] = True
+
     joints: int
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
 
@@ -147,15 +147,12 @@ class OracleFilter(AbstractOracle):
 
     @property
     def memory(self) -> Layout:
-        """The estimate."""
         return Layout((Entry("D_hat", np.zeros(self.joints), "N m"),))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """The state of the filter."""
         return z["D_hat"]
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"D_hat": -self.l * (z["D_hat"] - y.d)}
 
 
@@ -163,28 +160,20 @@ class OracleFilter(AbstractOracle):
 class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     """The nonlinear disturbance observer with gain L(q) = l M^-1(q), for M qdd + C qd + G + D = tau:
 
-        D_hat = z - l qd
+        D_hat = z - l qd,                               z(0) = l qd(0) makes D_hat(0) = 0
         z'    = l M^-1 (tau - C qd - G - D_hat)
 
     with M, C, G of `model` at the estimated state. With the right model and a true velocity the error E = D - D_hat
-    obeys E' = D' - l M^-1(q) E: no acceleration is needed, a constant D is found at the rate l / max eig M at least,
-    and otherwise |E| comes within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
+    obeys E' = D' - l M^-1(q) E: a constant D is found at the rate l / max eig M at least, and otherwise |E| comes
+    within (max eig M / l) times the bound of |D'|. Terms that the model lacks count as D.
 
-    Beside `Luenberger` qd_hat is that of a copy of the arm, whose disturbance is -M L2 (q - q_hat), less D_hat where it
-    is compensated: this is what D_hat follows. Ignored, that is D behind the observer; compensated, D_hat' = -l L2 (q -
-    q_hat) is one more integrator in the observer's loop, which a large l makes unstable.
-
-    Parameters
-    ----------
-    z
-        (n,), the memory at time 0; l qd(0) makes D_hat(0) = 0.
+    Beside a `Luenberger` that compensates, D_hat' = -l L2 (q - q_hat) is one more integrator in its loop, which a large
+    l makes unstable.
 
     References
     ----------
-    Chen, Ballance, Gawthrop and O'Reilly (2000), A nonlinear disturbance observer for robotic
-    manipulators, IEEE Transactions on Industrial Electronics 47(4).
-    Mohammadi, Tavakoli, Marquez and Hashemzadeh (2013), Nonlinear disturbance observer design for
-    robotic manipulators, Control Engineering Practice 21(3) (the gain through M^-1, for any arm).
+    Chen et al. (2000), A nonlinear disturbance observer for robotic manipulators, IEEE TIE 47(4).
+    Mohammadi et al. (2013), Nonlinear disturbance observer design for robotic manipulators, Control Eng. Pract. 21(3).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (CHEN_DISSIPATES,)
@@ -194,12 +183,10 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
     z: Vector = initial(default=0.0, unit="{force}", shape=("n",), symbol="z")
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat = z - l qd."""
         d: ca.SX = z["z"] - self.l * est.qd
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of z, l M^-1 (tau - C qd - G - D_hat)."""
         return {"z": self.l * self.model.acceleration(est.q, est.qd, self.model.driven(u.tau) - est.d)}
 
 
@@ -207,25 +194,15 @@ class NonlinearDisturbanceObserver(AbstractDisturbanceObserver):
 class MomentumObserver(AbstractDisturbanceObserver):
     """The observer of the generalized momentum p = M(q) qd, for M qdd + C qd + G + D = tau:
 
-        p_hat' = tau + C^T qd - G - D_hat
+        p_hat' = tau + C^T qd - G - D_hat,              p_hat(0) = M(q(0)) qd(0) makes D_hat(0) = 0
         D_hat  = l (p_hat - p)
 
-    with M, C, G of `model` at the estimated state. With the C of the Christoffel symbols
-    M' = C + C^T, so p' = tau + C^T qd - G - D and, with the right model and a true velocity,
-
-        D_hat' = l (D - D_hat)
-
-    exactly: each joint by itself, and at the same rate wherever the arm is.
-
-    Parameters
-    ----------
-    p_hat
-        (n,), the memory at time 0; M(q(0)) qd(0) makes D_hat(0) = 0.
+    with M, C, G of `model` at the estimated state. With the C of the Christoffel symbols M' = C + C^T, and with the
+    right model and a true velocity D_hat' = l (D - D_hat), joint by joint, wherever the arm is.
 
     References
     ----------
-    De Luca and Mattone (2003), Actuator failure detection and isolation using generalized momenta,
-    IEEE International Conference on Robotics and Automation.
+    De Luca and Mattone (2003), Actuator failure detection and isolation using generalized momenta, ICRA.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (MOMENTUM_FOLLOWS,)
@@ -236,12 +213,84 @@ class MomentumObserver(AbstractDisturbanceObserver):
     p_hat: Vector = initial(default=0.0, unit="{force} s", shape=("n",))
 
     def estimate(self, t: Number, z: Parts, y: Reads, est: Signals) -> ca.SX:
-        """D_hat = l (p_hat - M qd)."""
         p = self.model.mass_matrix(est.q) @ est.qd
         d: ca.SX = self.l * (z["p_hat"] - p)
         return d
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of p_hat, tau + C^T qd - G - D_hat."""
         C, G = self.model.coriolis_matrix(est.q, est.qd), self.model.gravity_vector(est.q)
         return {"p_hat": self.model.driven(u.tau) + C.T @ est.qd - G - est.d}
+
+
+@block
+class WithDisturbance(AbstractArmObserver):
+    """Observers of the state and of the disturbance of the same joints as one: first the state, then D_hat from it.
+
+    Both rates see the whole estimate. The true disturbance is handed only to the part that declares to use it.
+    """
+
+    noun: ClassVar[str] = ""  # it is called what its parts are called
+
+    state: AbstractArmObserver
+    disturbance: AbstractDisturbanceObserver
+
+    def __post_init__(self) -> None:
+        if self.state.dof != self.disturbance.dof:
+            raise ValueError(
+                "`WithDisturbance(...)` needs two observers of the same joints; got a state of "
+                f"{self.state.dof} joints and a disturbance of {self.disturbance.dof}."
+            )
+
+    @property
+    def dof(self) -> int:
+        return self.state.dof
+
+    @property
+    def uses_truth(self) -> bool:
+        return self.state.uses_truth or self.disturbance.uses_truth
+
+    @property
+    def memory(self) -> Layout:
+        return self.state.memory.prefixed("state.") + self.disturbance.memory.prefixed("disturbance.")
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self.state.units
+
+    @property
+    def reads(self) -> Layout:
+        return _union(self.state.reads, self.disturbance.reads)
+
+    @property
+    def inputs(self) -> Layout:
+        return _union(self.state.inputs, self.disturbance.inputs)
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        est = self.state.estimate(t, below("state", z), y.only(self.state.reads))
+        seen = y.only(self.disturbance.reads)
+        return est | {"d": self.disturbance.estimate(t, below("disturbance", z), seen, est)}
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        parts: dict[str, Any] = {"state": self.state, "disturbance": self.disturbance}
+        return above(
+            {name: o.rate(t, below(name, z), y.only(o.reads), est, u.only(o.inputs)) for name, o in parts.items()}
+        )
+
+    @property
+    def method(self) -> str:
+        return f"{self.state.method}, D_hat by {EULER}" if self.disturbance.memory.size else self.state.method
+
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
+        """The state by its own method, the disturbance by explicit Euler."""
+        moved, one = euler(z, self.rate(t, z, y, est, u), period), self.state
+        state = one.advance(t, below("state", z), y.only(one.reads), est, u.only(one.inputs), period)
+        return moved | above({"state": state})
+
+    def without(self) -> Mapping[str, AbstractArmObserver]:
+        less: Mapping[str, Any] = self.state.without()
+        return {"disturbance estimate": self.state} | {name: replace(self, state=one) for name, one in less.items()}
+
+
+def _union(a: Layout, b: Layout) -> Layout:
+    """The signals of two ports, each once."""
+    return a + Layout(tuple(entry for entry in b.entries if entry.name not in a))

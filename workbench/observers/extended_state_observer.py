@@ -1,7 +1,3 @@
-"""The linear extended-state observer of a chain of integrators: its states, and all that disturbs it."""
-
-from __future__ import annotations
-
 from itertools import pairwise
 from math import comb
 
@@ -24,36 +20,17 @@ class ExtendedStateObserver(AbstractObserver):
         x_hat_n' = d_hat + b u + l_n (y - x_hat_1)
         d_hat'   = l_(n+1) (y - x_hat_1),              l_i = (n + 1 choose i) omega_o^i
 
-    so that each pole of its error is -omega_o. It needs no model but the order n and b: for a constant d the error
-    vanishes, and where |d'| <= D it is bounded by D times a power of 1 / omega_o. A computer that holds y and u for a
-    period h steps it exactly, while h omega_o stays below 40.
+    so that each pole of its error is -omega_o. `chain` names the output y and its derivatives up to order n - 1, as
+    ("theta", "omega"), `disturbance` names d_hat, and `input` the one number u; units follow from the `unit` of y.
 
-    Parameters
-    ----------
-    chain
-        The output y and its derivatives up to order n - 1, by the names that the law reads: ("theta", "omega").
-    input
-        The input u of the plant, one number.
-    b
-        In the unit of y^(n) over that of u.
-    omega_o
-        The bandwidth.
-    unit
-        That of y, from which the others follow.
-    disturbance
-        The name of d_hat, which is in the unit of y^(n).
-
-    Raises
-    ------
-    ValueError
-        If no name is given for the output, or two names are alike.
+    For a constant d the error vanishes, and where |d'| <= D it is bounded by D times a power of 1 / omega_o. A computer
+    that holds y and u for a period h steps it exactly, while h omega_o stays below 40.
 
     References
     ----------
     Han (2009), From PID to active disturbance rejection control, IEEE Transactions on Industrial Electronics 56(3).
     Gao (2003), Scaling and bandwidth-parameterization based controller tuning, American Control Conference.
-    Miklosovic, Radke and Gao (2006), Discrete implementation and generalization of the extended state observer,
-    American Control Conference.
+    Miklosovic, Radke and Gao (2006), Discrete implementation and generalization of the extended state observer, ACC.
 
     Examples
     --------
@@ -79,17 +56,14 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def reads(self) -> Layout:
-        """The output."""
         return Layout(self.gives.entries[:1])
 
     @property
     def inputs(self) -> Layout:
-        """The input."""
         return Layout((Entry(self.input, np.array(0.0), ANY),))
 
     @property
     def gives(self) -> Layout:
-        """The output, its derivatives and the disturbance."""
         orders = ("", "/s", *(f"/s^{i}" for i in range(2, len(self.chain) + 1)))
         units = (ANY if self.unit == ANY else f"{self.unit}{order}" for order in orders)
         names = (*self.chain, self.disturbance)
@@ -97,15 +71,12 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def memory(self) -> Layout:
-        """The estimates as states."""
         return with_hats(self.gives)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The memory."""
         return Signals({name: z[f"{name}{HAT}"] for name in self.gives.names})
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The observer as it stands above."""
         names, error = self.memory.names, y[self.chain[0]] - z[f"{self.chain[0]}{HAT}"]
         rates = {name: l * error for name, l in zip(names, self._gains(), strict=True)}
         for name, after in pairwise(names):
@@ -115,11 +86,9 @@ class ExtendedStateObserver(AbstractObserver):
 
     @property
     def method(self) -> str:
-        """Exact for readings and commands that are held."""
         return "exact step of the observer"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The observer over a period in which reading and command are held."""
         rates = self.memory.flatten(self.rate(t, z, y, est, u))
         n = rates.numel()
         F = ca.vertcat(ca.horzcat(ca.SX.zeros(n - 1, 1), ca.SX.eye(n - 1)), ca.SX.zeros(1, n))
@@ -128,6 +97,5 @@ class ExtendedStateObserver(AbstractObserver):
         return self.memory.view(moved)
 
     def _gains(self) -> list[ca.SX]:
-        """The gains l_1 to l_(n+1)."""
         n = len(self.chain) + 1
         return [comb(n, i) * self.omega_o**i for i in range(1, n + 1)]

@@ -1,7 +1,5 @@
 """Full state: readings taken as estimates, with the velocity as measured, filtered, or derived from positions."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -12,7 +10,7 @@ from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.claim import Signals as Run
 from workbench.core.dynamics import MOST_JOINTS
-from workbench.loop.arm_ports import AbstractArmObserver
+from workbench.loop.arm_ports import AbstractArmObserver, AbstractJoints
 from workbench.loop.contracts import Inputs, Parts, Reads
 from workbench.validation.refusals import whole
 
@@ -31,8 +29,8 @@ FILTER_FOLLOWS = Claim(
 )
 
 
-class AbstractJointCounter(AbstractArmObserver):
-    """An observer without a model, which is told the number of joints."""
+class AbstractJointCounter(AbstractJoints):
+    """A block without a model, which is told the number of joints."""
 
     joints: int
 
@@ -47,18 +45,8 @@ class AbstractJointCounter(AbstractArmObserver):
 
 
 @block
-class FullState(AbstractJointCounter):
+class FullState(AbstractJointCounter, AbstractArmObserver):
     """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number.
 
     Examples
     --------
@@ -74,12 +62,11 @@ class FullState(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The readings."""
         return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
 
 
 @block
-class VelocityFilter(AbstractJointCounter):
+class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
     """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
 
         qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
@@ -87,20 +74,6 @@ class VelocityFilter(AbstractJointCounter):
     With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
     it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
     with the share tanh(omega h / 2) of its variance.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
-    omega
-        The cut-off frequency.
-    qd_hat
-        (n,), the estimate at time 0.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number, or omega is not positive.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
@@ -113,57 +86,35 @@ class VelocityFilter(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The reading of the positions, and the memory."""
         return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
 
     @property
     def method(self) -> str:
-        """Exact for a reading that is held."""
         return "exact step of the filter"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The filter over a period in which the reading is held."""
         return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings without the filter."""
         return {"velocity filter": FullState(self.dof)}
 
 
 @block
-class DirtyDerivative(AbstractJointCounter):
+class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
     """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
 
         q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
 
-    The law is given q and qd_hat; q_hat is the filter's own. With exact readings E = qd - qd_hat obeys
-    E' = qdd - omega E, as that of `VelocityFilter` does, but without a reading of the velocity: noise of the
-    positions comes through about omega times as large. Where a computer steps it by explicit Euler with the period
-    h, the filter is stable for omega h < 2 and rises without overshoot for omega h <= 1.
-
-    Parameters
-    ----------
-    joints
-        The number of joints.
-    omega
-        The cut-off frequency.
-    q_hat
-        (n,), the filter's position at time 0: with the first reading qd_hat(0) = 0; each rad beside it makes a
-        velocity of omega that is not there.
-
-    Raises
-    ------
-    ValueError
-        If `joints` is not a positive whole number, or omega is not positive.
+    The law is given q and qd_hat; q_hat is the filter's own, and starts best at the first reading: each rad beside it
+    makes a velocity of omega. With exact readings E = qd - qd_hat obeys E' = qdd - omega E; noise of the positions
+    comes through about omega times as large. A computer's explicit Euler step of h is stable for omega h < 2.
 
     References
     ----------
-    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE Transactions on
-    Automatic Control 61(4).
+    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE TAC 61(4).
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
@@ -177,13 +128,10 @@ class DirtyDerivative(AbstractJointCounter):
         self.check_joints()
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The reading of the positions, and the rate of the memory."""
         return Signals(q=y.q, qd=self.omega * (y.q - z["q_hat"]), d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rate of the filter."""
         return {"q_hat": self.omega * (y.q - z["q_hat"])}
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings themselves, with a measured velocity."""
         return {"velocity filter": FullState(self.dof)}

@@ -1,7 +1,5 @@
 """Observers of any plant with a constant gain: Luenberger's, and the Kalman filter as it settles."""
 
-from __future__ import annotations
-
 import casadi as ca
 
 from workbench.core import Signals, block, parameter
@@ -19,35 +17,27 @@ class LinearObserver(AbstractModelObserver):
 
         x_hat' = f(t, x_hat, u) + L (y - h(t, x_hat))
 
-    and where a point x_0, u_0 is given, with the linear model about it,
+    and where a point x_0, u_0 is given, u_0 zero if left out, with the linear model about it,
 
         x_hat' = f_0 + A (x_hat - x_0) + B (u - u_0) + L (y - h_0 - C (x_hat - x_0)),
 
-    where A, B, C are the exact Jacobians of f and h at that point, and f_0, h_0 their values, zero rates at rest.
-    Its error obeys e' = (A - L C) e beside a linear plant. With the gain of `lqe` it is the steady Kalman-Bucy filter.
+    where A, B, C are the exact Jacobians of f and h at that point, and f_0, h_0 their values. L is (nx, ny), each entry
+    in the unit of its state over that of its output, per second; y are the `outputs`, all where none is named. The
+    error obeys e' = (A - L C) e beside a linear plant. With the gain of `lqe` it is the steady Kalman-Bucy filter.
 
     A computer that holds y and u for a period h steps it by
 
         x_hat+ = x_hat + h phi(h F) x_hat',        phi(M) = M^-1 (exp(M) - I),     F = A - L C at x_hat,
 
-    which is exact for the linear model whatever the period, while h times each pole of F stays below 40 in size, and
-    of second order for the other.
-
-    Parameters
-    ----------
-    L
-        (nx, ny), each entry in the unit of its state over that of its output, per second.
-    outputs
-        The outputs y that are read; all where none is named.
-    x_0, u_0
-        (nx,) and (nu,), the operating point; zero commands where u_0 alone is left out.
+    exactly for the linear model, while h times each pole of F stays below 40 in size, and to second order for the
+    other.
 
     Raises
     ------
     LookupError
         If the model has no such output.
     ValueError
-        If a number has another shape than its ports, u_0 comes without x_0, or the model moves in discrete time.
+        If a number does not fit its ports, u_0 comes without x_0, or the model moves in discrete time.
 
     References
     ----------
@@ -77,16 +67,13 @@ class LinearObserver(AbstractModelObserver):
             )
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The observer as it stands above."""
         return self._parts(self._rate(t, self._column(z), y, u))
 
     @property
     def method(self) -> str:
-        """The step above."""
         return "exponential Euler, exact for a linear model"
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The observer over a period in which readings and commands are held."""
         x = self._column(z)
         rate, F = jacobian(lambda s: self._rate(t, s, y, u), x)
         return self._parts(x + period * phi(period * F) @ rate)
@@ -105,31 +92,13 @@ class LinearObserver(AbstractModelObserver):
 
 @block
 class SteadyKalmanFilter(AbstractModelObserver):
-    """The Kalman filter of x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k with a constant gain, for `model` any plant:
+    """The Kalman filter of x' = f(t, x, u) + w, y_k = h(t_k, x) + v_k with a constant gain L (nx, ny), of any plant:
 
         at t_k        x_hat+ = x_hat + L (y_k - h(t_k, x_hat))
         to t_(k+1)    x_hat' = f(t, x_hat, u)
 
-    It runs in a computer, which holds u; the law is given x_hat+ at t_k. With the gain of `steady_kalman` it is what
-    the Kalman filter of the linearised plant settles at, where the design point is.
-
-    Parameters
-    ----------
-    L
-        (nx, ny), each entry in the unit of its state over that of its output.
-    period
-        Between two instants, in s.
-    outputs
-        The outputs y that are read; all where none is named.
-    substeps
-        Runge-Kutta steps a period.
-
-    Raises
-    ------
-    LookupError
-        If the model has no such output.
-    ValueError
-        If L has another shape than (nx, ny), or the model moves in discrete time.
+    It reads and runs as `ExtendedKalmanFilter` does. With the gain of `steady_kalman` it is what the Kalman filter of
+    the linearised plant settles at, where the design point is.
 
     References
     ----------
@@ -155,11 +124,9 @@ class SteadyKalmanFilter(AbstractModelObserver):
         whole("SteadyKalmanFilter(substeps=...)", self.substeps, most=MOST_SUBSTEPS)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The states after the readings of this instant, and the outputs there."""
         return self._estimates(t, self._corrected(t, z, y))
 
     def update(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The states before the readings of the next instant."""
         x, step = self._corrected(t, z, y), self.period / self.substeps
         for i in range(self.substeps):
             x = runge_kutta(self._f, t + i * step, x, u, step)

@@ -1,7 +1,3 @@
-"""The paper's state observer: a copy of the arm, corrected by the measured positions."""
-
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import ClassVar
 
@@ -29,10 +25,9 @@ class Luenberger(AbstractArmObserver):
         q_hat'  = qd_hat + L1 (q - q_hat)
         qd_hat' = M^-1(q_hat) (tau - C(q_hat, qd_hat) qd_hat - G(q_hat)) + L2 (q - q_hat)
 
-    with M, C, G of `model`: the arm as the designer believes it to be. As printed it knows of no
-    disturbance and settles at a biased state where one acts; "compensated" has tau - D_hat in place
-    of tau, which takes an observer of the disturbance beside this one (`WithDisturbance`) and is
-    as printed without one, where D_hat = 0.
+    with M, C, G of `model`: the arm as the designer believes it to be. As printed it settles at a biased state where a
+    disturbance acts; "compensated" has tau - D_hat in place of tau, with the D_hat of `WithDisturbance`, or 0 without
+    one.
 
     A computer steps it by `integrator`, with e = q - q_hat, v = qd_hat and a = M^-1 (...) as a period h begins:
 
@@ -41,20 +36,12 @@ class Luenberger(AbstractArmObserver):
                   (I + h L1 / 2 + h^2 L2 / 4) w = e
 
     Where a is right the errors obey L = [-L1, I; -L2, 0]. Explicit Euler multiplies a mode l of it by 1 + h l, which
-    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. The
-    paper's theorem 1 for any positive definite L1, L2 fails, so nothing is asked of L1, L2 here.
-
-    Parameters
-    ----------
-    L1, L2
-        (n, n).
-    q_hat, qd_hat
-        (n,), the estimates at time 0.
+    grows where h |l|^2 > -2 Re l; the Cayley step by (1 + h l / 2) / (1 - h l / 2), which decays where l does. Nothing
+    is asked of L1, L2, as theorem 1 for any positive definite ones fails.
 
     References
     ----------
-    Adaptive observer-based sliding mode control with time-varying learning using Riccati gain
-    synthesis for robotic manipulators, section 3.1.
+    The paper of `AosmcRgs`, section 3.1.
     """
 
     claims: ClassVar[tuple[Claim, ...]] = (THEOREM_1,)
@@ -81,11 +68,9 @@ class Luenberger(AbstractArmObserver):
     )
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The estimates in the memory, with zero disturbance."""
         return Signals(q=z["q_hat"], qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """The rates by equation (10), with the estimated disturbance in `est`."""
         q_hat, qd_hat = z["q_hat"], z["qd_hat"]
         tau = self.model.driven(u.tau)
         torque = tau - est.d if self.disturbance == "compensated" else tau
@@ -96,11 +81,9 @@ class Luenberger(AbstractArmObserver):
 
     @property
     def method(self) -> str:
-        """The method by name: explicit Euler, or the Cayley step."""
         return "Cayley step of (10)" if self.integrator == "cayley" else EULER
 
     def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
-        """The estimates after a period, by equation (10) and `integrator`."""
         rates = self.rate(t, z, y, est, u)
         if self.integrator == "euler":
             return euler(z, rates, period)
@@ -113,5 +96,4 @@ class Luenberger(AbstractArmObserver):
         }
 
     def without(self) -> Mapping[str, AbstractArmObserver]:
-        """The ablation: the readings themselves, with a measured velocity."""
         return {"state observer": FullState(self.dof)}

@@ -1,7 +1,5 @@
 """The model that an observer holds of any plant: its ports, and its equations as columns with their Jacobians."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import casadi as ca
@@ -28,29 +26,24 @@ class AbstractModelObserver(AbstractObserver):
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the model."""
         return self.model.inputs
 
     @property
     def reads(self) -> Layout:
-        """The outputs that are named."""
         offered, of = self.model.outputs, f"outputs of `{type(self.model).__name__}`"
         return Layout(tuple(offered[known(name, offered.names, of)] for name in self.outputs or offered.names))
 
     @property
     def gives(self) -> Layout:
-        """The states of the model, and those of its outputs that are no states."""
         states = self.model.states
         return states + Layout(tuple(e for e in self.model.outputs.entries if e.name not in states))
 
     @property
     def memory(self) -> Layout:
-        """The estimated states, `x_hat` of a state x."""
         return with_hats(self.model.states)
 
     @door
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """The states in the memory, and the outputs there."""
         return self._estimates(t, self._column(z))
 
     def _estimates(self, t: ca.SX, x: ca.SX) -> Signals:
@@ -115,10 +108,7 @@ def refuse_unfit(observer: AbstractModelObserver, **axes: tuple[Layout, ...]) ->
 
 
 def phi(M: ca.SX) -> ca.SX:
-    """M^-1 (exp(M) - I) = I + M / 2 + M^2 / 6 + ..., also where M has no inverse.
-
-    With it x' = M x + g has x(1) = x(0) + phi(M) x'(0).
-    """
+    """The series I + M / 2 + M^2 / 6 + ... of M^-1 (exp(M) - I): x' = M x + g moves by phi x'(0) in a unit of time."""
     one, small = ca.SX.eye(M.shape[0]), M / 2**SQUARINGS
     value = one
     for order in range(ORDER, 1, -1):

@@ -6,19 +6,14 @@ simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py
 
 from workbench.loop.linear_blocks import LinearPlant
 from workbench.plants.buck_converter import BuckConverter
-from workbench.plants.cart_pole import CartPole
 from workbench.plants.dc_motor import DCMotor
 from workbench.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
 from workbench.plants.equipped import Disturbed, Equipped
-from workbench.plants.furuta_pendulum import FurutaPendulum
 from workbench.plants.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.plants.ode_plant import OdePlant
-from workbench.plants.planar_quadrotor import PlanarQuadrotor
-from workbench.plants.quadrotor import Quadrotor
-from workbench.plants.quadruple_tank import QuadrupleTank
-from workbench.plants.stirred_tank import StirredTank
-from workbench.plants.two_masses import TwoMasses
-from workbench.plants.vehicle import SingleTrackVehicle
+from workbench.plants.tanks import QuadrupleTank, StirredTank
+from workbench.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVehicle
 
 __all__ = [
     "AbstractActuator",

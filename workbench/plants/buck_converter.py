@@ -1,7 +1,3 @@
-"""A direct-current converter that steps a voltage down, averaged over its switching."""
-
-from __future__ import annotations
-
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
@@ -17,11 +13,10 @@ class BuckConverter(AbstractPlant):
     From d to v it is G_0 / (1 + s / (Q w_0) + (s / w_0)^2) with G_0 = V_g, w_0 = 1 / sqrt(L C) and Q = R sqrt(C / L).
     The duty cycle is not limited here, and the current may turn negative: limit the command by `Instruments`.
 
-    The numbers are those of the book's regulator of 15 V; they were quoted without the book at hand.
-
     References
     ----------
-    Erickson and Maksimovic (2001), Fundamentals of Power Electronics, 2nd edition, section 9.5.4.
+    Erickson and Maksimovic (2001), Fundamentals of Power Electronics, 2nd edition, section 9.5.4; the numbers of its
+    regulator of 15 V were quoted without the book at hand.
 
     Examples
     --------
@@ -41,6 +36,4 @@ class BuckConverter(AbstractPlant):
     outputs = layout(v="V")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The voltage of the coil and the current of the capacitor."""
-        del t
         return {"i": (u["d"] * self.V_g - x["v"]) / self.L, "v": (x["i"] - x["v"] / self.R) / self.C}

@@ -1,5 +1,3 @@
-"""The direct-current motor of the Michigan tutorials."""
-
 from __future__ import annotations
 
 from workbench.core import Layout, block, initial, layout, option, parameter
@@ -15,12 +13,8 @@ class DCMotor(AbstractPlant):
         L i'     = v - R i - K omega
         theta'   = omega
 
-    The numbers are those of the tutorial on speed; `DCMotor.position()` has those of the other.
-
-    Parameters
-    ----------
-    measured
-        Of a motor whose speed is measured, the angle theta is no state.
+    Where the speed is measured theta is no state. The numbers are those of the tutorial on speed; `DCMotor.position()`
+    has those of the other.
 
     References
     ----------
@@ -51,23 +45,18 @@ class DCMotor(AbstractPlant):
 
     @property
     def states(self) -> Layout:
-        """The angle where it is measured, the speed and the current."""
         held = initial_states(self).entries
         return Layout(held if self.measured == "position" else held[1:])
 
     @property
     def inputs(self) -> Layout:
-        """The voltage."""
         return layout(v="V")
 
     @property
     def outputs(self) -> Layout:
-        """The angle or the speed."""
         return layout(theta="rad") if self.measured == "position" else layout(omega="rad/s")
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The balance of torques and of voltages."""
-        del t
         omega, i = x["omega"], x["i"]
         angle = {"theta": omega} if self.measured == "position" else {}
         return angle | {

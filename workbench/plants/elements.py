@@ -3,8 +3,6 @@
 A number of an element is one for all numbers of its signal, or a vector with one for each.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field, replace
@@ -26,15 +24,7 @@ MOST_ORDER = 50  # of a Pade approximant: each is a state
 
 @block
 class AbstractElement(ABC):
-    """One element in the way of a signal v, from which its output y follows.
-
-    Parameters
-    ----------
-    signal
-        The name of an input or an output of the plant.
-    unit
-        That of the signal, which the plant knows.
-    """
+    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v."""
 
     WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
 
@@ -50,19 +40,12 @@ class AbstractElement(ABC):
         """The output of the element, (k, 1), for the input v, (k, 1)."""
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The derivative of each of its states."""
-        del z, v
         return {}
 
 
 @block
 class Saturation(AbstractElement):
     """y = min(max(v, low), high).
-
-    Parameters
-    ----------
-    low, high
-        The limits, in the unit of the signal.
 
     Examples
     --------
@@ -81,21 +64,12 @@ class Saturation(AbstractElement):
             )
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The signal within its limits."""
-        del z
         return _within(v, self.low, self.high)
 
 
 @block
 class FirstOrder(AbstractElement):
     """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag.
-
-    Parameters
-    ----------
-    time_constant
-        T, in s.
-    lag
-        y at the start, in the unit of the signal.
 
     Examples
     --------
@@ -107,12 +81,9 @@ class FirstOrder(AbstractElement):
     lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The lag's state."""
-        del v
         return z["lag"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The rate of the lag."""
         return {"lag": (v - z["lag"]) / self.time_constant}
 
 
@@ -120,17 +91,8 @@ class FirstOrder(AbstractElement):
 class RateLimit(AbstractElement):
     """A lag whose rate has limits:  y' = min(max((v - y) / T, low), high),  y(0) = limited.
 
-    The shorter T, the nearer is y to the ideal limiter, whose rate is v' wherever the limits allow it; beside a change
+    The shorter T, which the step of a simulation must resolve, the nearer is y to the ideal limiter; beside a change
     within the limits y is late by T.
-
-    Parameters
-    ----------
-    low, high
-        The lowest rate, negative, and the highest, positive, in the unit of the signal per second.
-    time_constant
-        T in s, which the step of a simulation must resolve.
-    limited
-        y at the start, in the unit of the signal.
 
     Examples
     --------
@@ -145,30 +107,18 @@ class RateLimit(AbstractElement):
     limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The limiter's state."""
-        del v
         return z["limited"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The rate of the lag within its limits."""
         return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
 @block
 class PadeDelay(AbstractElement):
-    """The Pade approximant [n/n] of a transport delay, exp(-T s), in its balanced realisation, see `pade`.
+    """The Pade approximant [n/n], n the `order`, of a delay exp(-T s) in its balanced realisation, see `pade`.
 
-    Its gain is 1 at all frequencies, and up to omega T = n its phase is -omega T within 0.08 rad. The delay of a
-    computer is a number of periods, and is exact: `digital(period, delay=...)`.
-
-    Parameters
-    ----------
-    time
-        T in s, one for all numbers of the signal.
-    order
-        n, at most 50.
-    past
-        The constant signal that came in before the start, in its unit.
+    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad; before the start the constant `past`
+    came in. The delay of a computer is a number of periods, and is exact: `digital(period, delay=...)`.
 
     Examples
     --------
@@ -192,13 +142,11 @@ class PadeDelay(AbstractElement):
         return Layout((Entry("delayed", np.multiply.outer(first, past), unit),))
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        """The signal of about T ago."""
         refuse_misfit("PadeDelay.output", "v", v, z["delayed"].shape[1], 1)
         _, _, C, D = pade(self.order)
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        """The derivative of the states of the Pade approximation."""
         refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
@@ -217,8 +165,7 @@ def pade(order: int) -> tuple[Any, Any, Any, float]:
     References
     ----------
     NIST Digital Library of Mathematical Functions, equation 4.39.1 (tanh, whose reciprocal is c).
-    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic with application to the
-    approximation of delay systems, IEEE Conference on Decision and Control.
+    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic, CDC.
     """
     k = np.arange(1, order + 1)
     r = np.sqrt(2.0 * k - 1)

@@ -1,7 +1,5 @@
 """A plant with actuators before its inputs and sensors behind its outputs, and a plant with disturbances."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from copy import copy
 from dataclasses import replace
@@ -29,17 +27,14 @@ class AbstractAround(AbstractPlant):
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """The labels of the plant."""
         return self.plant.labels
 
     @property
     def inputs(self) -> Layout:
-        """The inputs of the plant."""
         return self.plant.inputs
 
     @property
     def outputs(self) -> Layout:
-        """The outputs of the plant."""
         return self.plant.outputs
 
 
@@ -51,15 +46,13 @@ class Equipped(AbstractAround):
     second one `v.lag_2`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
     `omega_true`. `v_applied` of a loop is what reaches the plant.
 
-        Equipped(motor, actuators=(Saturation("v", -12, 12), FirstOrder("v", 0.02)), sensors=(Quantiser("omega", 0.1),))
-
     Raises
     ------
     LookupError
         If an element is for a signal that is no input of the plant, or no output.
     ValueError
-        If an element has another number of numbers than its signal, or one number for several units; if an output has
-        sensors already; or if the plant moves in discrete time.
+        If an element does not fit its signal in size or units; if an output has sensors already; or if the plant moves
+        in discrete time.
 
     Examples
     --------
@@ -89,29 +82,24 @@ class Equipped(AbstractAround):
 
     @property
     def truths(self) -> Layout:
-        """The truths of the plant, and the true values of the outputs that have a sensor."""
         true = (replace(self.outputs[name], name=f"{name}_true") for name in self._sensed)
         return self.plant.truths + Layout(tuple(true))
 
     @property
     def states(self) -> Layout:
-        """The states of the plant, then of the actuators, then of the sensors."""
         own = (replace(entry, name=names[entry.name]) for _, z, names in self._memories() for entry in z.entries)
         return self.plant.states + Layout(tuple(own))
 
     def measure(self, t: Number, x: States) -> Signals:
-        """The readings of the sensors, and the true outputs."""
         y = self._outputs(t, x)
         seen, _ = self._through(self.sensors, x, y)
         return seen | {f"{name}_true": y[name] for name in self._sensed}
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The signals that act in the plant, driven by the outputs of the actuators."""
         driven, _ = self._through(self.actuators, x, u)
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates of the plant, driven by the actuators, and those of the elements."""
         driven, actuators = self._through(self.actuators, x, u)
         _, sensors = self._through(self.sensors, x, self._outputs(t, x))
         moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
@@ -119,7 +107,6 @@ class Equipped(AbstractAround):
 
     @property
     def _sensed(self) -> tuple[str, ...]:
-        """The outputs with a sensor, once each."""
         return tuple(dict.fromkeys(element.signal for element in self.sensors))
 
     def _own(self, x: States) -> Signals:
@@ -163,18 +150,13 @@ class Disturbed(AbstractAround):
 
         x' = f(t, x, u + d_u(t)),      y = h(t, x) + d_y(t).
 
-    The signals are truths of the plant, `d_v` that on the input v, which no instrument gives.
-
-    Parameters
-    ----------
-    by
-        A reference, or several `Together`, each named as an input or an output of the plant. Derivatives do not count.
+    The signals are those of the reference `by`, each named as an input or an output of the plant, without their
+    derivatives; they are truths of the plant, `d_v` that on the input v, which no instrument gives.
 
     Raises
     ------
     ValueError
-        If a signal is neither an input nor an output of the plant, or of another size or unit; or if the plant has a
-        signal of the name of the disturbance, as one that is disturbed already has.
+        If a signal does not fit the plant by name, size and unit; or the plant is disturbed there already.
 
     Examples
     --------
@@ -199,40 +181,32 @@ class Disturbed(AbstractAround):
 
     @property
     def period(self) -> float | None:  # type: ignore[override]
-        """The period of the plant, if it moves in discrete time."""
         return self.plant.period
 
     @property
     def recursion(self) -> bool:
-        """True if the plant moves in discrete time."""
         return is_recursion(self.plant)
 
     @property
     def states(self) -> Layout:
-        """The states of the plant."""
         return self.plant.states
 
     @property
     def truths(self) -> Layout:
-        """The truths of the plant, and the disturbances."""
         return self.plant.truths + self._added.prefixed(TRUTH)
 
     def measure(self, t: Number, x: States) -> Signals:
-        """The disturbed outputs, and the truths."""
         d, y = self._at(t), Signals(self.plant.measure(t, x))
         truths = {f"{TRUTH}{name}": part for name, part in d.items()}
         return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The signals that act in the plant under the disturbed command."""
         return self.plant.applied(t, x, self._driven(t, u))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates of the plant under the disturbed command."""
         return self.plant.rate(t, x, self._driven(t, u))
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The next states of the plant under the disturbed command."""
         return self.plant.update(t, x, self._driven(t, u))
 
     @property

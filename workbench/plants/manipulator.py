@@ -1,7 +1,5 @@
 """A robot arm with drives, from the torque that is commanded to the one that acts, friction and a disturbance."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
@@ -20,13 +18,7 @@ from workbench.validation.signatures import door
 
 
 class AbstractAtJoints:
-    """A part with a number for each of some joints.
-
-    Attributes
-    ----------
-    units
-        The unit of each joint's position, which the arm tells; rad where none are given.
-    """
+    """A part with a number for each of some joints, whose positions have `units`: rad where none are given."""
 
     units: tuple[str, ...] = ()
 
@@ -46,17 +38,19 @@ class AbstractAtJoints:
 class AbstractActuator(AbstractAtJoints, ABC):
     """A drive at each joint that has a motor."""
 
-    @abstractmethod
+    @door
     def memory(self, motors: int) -> Layout:
-        """The drives' own states for that many motors."""
+        """The drives' own states for that many motors; none unless an actuator has some."""
+        return Layout()
 
     @abstractmethod
     def applied(self, z: Parts, tau: Column) -> ca.SX:
         """The torque that acts, (motors, 1), in N m or N."""
 
-    @abstractmethod
+    @door
     def rate(self, z: Parts, tau: Column) -> Parts:
         """The derivative of each state."""
+        return {}
 
 
 @block
@@ -65,20 +59,8 @@ class DirectDrive(AbstractActuator):
 
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
-    def memory(self, motors: int) -> Layout:
-        """No states."""
-        del motors
-        return Layout()
-
     def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The command, limited."""
-        del z
         return _limited(tau, self.limit)
-
-    def rate(self, z: Parts, tau: Column) -> Parts:
-        """No rates."""
-        del z, tau
-        return {}
 
 
 @block
@@ -89,17 +71,13 @@ class FirstOrderLag(AbstractActuator):
     limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
 
     def memory(self, motors: int) -> Layout:
-        """The torque of each motor."""
         count = whole("memory(motors=...)", motors, most=MOST_JOINTS)
         return torques("tau_m", self.units or ("rad",) * count)
 
     def applied(self, z: Parts, tau: Column) -> ca.SX:
-        """The present torque of the motor, which does not depend on the present command."""
-        del tau
         return z["tau_m"]
 
     def rate(self, z: Parts, tau: Column) -> Parts:
-        """The rate of the lag."""
         return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
 
 
@@ -135,9 +113,7 @@ class Friction(AbstractAtJoints):
 class Manipulator(AbstractPlant):
     """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
 
-    M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,
-
-    where a joint without a motor has no input, and tau is zero there.
+        M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
 
     Examples
     --------
@@ -179,56 +155,44 @@ class Manipulator(AbstractPlant):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return self.arm.dof
 
     @property
     def q_unit(self) -> str:
-        """The unit of the positions, joint by joint where they differ."""
         return self.outputs["q"].unit
 
     @property
     def qd_unit(self) -> str:
-        """The unit of the velocities, joint by joint where they differ."""
         return self.outputs["qd"].unit
 
     @property
     def states(self) -> Layout:
-        """Positions, velocities, and the states of the drives."""
         moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
         return moving + self.actuator.memory(len(self.arm.motors))
 
     @property
     def inputs(self) -> Layout:
-        """The torques of the motors."""
         return motors(self.arm)
 
     @property
     def outputs(self) -> Layout:
-        """Positions and velocities."""
         return motion(self.arm.units, ("q", "qd"))
 
     @property
     def truths(self) -> Layout:
-        """The disturbance."""
         return torques("d", self.arm.units)
 
     @property
     def labels(self) -> Mapping[str, str]:
-        """The letters of the book for the errors."""
         return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
 
     def measure(self, t: Number, x: States) -> Signals:
-        """Exact positions and velocities, and the true disturbance."""
         return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        """The torques of the drives."""
-        del t
         return Signals(tau=self.actuator.applied(x, u["tau"]))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """Newton's law solved for the acceleration."""
         q, qd = x["q"], x["qd"]
         friction = self.friction.torque(qd) if self.friction is not None else 0
         torque = self.arm.driven(self.actuator.applied(x, u["tau"])) - friction - self._disturbance(t)

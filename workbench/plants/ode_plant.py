@@ -44,8 +44,7 @@ class OdePlant(AbstractPlant):
     Raises
     ------
     ValueError
-        If the equation declares no inputs, or one of its outputs depends on an input: a law that reads it would meet
-        its own command of the same instant, an algebraic loop.
+        If the equation declares no inputs, or one of its outputs depends on an input, which makes an algebraic loop.
 
     Examples
     --------
@@ -126,32 +125,26 @@ class OdePlant(AbstractPlant):
 
     @property
     def ends(self) -> float:
-        """The horizon of the equation, in s."""
         return self.ode.horizon
 
     @property
     def states(self) -> Layout:
-        """The states of the equation, each with its start."""
         return self.ode.states
 
     @property
     def inputs(self) -> Layout:
-        """The declared inputs of the equation."""
         return Layout(tuple(self.ode.parameters[name] for name in self.ode.inputs))
 
     @property
     def outputs(self) -> Layout:
-        """The outputs of the equation."""
         return self.ode.outputs
 
     def measure(self, t: Number, x: States) -> Signals:
-        """y = h(t, x, p)."""
         ode = self.ode
         unused = {e.name: ca.SX.zeros(*e.shape) for e in self.inputs.entries}
         return Signals(ode.outputs.view(ode.h(t, ode.states.flatten(x), self._p(unused))))
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        """The rates x' = f(t, x, p) with u in the places of the declared inputs."""
         ode = self.ode
         return ode.states.view(ode.f(t, ode.states.flatten(x), self._p(u)))
 

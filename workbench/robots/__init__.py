@@ -9,13 +9,4 @@ from workbench.robots.arm_catalogue import CATALOGUE, named, paper_arm
 from workbench.robots.planar_arm import Link, PlanarArm
 from workbench.robots.spatial import SpatialArm, SpatialLink
 
-__all__ = [
-    "CATALOGUE",
-    "Link",
-    "PlanarArm",
-    "SpatialArm",
-    "SpatialLink",
-    "named",
-    "paper_arm",
-    "urdf",
-]
+__all__ = ["CATALOGUE", "Link", "PlanarArm", "SpatialArm", "SpatialLink", "named", "paper_arm", "urdf"]

@@ -1,7 +1,5 @@
 """The catalogue of arms by name, with the sources of their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -51,8 +49,7 @@ def slotine_li() -> PlanarArm:
 
     References
     ----------
-    Slotine and Li (1991), Applied Nonlinear Control, chapter 9: m_1, l_1, m_e, delta_e, I_1, l_c1, I_e and l_ce of
-    the two-link arm that is simulated there.
+    Slotine and Li (1991), Applied Nonlinear Control, chapter 9, the two-link arm that is simulated there.
     """
     far, angle = 0.6, np.pi / 6
     load = Link(2.0, far, far * np.cos(angle), -far * np.sin(angle), 0.25)
@@ -60,9 +57,7 @@ def slotine_li() -> PlanarArm:
 
 
 def cart_pole() -> SpatialArm:
-    """A cart that slides along x, and a uniform pole on it that stands up at q = 0 and falls towards +x.
-
-    The only motor is the cart's.
+    """A cart with a motor that slides along x, and a uniform pole that stands up at q = 0 and falls towards +x.
 
     References
     ----------
@@ -101,8 +96,8 @@ def ur5() -> SpatialArm:
     """Universal Robots UR5: six hinges, without a tool.
 
     Masses and lengths are the maker's; the source takes each link for a solid cylinder about a centre of mass on its
-    axis. The wrists' cylinders have a radius of 0.6 m there, presumably for 0.06 m; as the robot is simulated
-    with these numbers everywhere, they are kept.
+    axis. The wrists' cylinders have a radius of 0.6 m there, presumably for 0.06 m; the robot is simulated so
+    everywhere.
 
     References
     ----------
@@ -147,10 +142,9 @@ def panda() -> SpatialArm:
 
     References
     ----------
-    Gaz, Cognetti, Oliva, Robuffo Giordano and De Luca (2019), Dynamic identification of the Franka Emika Panda robot
-    with retrieval of feasible parameters using penalty-based optimization, IEEE Robotics and Automation Letters
-    4(4), 4147-4154: the identified links. frankaemika/franka_ros, franka_description/robots/common, files
-    inertial.yaml, franka_arm.xacro and franka_hand.xacro; Apache-2.0: these figures, the frames, and the hand.
+    Gaz et al. (2019), Dynamic identification of the Franka Emika Panda robot with retrieval of feasible parameters,
+    IEEE RA-L 4(4), 4147-4154: the links. frankaemika/franka_ros, franka_description/robots/common, files inertial.yaml,
+    franka_arm.xacro and franka_hand.xacro; Apache-2.0: these figures, the frames, and the hand.
     """
     # mass; centre of mass; moments xx, xy, xz, yy, yz, zz
     links: Sequence[tuple[float, tuple[float, ...], tuple[float, ...]]] = (
@@ -172,18 +166,12 @@ def panda() -> SpatialArm:
         ((0.0, 0.0, 0.0), RIGHT),
         ((0.088, 0.0, 0.0), RIGHT),
     )
-    solids = [Solid("panda_link0")]
-    solids += [Solid(f"panda_link{i + 1}", m, np.array(c), np.array(six)) for i, (m, c, six) in enumerate(links)]
+    names = [f"panda_link{i}" for i in range(8)]
+    solids = [Solid(names[0])]
+    solids += [Solid(name, m, np.array(c), np.array(six)) for name, (m, c, six) in zip(names[1:], links, strict=True)]
     chain = [
-        Joint(
-            f"panda_joint{i + 1}",
-            f"panda_link{i}",
-            f"panda_link{i + 1}",
-            "revolute",
-            np.array(place),
-            from_angles(roll, 0, 0),
-        )
-        for i, (place, roll) in enumerate(joints)
+        Joint(f"panda_joint{i}", names[i - 1], names[i], "revolute", np.array(place), from_angles(roll, 0, 0))
+        for i, (place, roll) in enumerate(joints, 1)
     ]
     hand, fixed = _panda_hand()
     return arm_of([*solids, *hand], [*chain, *fixed])
@@ -224,12 +212,7 @@ CATALOGUE: Mapping[str, Callable[[], PlanarArm | SpatialArm]] = {
 
 
 def named(name: str) -> PlanarArm | SpatialArm:
-    """The arm of that name.
-
-    Raises
-    ------
-    LookupError
-        If there is none; the message names the nearest.
+    """The arm of that name; where there is none, a `LookupError` names the nearest.
 
     Examples
     --------

@@ -1,7 +1,5 @@
 """Poses and energies of a tree of bodies: a second derivation of the torque, against which recursions are checked."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -24,10 +22,6 @@ class Pose(NamedTuple):
     rotation: ca.SX
     position: ca.SX
 
-    def then(self, other: Pose) -> Pose:
-        """The pose of a frame that lies at `other` within this one."""
-        return Pose(self.rotation @ other.rotation, self.position + self.rotation @ other.position)
-
 
 def across_joint(link: Any, q: ca.SX) -> Pose:
     """A body's frame seen from the body that carries it, at the position q of its joint."""
@@ -41,8 +35,11 @@ def from_base(links: Sequence[Any], q: ca.SX) -> list[Pose]:
     """Each body's frame seen from the base."""
     poses: list[Pose] = []
     for i, link in enumerate(links):
-        step = across_joint(link, q[i])
-        poses.append(step if link.parent < 0 else poses[link.parent].then(step))
+        rotation, position = across_joint(link, q[i])
+        if link.parent >= 0:
+            base = poses[link.parent]
+            rotation, position = base.rotation @ rotation, base.position + base.rotation @ position
+        poses.append(Pose(rotation, position))
     return poses
 
 

@@ -4,8 +4,6 @@ Each function differentiates over fresh symbols and then puts in what it was giv
 any expression: an estimate, say.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import casadi as ca
@@ -26,8 +24,7 @@ def mass_matrix(kinetic_energy: Callable[[ca.SX, ca.SX], ca.SX], q: ca.SX) -> ca
 def coriolis_matrix(mass: Callable[[ca.SX], ca.SX], q: ca.SX, qd: ca.SX) -> ca.SX:
     """C(q, qd), (n, n), of the Christoffel symbols: C_ij = sum_k (dM_ij/dq_k + dM_ik/dq_j - dM_jk/dq_i) qd_k / 2.
 
-    Written by matrices: with J_ijk = dM_ij/dq_k, the first term is M' along qd, and the other two
-    are the transposes of each other, d(M qd)/dq and its transpose.
+    The first term is M' along qd; the other two are the transposes of each other, d(M qd)/dq and its transpose.
     """
     n = q.shape[0]
 

@@ -4,8 +4,6 @@ Velocities are components along the links' own directions, whose inner products 
 angles, so that the energies come out without squares of sines and cosines that would cancel.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 
@@ -24,13 +22,8 @@ DIRECTIONS = {"down": (0, -1), "right": (1, 0), "up": (0, 1)}
 class Link:
     """A rigid link that turns about its proximal joint, seen in the plane of motion.
 
-    The centre of mass lies `com` along the line from the joint to the next joint, and `offset` to
-    the left of that line. A point mass at the link's end has com = length, offset = 0, inertia = 0.
-
-    Parameters
-    ----------
-    inertia
-        About the centre of mass, round the axis of the joint.
+    The centre of mass lies `com` along the line from the joint to the next joint, and `offset` to the left of that
+    line; `inertia` is about it. A point mass at the link's end has com = length, offset = 0, inertia = 0.
     """
 
     mass: Scalar = parameter(unit="kg", low=0, strict=True, symbol="m")
@@ -52,27 +45,15 @@ class PointMass:
 
     @property
     def com(self) -> Scalar:
-        """The centre of mass is the far end."""
         return self.length
 
 
 @block
 class PlanarArm(AbstractArm):
-    """A chain of links joined by revolute joints with parallel horizontal axes.
+    """A chain of links joined by revolute joints with parallel horizontal axes; the `passive` ones have no motor.
 
-    Each joint angle is measured from the line of the link before it, counter-clockwise; the first
-    one from the direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols,
-    G from the potential energy.
-
-    Parameters
-    ----------
-    passive
-        The numbers of the joints without a motor, counted from 0 as the links are.
-
-    Raises
-    ------
-    ValueError
-        If there is no link, a passive joint is none of the arm's, or no joint has a motor.
+    Each joint angle is measured from the line of the link before it, counter-clockwise; the first one from the
+    direction `zero`. M comes from the kinetic energy, C from its Christoffel symbols, G from the potential energy.
 
     References
     ----------
@@ -101,12 +82,10 @@ class PlanarArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return len(self.links)
 
     @property
     def motors(self) -> tuple[int, ...]:
-        """The joints that have a motor, by number: all but the passive ones."""
         return tuple(joint for joint in range(self.dof) if joint not in self.passive)
 
     def kinetic_energy(self, q: Column, qd: Column) -> ca.SX:
@@ -149,15 +128,12 @@ class PlanarArm(AbstractArm):
         return [place + link.com * along + link.offset * left for link, place, (along, left) in rows]
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """M(q), (n, n), in kg m^2: the Hessian of the kinetic energy in the velocities."""
         return lagrange.mass_matrix(self.kinetic_energy, q)
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """C(q, qd), (n, n), in kg m^2/s: the one of the Christoffel symbols, for which M' - 2C is skew."""
         return lagrange.coriolis_matrix(self.mass_matrix, q, qd)
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """G(q), (n, 1), in N m: the gradient of the potential energy."""
         return lagrange.gravity_vector(self.potential_energy, q)
 
 
@@ -179,9 +155,8 @@ def turns(waves: Sequence[tuple[ca.SX, ca.SX]]) -> list[tuple[ca.SX, ca.SX]]:
 def _speed_squared(links: Sequence[Link | PointMass], omegas: Sequence[ca.SX], bends: Sequence[Sequence[Any]]) -> ca.SX:
     """The squared speed of the last link's centre of mass, in m^2/s^2.
 
-    Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where
-    (a, b) is (length, 0) for the links before and (com, offset) for the last; bends[j][k] has cosine
-    and sine of the angle from body j to body j + k.
+    Body j turns at omega_j and adds omega_j (a_j left_j - b_j along_j) to the velocity, where (a, b) is (length, 0) for
+    the links before and (com, offset) for the last; bends[j][k] has cosine and sine of the angle from body j to j + k.
     """
     arms = [*((link.length, 0) for link in links[:-1]), (links[-1].com, links[-1].offset)]
     square = ca.SX(0)

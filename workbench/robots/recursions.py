@@ -8,8 +8,6 @@ rigid-body systems, J. Comput. Nonlinear Dynamics 16(9), algorithm 1, for C: of 
 the Christoffel symbols make.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -19,24 +17,12 @@ from workbench.robots.spatial_vectors import cross, swapped_cross
 
 
 class Body(NamedTuple):
-    """A moving body as the recursions see it.
+    """A moving body as the recursions see it."""
 
-    Attributes
-    ----------
-    parent
-        The number of the body that carries it, smaller than its own; -1 is the base.
-    X
-        (6, 6): takes motions from the carrying body's frame to its own; depends on the joint.
-    S
-        (6, 1): the motion that one unit of its joint's velocity is, constant in its own frame.
-    I
-        (6, 6): its spatial inertia.
-    """
-
-    parent: int
-    X: ca.SX
-    S: ca.SX
-    I: ca.SX
+    parent: int  # the number of the body that carries it, smaller than its own; -1 is the base
+    X: ca.SX  # (6, 6), takes motions from the carrying body's frame to its own
+    S: ca.SX  # (6, 1), the motion that one unit of its joint's velocity is, constant in its own frame
+    I: ca.SX  # (6, 6), its spatial inertia
 
 
 def velocities(bodies: Sequence[Body], qd: ca.SX) -> list[ca.SX]:

@@ -1,7 +1,5 @@
 """Spatial arms: rigid bodies on hinges and slides, each carried by one before it, on a base that stands still."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 
@@ -26,31 +24,16 @@ UNIT = 1e-12  # what rounding leaves of a unit axis
 
 @block
 class SpatialLink:
-    """A rigid body and the joint that carries it.
+    """A rigid body and the joint `name` that carries it; `parent` is the number of the link before, -1 the base.
 
-    The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the
-    body's own frame is the joint's, turned by q about `axis` or shifted by q along it. Where a number of friction
-    or of the drive is None, the equations have no such term.
+    The joint's frame lies at `position` with the axes `rotation` in the frame of the body that carries it; the body's
+    own frame is the joint's, turned by q about `axis` or shifted by q along it. Both are shape, not numbers to vary.
+    `inertia` holds the moments xx, xy, xz, yy, yz, zz about `com`, round the axes of the body's frame. The mass may be
+    0 of a link that carries others, if M stays positive definite.
 
-    Parameters
-    ----------
-    name
-        Of the joint.
-    mass
-        May be 0 of a link that carries others, as the cross of a universal joint, if M stays positive definite.
-    com
-        (3,): the centre of mass.
-    inertia
-        (6,): the moments xx, xy, xz, yy, yz, zz about the centre of mass, round the axes of the body's frame.
-    parent
-        The number of the link that carries this one; -1 is the base.
-    axis, rotation
-        (3,) and (3, 3): shape, not numbers to vary, as a unit axis would no longer be one.
-    viscous, coulomb, speed
-        F = viscous qd + coulomb sign(qd), in N m, or in N for a slide; where a `speed` is given the jump is spread
-        over it, coulomb tanh(qd / speed).
-    rotor, gear
-        The drive adds gear^2 rotor to the joint's inertia. Its gyroscopic torque is left out.
+    F = viscous qd + coulomb sign(qd); where a `speed` is given the jump is spread over it, coulomb tanh(qd / speed).
+    The drive adds gear^2 rotor to the joint's inertia; its gyroscopic torque is left out. Where a number is None, the
+    equations have no such term.
 
     References
     ----------
@@ -97,7 +80,6 @@ class SpatialLink:
 
     @property
     def slides(self) -> bool:
-        """True if the joint slides, False if it turns."""
         return self.joint == "prismatic"
 
     @property
@@ -145,26 +127,19 @@ def _frozen(value: Array) -> Array:
 
 @block
 class SpatialArm(AbstractArm):
-    """A tree of rigid bodies on hinges and slides; gravity pulls along -z of the base.
+    """A tree of rigid bodies on hinges and slides, the carrying before the carried; gravity pulls along -z of the base.
 
-    C is the matrix of the Christoffel symbols; `torque` and `acceleration` come from recursions and never form it.
-    When an arm is made, the recursion of Newton and Euler is held against Lagrange's equation of its energies, and
-    M against both.
-
-    Parameters
-    ----------
-    links
-        The carrying body before the carried one.
-    passive
-        The names of the joints without a motor.
+    Joints whose names are `passive` have no motor. C is the matrix of the Christoffel symbols; `torque` and
+    `acceleration` come from recursions and never form it. When an arm is made, the recursion of Newton and Euler is
+    held against Lagrange's equation of its energies, and M against both.
 
     Raises
     ------
     ValueError
-        If a name comes twice, a link is carried by none before it, the two roads disagree,
-        or M is not positive definite; or no joint has a motor.
+        If a name comes twice, a link is carried by none before it, the two roads disagree, M is not positive definite,
+        or no joint has a motor.
     LookupError
-        If a passive joint is none of the arm's; the message names the nearest.
+        If a passive joint is none of the arm's.
     """
 
     links: tuple[SpatialLink, ...]
@@ -191,29 +166,23 @@ class SpatialArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return len(self.links)
 
     @property
     def units(self) -> tuple[str, ...]:
-        """The unit of each joint's position: rad where it turns, m where it slides."""
         return tuple(link.length for link in self.links)
 
     @property
     def motors(self) -> tuple[int, ...]:
-        """The joints that have a motor, by number: all but the passive ones."""
         return tuple(i for i, link in enumerate(self.links) if link.name not in self.passive)
 
     def bodies(self, q: Column) -> list[Body]:
-        """The links as bodies of the recursions, at q."""
         return [link.body(q[i]) for i, link in enumerate(self.links)]
 
     def mass_matrix(self, q: Column) -> ca.SX:
-        """M(q), (n, n): of composite bodies, with the drives' rotors on its diagonal."""
         return recursions.mass_matrix(self.bodies(q)) + ca.diag(self.drive_inertias())
 
     def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        """C(q, qd), (n, n): the one of the Christoffel symbols, for which M' - 2C is skew."""
         return recursions.coriolis_matrix(self.bodies(q), qd)
 
     def coriolis_force(self, q: Column, qd: Column) -> ca.SX:
@@ -221,7 +190,6 @@ class SpatialArm(AbstractArm):
         return recursions.torque(self.bodies(q), ca.SX(1, 1), qd, ca.SX(self.dof, 1))
 
     def gravity_vector(self, q: Column) -> ca.SX:
-        """G(q), (n, 1)."""
         rest = ca.SX(self.dof, 1)
         return recursions.torque(self.bodies(q), ca.SX(self.gravity), rest, rest)
 
@@ -234,7 +202,6 @@ class SpatialArm(AbstractArm):
         return ca.vertcat(*[sparse(link.drive_inertia()) for link in self.links])
 
     def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX:
-        """tau = M qdd + C qd + G + F, (n, 1), by Newton and Euler."""
         tau = recursions.torque(self.bodies(q), ca.SX(self.gravity), qd, qdd)
         return ca.densify(tau + self.drive_inertias() * qdd + self.friction(qd))
 

@@ -5,8 +5,6 @@ References
 Featherstone (2008), Rigid Body Dynamics Algorithms, chapter 2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -133,8 +131,7 @@ def merged(lumps: Sequence[Lump]) -> Lump:
 def refuse_impossible(of: str, mass: float, inertia: Array) -> None:
     """Refuse moments (3, 3) about the centre of mass that no body of that mass has.
 
-    Moments are integrals of squares, so none is negative and none is above the sum of the other two; a point mass
-    (all zero) and a thin rod (one zero) are limits that are let pass.
+    None is negative and none is above the sum of the other two; a point mass (all zero) and a thin rod (one zero) pass.
     """
     if not 0 <= mass < np.inf:
         raise ValueError(f"The mass of {of} must be finite and not negative; got {mass:g} kg.")

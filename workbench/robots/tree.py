@@ -1,7 +1,5 @@
 """Bodies and joints by name, as files give them, put together to an arm."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -70,16 +68,15 @@ class _Seat(NamedTuple):
 def arm_of(
     solids: Sequence[Solid], joints: Sequence[Joint], gravity: float = 9.81, passive: tuple[str, ...] = ()
 ) -> SpatialArm:
-    """The arm of bodies and joints; bodies that a fixed joint connects become one.
+    """The arm of bodies and joints; bodies that a fixed joint connects become one, the mass of the base has no effect.
 
-    The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`;
-    those named `passive` have no motor. The mass of the base has no effect.
+    The moving joints are numbered along the tree, each before what it carries, branches in the order of `joints`.
 
     Raises
     ------
     ValueError
-        If names are not unique, a joint names no body, a body is carried twice, there is a loop or more than one
-        base, nothing moves or is driven, or a body cannot be.
+        If names are not unique, a joint names no body, a body is carried twice or cannot be, there is a loop or more
+        than one base, or nothing moves or is driven.
     LookupError
         If a passive joint is none that moves.
     """

@@ -8,8 +8,6 @@ References
 The ROS wiki, pages urdf/XML/robot, urdf/XML/link and urdf/XML/joint.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

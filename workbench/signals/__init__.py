@@ -1,12 +1,11 @@
 """References and disturbances as expressions in time, with their exact derivatives.
 
-The room knows time, names and units; it knows no plant and no law. Read `signal.py` first, then `steps.py`.
+The room knows time, names and units; it knows no plant and no law. Read `signal.py` first, then `waveforms.py`.
 """
 
-from workbench.signals.periodic import Chirp, PulseTrain, Sines, SineTorque, SquareWave
 from workbench.signals.profiles import Table, Trapezoid, WayPoints
 from workbench.signals.signal import AbstractSignal, Together
-from workbench.signals.steps import Hold, Ramp, Step
+from workbench.signals.waveforms import Chirp, Hold, PulseTrain, Ramp, Sines, SineTorque, SquareWave, Step
 
 __all__ = [
     "AbstractSignal",

@@ -1,7 +1,5 @@
 """Signals from point to point: trapezoidal velocities, way-points with the least jerk, and tables of numbers."""
 
-from __future__ import annotations
-
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -17,10 +15,7 @@ TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is di
 
 @block
 class Trapezoid(AbstractSignal):
-    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number.
-
-    From `time` on the velocity grows by `acceleration` up to `speed`, or for a short way as far as it gets, stays,
-    and falls as it grew:
+    """A motion with a trapezoidal velocity from start to goal, in the shortest time within limits, number by number:
 
         D = |goal - start|,   v = min(speed, sqrt(D acceleration)),   T = D / v + v / acceleration.
 
@@ -43,7 +38,6 @@ class Trapezoid(AbstractSignal):
     start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
 
     def motion(self, t: Number) -> Motion:
-        """The position, its velocity and its acceleration."""
         a, way = ca.SX(self.acceleration), ca.SX(self.goal - self.start)
         distance, sense = ca.fabs(way), ca.sign(way)
         v = ca.fmin(self.speed, ca.sqrt(distance * a))
@@ -64,24 +58,12 @@ class WayPoints(AbstractSignal):
 
         x(t) = x_i + (x_(i+1) - x_i) (10 s^3 - 15 s^4 + 6 s^5),
 
-    which minimises the integral of |x'''|^2. Before the first time and after the last it rests.
-
-    Parameters
-    ----------
-    times
-        (m,), in s, increasing.
-    points
-        (m, n), a row a time; of a signal of one number (m,).
-
-    Raises
-    ------
-    ValueError
-        If the times do not increase, or are fewer than two.
+    which minimises the integral of the squared jerk. Before the first time and after the last it rests. The `times`
+    (m,) increase; `points` is (m, n), a row a time, or of a signal of one number (m,).
 
     References
     ----------
-    Flash and Hogan (1985), The coordination of arm movements: an experimentally confirmed mathematical model, Journal
-    of Neuroscience 5(7).
+    Flash and Hogan (1985), The coordination of arm movements, J. Neurosci. 5(7).
 
     Examples
     --------
@@ -100,7 +82,6 @@ class WayPoints(AbstractSignal):
 
     @property
     def dof(self) -> int:
-        """The count of its numbers, n."""
         shape = shape_of(self.points)
         return shape[1] if len(shape) == 2 else 1
 
@@ -121,15 +102,8 @@ class WayPoints(AbstractSignal):
 class Table(AbstractSignal):
     """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
 
-    A run that goes on behind its last row is refused. The numbers of a table are no parameters. Those of a file come by
-    `np.loadtxt` or pandas.
-
-    Parameters
-    ----------
-    times
-        (m,), in s, increasing, from 0 or before.
-    values
-        (m, n), a row a time; of a signal of one number (m,).
+    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
+    are no parameters. A run that goes on behind the last row is refused.
 
     Raises
     ------
@@ -176,16 +150,13 @@ class Table(AbstractSignal):
 
     @property
     def dof(self) -> int:
-        """The count of its numbers, n."""
         return int(self.values.shape[1])
 
     @property
     def ends(self) -> float:
-        """The time of its last row, in s."""
         return float(self.times[-1])
 
     def motion(self, t: Number) -> Motion:
-        """The polynomial of the interval that contains t, and its derivatives."""
         rows = self._pieces()
         chosen = ca.SX(rows[0])
         for row, time in zip(rows[1:], self.times[1:-1], strict=True):

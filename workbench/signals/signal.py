@@ -1,7 +1,5 @@
 """A wanted signal with its derivatives, and several of them side by side."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections import Counter
 from typing import Any
@@ -19,17 +17,10 @@ ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is mean
 
 
 class AbstractSignal(AbstractReference):
-    """One wanted signal x of n numbers, and its derivatives xd and xdd.
+    """One wanted signal x of n numbers, with its unit or one for each, as in "m, rad"; and its derivatives xd, xdd.
 
     A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
     `Disturbed`, it goes by the name of an input or an output.
-
-    Attributes
-    ----------
-    signal
-        Its name.
-    unit
-        Its unit, or one for each of its numbers, as in "m, rad".
     """
 
     signal: str
@@ -46,17 +37,14 @@ class AbstractSignal(AbstractReference):
 
     @property
     def unit_of_rate(self) -> str:
-        """The unit of its first derivative."""
         return per_second(self.unit)
 
     @property
     def unit_of_curvature(self) -> str:
-        """The unit of its second derivative."""
         return per_second(self.unit, 2)
 
     @property
     def says(self) -> Layout:
-        """The signal and its first two derivatives."""
         units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
         return Layout(
             tuple(Entry(self.signal + "d" * order, np.zeros(self.dof), unit) for order, unit in enumerate(units))
@@ -64,22 +52,15 @@ class AbstractSignal(AbstractReference):
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The signal without its derivatives."""
         return (self.signal,)
 
     def at(self, t: Number) -> Signals:
-        """The signal and its exact derivatives."""
         return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
 
 
 @block
 class Together(AbstractReference):
     """Several references side by side, each with signals of its own.
-
-    Raises
-    ------
-    ValueError
-        If two of them say the same signal.
 
     Examples
     --------
@@ -100,16 +81,13 @@ class Together(AbstractReference):
 
     @property
     def says(self) -> Layout:
-        """The signals of all parts."""
         return sum((part.says for part in self.parts), Layout())
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The signals that the parts want for themselves."""
         return tuple(name for part in self.parts for name in part.primary)
 
     def at(self, t: Number) -> Signals:
-        """The signals of all parts."""
         return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
 
 

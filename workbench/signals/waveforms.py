@@ -1,6 +1,4 @@
-"""Signals that oscillate: sines, a sweep of frequencies, square waves, pulses, and the sine torque of an arm."""
-
-from __future__ import annotations
+"""Signals that hold, jump, go straight or oscillate: steps, sines, a sweep of frequencies, pulses."""
 
 import casadi as ca
 import numpy as np
@@ -9,6 +7,67 @@ from workbench.core import block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.loop.surroundings import AbstractDisturbance
 from workbench.signals.signal import AbstractSignal, Motion, clock
+
+
+@block
+class Hold(AbstractSignal):
+    """A fixed value.
+
+    Examples
+    --------
+    >>> wb.Hold([0.5, 0.0]).at(3.0).q
+    SX([0.5, 0])
+    """
+
+    position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
+    signal: str = "q"
+    unit: str = "rad"
+
+    def motion(self, t: Number) -> Motion:
+        zero = ca.SX.zeros(self.dof)
+        return ca.SX(self.position), zero, zero
+
+
+@block
+class Step(AbstractSignal):
+    """x_i(t) = start_i before time_i, level_i from then on; the derivatives are zero at all times.
+
+    Examples
+    --------
+    >>> wb.Step("omega", "rad/s", level=1.0, time=0.1).at(0.2).omega
+    SX(1)
+    """
+
+    signal: str
+    unit: str
+    level: Vector = parameter(unit="{unit}", shape=("n",), symbol="x_1")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    def motion(self, t: Number) -> Motion:
+        zero = ca.SX.zeros(self.dof)
+        return ca.if_else(clock(t) >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
+
+
+@block
+class Ramp(AbstractSignal):
+    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on.
+
+    Examples
+    --------
+    >>> wb.Ramp("h", "m", slope=0.01, time=5.0, start=0.1).at(10.0).h
+    SX(0.15)
+    """
+
+    signal: str
+    unit: str
+    slope: Vector = parameter(unit="{unit_of_rate}", shape=("n",), symbol="v")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    def motion(self, t: Number) -> Motion:
+        rate = ca.if_else(clock(t) >= self.time, ca.SX(self.slope), 0)
+        return self.start + self.slope * ca.fmax(t - self.time, 0), rate, ca.SX.zeros(self.dof)
 
 
 @block
@@ -28,7 +87,6 @@ class Sines(AbstractSignal):
     unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
-        """The sines and their exact derivatives."""
         a, w = self.amplitude, self.frequency
         angle = w * t + self.phase
         return a * ca.sin(angle), a * w * ca.cos(angle), -a * w**2 * ca.sin(angle)
@@ -39,12 +97,9 @@ class Chirp(AbstractSignal):
     """A sine whose frequency goes from `first` to `last` in the time `duration` T, and stays there:
 
         x(t) = amplitude sin(2 pi integral f + phase),     f = first + (last - first) t / T,
-                                                      or   f = first (last / first)^(t / T).
+                                                      or   f = first (last / first)^(t / T),
 
-    Raises
-    ------
-    ValueError
-        If a logarithmic sweep begins or ends at 0 Hz, or where it begins.
+    of which the second needs two positive frequencies that differ.
 
     Examples
     --------
@@ -73,7 +128,6 @@ class Chirp(AbstractSignal):
             )
 
     def motion(self, t: Number) -> Motion:
-        """The sine and its derivatives."""
         T, s = self.duration, ca.fmin(t, self.duration)
         if self.sweep == "linear":
             growth = (self.last - self.first) / T
@@ -102,7 +156,6 @@ class SquareWave(AbstractSignal):
     unit: str = "rad"
 
     def motion(self, t: Number) -> Motion:
-        """The wave at t, and zeros for its derivatives."""
         down = ca.fmod(ca.floor(self.frequency * t), 2)
         zero = ca.SX.zeros(self.dof)
         return self.amplitude * (1 - down), zero, zero
@@ -110,14 +163,9 @@ class SquareWave(AbstractSignal):
 
 @block
 class PulseTrain(AbstractSignal):
-    """Pulses of height `level` and length `width` at the begin of every `period` from `time` on; `base` elsewhere.
+    """Pulses of height `level` and a `width` below the `period`, at the begin of each from `time` on; `base` elsewhere.
 
     A jump has no derivative; the derivatives are zero at all times, as if the jumps were not there.
-
-    Raises
-    ------
-    ValueError
-        If a pulse is not shorter than the period.
 
     Examples
     --------
@@ -141,7 +189,6 @@ class PulseTrain(AbstractSignal):
             )
 
     def motion(self, t: Number) -> Motion:
-        """The pulses, and zeros for their derivatives."""
         before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
         s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
         up = s - self.period * ca.floor(s / self.period) < self.width
@@ -158,10 +205,8 @@ class SineTorque(AbstractDisturbance):
 
     @property
     def dof(self) -> int:
-        """The number of joints."""
         return int(self.amplitude.shape[0])
 
     def at(self, t: Number) -> ca.SX:
-        """The sines."""
         torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
         return torque
