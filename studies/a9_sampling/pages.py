@@ -34,7 +34,7 @@ from studies.a9_sampling.loops import (
 )
 from studies.a9_sampling.safe_periods import RULE
 from studies.paper.card import LAWS
-from studies.paper.comparison import SCENARIOS as TITLES
+from studies.paper.card import SCENARIOS as TITLES
 from studies.paper.linearization import PROPOSED
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
