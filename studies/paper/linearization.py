@@ -7,8 +7,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from studies.paper.card import CARD, LAWS
-from studies.paper.comparison import PROPOSED
+from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
 from workbench.design.linear import (
@@ -42,6 +41,7 @@ POSES = {
     "level of SS": tuple(CARD["SS: a1, a2"]),
 }
 LEVEL = "level of SS"
+SLOW = 1e-3  # rad/s
 FINE, COARSE = 10, 100  # every which kept state, of one in 10 ms, has its poles taken, and its margin
 
 
@@ -51,9 +51,24 @@ class AtRest:
 
     loop: Any  # a `StateSpace` of python-control
     poles: tuple[Pole, ...]
-    channels: tuple[LoopMargins, ...]
-    disk: DiskMargin | None
+    channels: tuple[LoopMargins, ...] = ()
+    disk: DiskMargin | None = None
     why: str = ""
+
+    @property
+    def alpha(self) -> float:
+        """The disk margin; 0 where there is none."""
+        return self.disk.alpha if self.disk else 0.0
+
+    @property
+    def delay(self) -> float:
+        """The delay that the loop stands at either torque, in ms."""
+        return 1e3 * min((m.delay for m in self.channels), default=0.0)
+
+    @property
+    def slow_gain(self) -> float:
+        """The largest singular value of S at the frequency `SLOW`."""
+        return float(np.linalg.norm(np.asarray(sensitivity(self.loop)(1j * SLOW)), 2))
 
 
 def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
@@ -78,15 +93,9 @@ def cut(loop: ClosedLoop, law: str) -> Ode:
 
 
 @cache
-def cut_at_rest(law: str, pose: str) -> Ode:
-    """The loop at rest at a pose, cut."""
-    return cut(still(law, POSES[pose]), law)
-
-
-@cache
 def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
     """The loop at rest at a pose, its adaptive gain at K(0) or at K, L2 of its observer so many times stiffer."""
-    ode = cut_at_rest(law, pose)
+    ode = cut(still(law, POSES[pose]), law)
     values: dict[str, Any] = {"drive": holding(POSES[pose])}
     if K is not None:
         values["controller.K"] = np.reshape(K, ode.parameters["controller.K"].shape)
@@ -100,7 +109,7 @@ def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, sti
     try:
         return AtRest(loop, closed, loop_margins(loop), disk_margin(loop))
     except ValueError as none:
-        return AtRest(loop, closed, (), None, str(none))
+        return AtRest(loop, closed, why=str(none))
 
 
 def holding(pose: tuple[float, ...]) -> Array:
@@ -108,14 +117,12 @@ def holding(pose: tuple[float, ...]) -> Array:
     return np.array(ca.DM(ARM.gravity_vector(ca.SX(ca.DM(pose))))).ravel()
 
 
-def late_gain(outcome: Outcome) -> tuple[float, ...]:
-    """The adaptive gain at the end of a run."""
-    return tuple(np.ravel(outcome.measurement.trajectories["controller.K"][0][-1]).tolist())
-
-
 @dataclass(frozen=True, eq=False)
 class OnPath:
-    """A law along its run: frozen poles (N, nx) of the whole loop, and disk margins at fewer times, NaN for none."""
+    """A law along its run: frozen poles of the whole loop at times t, and disk margins at sparse ones, NaN for none.
+
+    `inside` says of each kept time whether all |s_i| < phi.
+    """
 
     t: Array
     eigenvalues: np.ndarray[Any, np.dtype[np.complex128]]
@@ -133,13 +140,12 @@ def on_path(outcome: Outcome) -> OnPath:
     """
     law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
     x, t = states(outcome, ode), run.t
-    places, sparse = np.arange(0, len(t), FINE), np.arange(0, len(t), COARSE)
-    s = run["s"][0] if law != "PID" else np.zeros((len(t), 2))
-    inside = (np.abs(s) < CARD["phi"]).all(axis=1)
-    chosen = sparse[inside[sparse]]
-    alpha = np.full(len(sparse), np.nan)
-    alpha[inside[sparse]] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
-    return OnPath(t[places], along(ode, t[places], x[places]).eigenvalues(), inside, t[sparse], alpha)
+    inside = np.ones(len(t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
+    chosen = np.arange(0, len(t), COARSE)[inside[::COARSE]]
+    alpha = np.full(len(t), np.nan)
+    alpha[chosen] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
+    eigenvalues = along(ode, t[::FINE], x[::FINE]).eigenvalues()
+    return OnPath(t[::FINE], eigenvalues, inside, t[::COARSE], alpha[::COARSE])
 
 
 def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
