@@ -1,7 +1,5 @@
 """The pictures and tables of a4."""
 
-import numpy as np
-
 from studies.a4_observer_gains.candidates import (
     BOX,
     CHOSEN,
@@ -17,24 +15,14 @@ from studies.a4_observer_gains.candidates import (
     gains,
     trade_off,
 )
-from workbench.notation.formula import Number, Product, Relation, Sum, Symbol, symbol
+from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee
-from workbench.study.document.document import (
-    Cell,
-    Column,
-    Diverged,
-    Equation,
-    Figure,
-    Measured,
-    Panel,
-    Paragraph,
-    Section,
-    Series,
-    Table,
-)
+from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
+from workbench.study.document.phrases import Cell, Column, Table
+from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.pictures.traces import Window, curve
-from workbench.study.study import Outcome, Results
-from workbench.validation.refusals import Array
+from workbench.study.provenance import written
+from workbench.study.study import Results
 
 CLOUD = 300  # states of the cloud of poles
 SHOWN = ("late error", "RMS qd_error", "peak torque")
@@ -90,24 +78,18 @@ def errors(results: Results) -> Figure:
 
 def promise_section() -> Section:
     """The inequality that is proved, and the road to its proof."""
-    P, A, error = Symbol("P"), Symbol("A"), Symbol("x", accent="tilde")
-    decay = Sum((Product((P, A)), Product((Symbol("A", mark="T"), P)), Product((Number(2), Symbol("alpha"), P))))
-    form = Relation(Symbol("V"), "=", Product((Symbol("x", accent="tilde", mark="T"), P, error)))
     text = (
-        "With ",
-        error,
-        " = (q - q_hat, qd - qd_hat), (12) and (16) are linear in the error: by the mean value theorem the mismatch "
-        "(14) is a mean of Jacobians of the acceleration between estimate and state, times the error. If one P "
-        "satisfies the inequality below for the error's matrix A at every state and torque of a region, V falls at "
-        "least as exp(-2 alpha t) as long as arm and estimate stay in it. Errors within an ellipsoid of V that keeps "
-        f"the estimate there are admitted. The region here: {BOX}, for arm and estimate; the arm itself keeps "
-        f"{100 * INNER:g} % of these speeds, and the rest is room for the error. A solver only proposes P. Its "
-        "definiteness is decided by leading minors in rational arithmetic, the inequality by intervals: the Jacobian "
-        "is a polynomial in speeds and torques, which lies in the hull of its coefficients in Bernstein's basis, and "
-        f"positions are halved until each box holds ({guarantee()}).",
+        "With the error x~ = (q - q_hat, qd - qd_hat), (12) and (16) are linear in it: by the mean value theorem the "
+        "mismatch (14) is a mean of Jacobians of the acceleration between estimate and state, times the error. If "
+        "one P satisfies P A + A' P + 2 alpha P < 0 for the error's matrix A at every state and torque of a region, "
+        "V = x~' P x~ falls at least as exp(-2 alpha t) as long as arm and estimate stay in it. Errors within an "
+        f"ellipsoid of V that keeps the estimate there are admitted. The region here: {BOX}, for arm and estimate; the "
+        f"arm itself keeps {100 * INNER:g} % of these speeds, and the rest is room for the error. A solver only "
+        "proposes P. Its definiteness is decided by leading minors in rational arithmetic, the inequality by "
+        "intervals: the Jacobian is a polynomial in speeds and torques, which lies in the hull of its coefficients in "
+        f"Bernstein's basis, and positions are halved until each box holds ({guarantee()})."
     )
-    equation = Equation((form, Relation(decay, "<", Number(0))), name="promise", note="for A at all states")
-    return Section("What a promise is, and how it is proved", (Paragraph(text), equation))
+    return Section("What a promise is, and how it is proved", (Paragraph(text),))
 
 
 def gains_section() -> Section:
@@ -118,44 +100,24 @@ def gains_section() -> Section:
         "false rest point: more gain alone does not make the promise global. The LMI minimises the bound of noise "
         "that its one P gives, not the noise itself."
     )
-    return Section("What the gains promise, and what they cost", (gains_table(), audits_table(), Paragraph(text)))
-
-
-def gains_table() -> Table:
-    """The origin and the numbers of the gains."""
-
-    def entries(L: Array) -> str:
-        if np.array_equal(L, L[0, 0] * np.eye(len(L))):
-            return f"{L[0, 0]:.4g}"
-        return "; ".join(", ".join(f"{value:.1f}" for value in row) for row in L)
-
-    return Table(
+    table = Table(
         "gains",
-        "The paper's gains and four others. One number stands for so many times I, else rows are set apart.",
+        "The paper's gains and four others.",
         (Column("gains"), Column("how"), Column(symbol("L1"), "1/s"), Column(symbol("L2"), "1/s^2")),
-        tuple((name, HOW[name], entries(one.L1), entries(one.L2)) for name, one in gains().items()),
+        tuple((name, HOW[name], written(one.L1), written(one.L2)) for name, one in gains().items()),
     )
+    return Section("What the gains promise, and what they cost", (table, audits_table(), Paragraph(text)))
 
 
 def audits_table() -> Table:
     """The frozen modes, the proof and the price of each."""
     rows: list[tuple[Cell, ...]] = []
     for name, one in audits().items():
-        proved = one.certificate is not None
-        rows.append(
-            (
-                name,
-                100 * one.frozen.unstable,
-                one.frozen.slowest,
-                followed()[name].slowest,
-                100 * one.share if proved else None,
-                1e3 * one.reach.position if proved else None,
-                one.tolerated,
-                one.noise.velocity,
-                one.peaking,
-                one.reach.peaking if proved else None,
-            )
-        )
+        seen = 100 * one.frozen.unstable, one.frozen.slowest, followed()[name].slowest
+        proved, peak = (None, None), None
+        if one.certificate is not None:
+            proved, peak = (100 * one.share, 1e3 * one.reach.position), one.reach.peaking
+        rows.append((name, *seen, *proved, one.tolerated, one.noise.velocity, one.peaking, peak))
     return Table(
         "audits",
         "What is seen, what is proved and what it costs. Growing, slowest: frozen modes at 20,000 states spread over "
@@ -186,24 +148,12 @@ def tracking_section(results: Results) -> Section:
     text = (
         "The repaired law of a1 with each observer in the loop, 10 s: as in section 5, with q_hat(0) = 0, and from the "
         "measured positions, q_hat(0) = y(0). All these loops leave the region at first, and in the second scenario "
-        "after each jump: the proof is of the rest. Late error: the largest |q - q_d| from 5 s on. RMS qd_error: of "
-        "qd - qd_hat. The law is given D_hat, filtered from the true disturbance as in (24)."
+        "after each jump: the proof is of the rest. The law is given D_hat, filtered from the true disturbance as in "
+        "(24)."
     )
-    units = {name: score.metric.unit for name, score in results.outcomes[0].measurement.scores.items()}
-    numbers = [(metric, joint) for metric in SHOWN for joint in (0, 1)]
-    columns = (Column(f"{metric}, q{joint + 1}", units[metric], "right") for metric, joint in numbers)
-    heads = (Column("gains"), *columns)
-    tables = (
-        Table(
-            f"tracking_{place}",
-            f"The repaired law with each observer, {scenario}.",
-            heads,
-            tuple((one.case.law, *(_cell(one, *number) for number in numbers)) for one in results.scenario(scenario)),
-        )
-        for place, scenario in enumerate(SCENARIOS, 1)
-    )
+    tables = []
+    for place, scenario in enumerate(SCENARIOS, 1):
+        for joint in (0, 1):
+            name, caption = f"tracking_{place}_q{joint + 1}", f"Joint {joint + 1} with each observer, {scenario}."
+            tables.append(side_by_side(name, caption, results.scenario(scenario), SHOWN, joint))
     return Section("The tracking that they give", (Paragraph(text), errors(results), *tables))
-
-
-def _cell(one: Outcome, metric: str, joint: int) -> Cell:
-    return Measured(*one.score(metric, joint)) if one.diverged_at is None else Diverged(one.diverged_at)
