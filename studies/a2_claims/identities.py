@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 
-from studies.a2_claims.loops import observer_rate
 from studies.paper.card import CARD
-from studies.paper.laws import ARM
+from studies.paper.laws import ARM, paper_observer
 from workbench.core import AbstractArm, Dynamics, Entry, Layout, Signals, block
 from workbench.plants import Manipulator
 from workbench.validation.refusals import Array
@@ -49,6 +50,13 @@ def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     d = ARM_MATRICES
     old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
     return tuple(ca.substitute([d.M, d.C, d.G], [old], [new]))
+
+
+def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
+    """qd_hat' of the observer (10), with the gains of section 5, where its position is right: q_hat = q."""
+    observer, t = replace(paper_observer(), model=model), ca.SX(0)
+    z, y = {"q_hat": q, "qd_hat": qd_hat}, Signals(q=q, qd=ca.SX.zeros(2))
+    return observer.rate(t, z, y, observer.estimate(t, z, y), Signals(tau=tau))["qd_hat"]
 
 
 def _sides() -> dict[str, Sides]:

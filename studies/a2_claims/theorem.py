@@ -8,8 +8,7 @@ import numpy as np
 from studies.a2_claims import arm, law, replay
 from studies.a2_claims.checks import by_search, identity_finding, inequality, judges, numbers, refutation, row
 from studies.a2_claims.law import ANY_WEIGHTS, PRINTED_WEIGHTS, WEIGHTS
-from studies.a2_claims.loops import CONSTANT_D, on_path, regulation
-from studies.a2_claims.searches import ABOVE, ASSUMPTION_4, FLOOR, KEPT, V2_AT_START
+from studies.a2_claims.searches import ABOVE, ASSUMPTION_4, CONSTANT_D, FLOOR, KEPT, V2_AT_START, on_path, regulation
 from workbench.claims.counterexample import hypotheses_kept
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim

@@ -53,17 +53,10 @@ json.dump({"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": used.ru
 class Cost:
     """Seconds, and GB of memory, of a study of so many `runs`, `again` of which are run at half of the step too.
 
-    Attributes
-    ----------
-    wall, cpu, memory
-        Of the whole command.
-    turns
-        Of each turn the processor time of the rows marched alone and through ledger and orchestration, and the time
-        of the latter by the clock.
-    peer
-        Of python-control and SALib for the same runs on one core; None where one is not installed.
-    others
-        How many other processes wanted a processor before the command was run, by the load average of a minute.
+    `wall`, `cpu` and `memory` are of the whole command, and `others` the other processes that wanted a processor
+    before it. `turns` has of each turn the processor time of the rows marched alone and through ledger and
+    orchestration, and the time of the latter by the clock; `peer` is the time of python-control and SALib for the same
+    runs on one core, None where one is not installed.
     """
 
     runs: int
@@ -147,10 +140,9 @@ def sections(results: Results) -> Sequence[Section]:
     found = cost()
     how = (
         f"The command: {found.runs:,} runs of 10 s at 1 ms and {found.again:,} of them again at 0.5 ms, from its start "
-        "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration: the names of chunks, their bytes, "
-        "digests and commits, and the sample put together again; against the engine on the same rows, with nothing "
-        f"written. The peer: python-control with its default settings on {PEER_RUNS} of the same rows, scaled to all "
-        "of them, without any at half of the step; SALib analyses four outputs."
+        "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration are held against the engine on the "
+        "same rows, with nothing written. The peer: python-control with its default settings on "
+        f"{PEER_RUNS} of the same rows, scaled to all of them, without any at half of the step, and SALib."
     )
     return (Section("The cost", (*verdicts(found), table(found), Paragraph(how), Paragraph(testbed()))),)
 
@@ -158,26 +150,22 @@ def sections(results: Results) -> Sequence[Section]:
 def verdicts(cost: Cost) -> tuple[Verdict, ...]:
     """The bars, and the figures that reach or miss them."""
     sure, likely = max(cost.shares) <= SHARE, median(cost.shares) <= SHARE
+    quick = "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open"
+    small = "holds" if cost.memory <= MEMORY else "fails"
+    lean = "holds" if sure else "open" if likely else "fails"
     marched, through, _ = np.median(cost.turns, axis=0)
+    time = (
+        f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other processes "
+        f"on {os.cpu_count()} processors."
+    )
+    share = (
+        f"{median(cost.shares):.1%} in the median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to "
+        f"{max(cost.shares):.1%}, where below zero is noise: {through:.2f} s through them, {marched:.2f} s without."
+    )
     return (
-        Verdict(
-            "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open",
-            f"The whole command takes at most {WALL:g} s.",
-            f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other "
-            f"processes on {os.cpu_count()} processors.",
-        ),
-        Verdict(
-            "holds" if cost.memory <= MEMORY else "fails",
-            f"It holds less than {MEMORY:g} GB.",
-            f"At most {cost.memory:.2f} GB.",
-        ),
-        Verdict(
-            "holds" if sure else "open" if likely else "fails",
-            f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.",
-            f"{median(cost.shares):.1%} in the median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to "
-            f"{max(cost.shares):.1%}, where below zero is noise: {through:.2f} s through them, {marched:.2f} s "
-            "without.",
-        ),
+        Verdict(quick, f"The whole command takes at most {WALL:g} s.", time),
+        Verdict(small, f"It holds less than {MEMORY:g} GB.", f"At most {cost.memory:.2f} GB."),
+        Verdict(lean, f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.", share),
     )
 
 
@@ -213,8 +201,8 @@ study = Study(
     ),
     method=(
         "The command is run in a process of its own, on an empty folder. Ledger and orchestration are what the same "
-        "rows take more through the ledger than marched alone, in turns, medians of processor time. The peer runs a "
-        "few of the same rows; its time for all of them is extrapolated, with SALib's analysis."
+        "rows take more through the ledger than marched alone, in turns, medians of processor time. The peer's time "
+        "is extrapolated from a few of the same rows, with SALib's analysis."
     ),
     sections=sections,
     headlines=headlines,
