@@ -85,22 +85,17 @@ def gain_floor(outcome: Outcome) -> np.ndarray:
     return floor
 
 
-def loses_positivity(outcome: Outcome) -> float | None:
-    """The first kept time at which K is no longer positive definite, in s."""
-    below = np.flatnonzero(gain_floor(outcome) <= 0)
-    return float(outcome.t[below[0]]) if below.size else None
+def keeps_gain(outcome: Outcome) -> bool:
+    """True if the run ends with K positive definite all along."""
+    return outcome.diverged_at is None and bool((gain_floor(outcome) > 0).all())
 
 
-def leaves(outcome: Outcome) -> float | None:
-    """The first kept time at which an error is beyond `FAR`, or no number any more, in s."""
+def times_lost(outcome: Outcome) -> tuple[str, str]:
+    """The first kept times in s at which K is not positive definite, and at which an error is beyond `FAR` or gone."""
     e = outcome.measurement.trajectories["e"][0]
-    beyond = np.flatnonzero(~(np.abs(e) <= FAR).all(axis=1))
-    return float(outcome.t[beyond[0]]) if beyond.size else None
-
-
-def when(time: float | None) -> str:
-    """A time in s, or never."""
-    return "never" if time is None else f"{time:.2f}"
+    signs = gain_floor(outcome) <= 0, ~(np.abs(e) <= FAR).all(axis=1)
+    gain, path = (f"{outcome.t[np.argmax(sign)]:.2f}" if sign.any() else "never" for sign in signs)
+    return gain, path
 
 
 def gain_figure(results: Results) -> Figure:
@@ -115,20 +110,16 @@ def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], note
     """A row a run: the time at which the gain is lost, and the path, and the errors of either joint."""
     rows: list[tuple[Cell, ...]] = []
     for run in runs:
-        gone = run.diverged_at
+        gone, places = run.diverged_at, [(metric, j) for metric in ("RMSE (43)", "late error") for j in (0, 1)]
         floor = float(np.nanmin(gain_floor(run))) if gone is None else None
-        scores = (
-            Measured(*run.score(metric, j)) if gone is None else Diverged(gone)
-            for metric in ("RMSE (43)", "late error")
-            for j in (0, 1)
-        )
-        rows.append((run.case.scenario, run.case.law, when(loses_positivity(run)), floor, when(leaves(run)), *scores))
+        scores = (Measured(*run.score(*place)) if gone is None else Diverged(gone) for place in places)
+        rows.append((run.case.scenario, run.case.law, *times_lost(run), floor, *scores))
     columns = (
         Column("loop"),
         Column(head),
         Column("K not positive", "s", "right"),
-        Column("least eigenvalue of K", "N m", digits=3),
         Column(f"|e| > {FAR:g} rad", "s", "right"),
+        Column("least eigenvalue of K", "N m", digits=3),
         *(Column(f"{metric} of q{j}", "rad", "right") for metric in ("RMSE (43)", "late error") for j in (1, 2)),
     )
     return Table(name, caption, columns, tuple(rows), tuple(notes))

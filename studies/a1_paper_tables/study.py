@@ -86,25 +86,20 @@ def excess(outcome: Outcome) -> list[float]:
     return [100 * (outcome.score("RMSE (43)", j)[0] / printed[j] - 1) for j in (0, 1)]
 
 
-def tracking(runs: Sequence[Outcome]) -> list[Outcome]:
-    """Those that end with K positive definite all along."""
-    return [run for run in runs if run.diverged_at is None and repairs.loses_positivity(run) is None]
-
-
 def as_printed(results: Results) -> Verdict:
     """The law as printed, with two choices of Q."""
     plain, calm = results.scenario(AS_PRINTED["FS"]), results.scenario(SMALL_Q)
-    outer = results[AS_PRINTED["FS"], "outer"]
-    lost, left = (repairs.when(time(outer)) for time in (repairs.loses_positivity, repairs.leaves))
+    lost, left = repairs.times_lost(results[AS_PRINTED["FS"], "outer"])
+    kept = [run for run in calm if repairs.keeps_gain(run)]
     least = min((max(late(run)) for run in (*calm, *plain) if run.diverged_at is None), default=np.inf)
-    errors = "; ".join(f"{run.case.law} {late(run)[0]:.1f} and {late(run)[1]:.1f} rad" for run in tracking(calm))
+    errors = "; ".join(f"{run.case.law} {late(run)[0]:.1f} and {late(run)[1]:.1f} rad" for run in kept)
     return Verdict(
         "found",
         f"As printed, the law's late error in the first scenario is {least:.2g} rad or more in each of "
         f"{len(plain) + len(calm)} runs.",
         f"With Q = R = I, in the reading 'outer', K loses positive definiteness at {lost} s, and an error is beyond "
         f"{repairs.FAR:g} rad at {left} s. With Q = {SMALL:g} I and R = I, K stays positive definite for all {LONG:g} "
-        f"s in {len(tracking(calm))} of {len(calm)} readings, with late errors of joints 1 and 2 of: "
+        f"s in {len(kept)} of {len(calm)} readings, with late errors of joints 1 and 2 of: "
         f"{errors or 'none'}.",
         estimand=f"Largest |e_i| from {LATE:g} s on, of the worse joint. One run without noise for each of "
         f"{len(SHAPES)} readings of (33) with Q = I, over {SHORT:g} s, and with Q = {SMALL:g} I, over {LONG:g} s; "
@@ -117,7 +112,7 @@ def as_printed(results: Results) -> Verdict:
 def two_repairs(results: Results) -> Verdict:
     """The law with (3) and (28) repaired alone."""
     runs = [run for pair in PAIRS for run in results.scenario(pair)]
-    tracks = tracking(runs)
+    tracks = [run for run in runs if repairs.keeps_gain(run)]
     worst = [max((late(run)[joint] for run in tracks), default=np.inf) for joint in (0, 1)]
     above = [percent for run in tracks for percent in excess(run)]
     return Verdict(
@@ -192,11 +187,12 @@ def numbers_section() -> Section:
         "the proposed law, and PID has the bandwidth of that surface. Q, R, the horizon, the reading of (33) and the "
         "square wave were chosen near the printed numbers of the proposed law; nothing was chosen for a rival."
     )
-    tables = (
-        CARD.table("stated", "stated", "What the paper states."),
-        CARD.table("derived", "derived", "What follows from it."),
-        CARD.table("assumed", "assumed", "What the paper does not state, and is assumed here."),
-    )
+    captions = {
+        "stated": "What the paper states.",
+        "derived": "What follows from it.",
+        "assumed": "What the paper does not state, and is assumed here.",
+    }
+    tables = (CARD.table(mark, mark, caption) for mark, caption in captions.items())
     return Section("The numbers, and where they come from", (Paragraph(about), *tables))
 
 

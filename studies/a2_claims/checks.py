@@ -1,9 +1,7 @@
 """The kinds of check: a claim bound to the function that judges it, an identity, and a search for a run."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,8 +16,7 @@ from workbench.study.provenance import written
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
 
 
-@dataclass(frozen=True)
-class Checked:
+class Checked(NamedTuple):
     """A claim with the check that judges it."""
 
     claim: Claim
@@ -31,23 +28,23 @@ def judges(name: str, statement: str, source: str, *below: Claim) -> Callable[[C
     return lambda check: Checked(Claim(name, statement, source, below), check)
 
 
-def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = (), under: str = "") -> Finding:
-    """The finding of a witness: against the claim, or against it `under` a condition, where its numbers break it."""
+def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> Finding:
+    """The finding of a witness against the claim, where its numbers break it."""
     if not broken:
-        return Finding("not refuted", "The run or state that was to break it does not.", samples=1, under=under)
-    return Finding("does not hold under" if under else "refuted", evidence, witness, under=under, kept=kept)
+        return Finding("not refuted", "The run or state that was to break it does not.", samples=1)
+    return Finding("refuted", evidence, witness, kept=kept)
+
+
+def identity_finding(name: str) -> Finding:
+    """The finding of an equation's normal forms."""
+    if (judged := judge_equal(*SIDES[name])).kind == "proved":
+        return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
+    return Finding("not checkable", judged.evidence)
 
 
 def identity(name: str, statement: str, source: str) -> Checked:
     """An equation that is to be an identity in all its symbols."""
     return Checked(Claim(name, statement, source), lambda: identity_finding(name))
-
-
-def identity_finding(name: str) -> Finding:
-    """The finding of an equation's normal forms."""
-    if judge_equal(*SIDES[name]).kind == "proved":
-        return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
-    return Finding("not checkable", judge_equal(*SIDES[name]).evidence)
 
 
 def inequality(

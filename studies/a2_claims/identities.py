@@ -1,7 +1,5 @@
 """Both sides of equations (22), (30), (31), (34), (35) and (41), over symbols that any state may replace."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import casadi as ca

@@ -43,9 +43,8 @@ layer_rate = inequality(
     "(31)",
     "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
     "(31)",
-    "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There sat(s / phi) is "
-    "s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and -K sat(s / phi) "
-    "is {1}. A lacks the factor 1 / phi = 100.",
+    "In the layer sat(s / phi) is s / phi, not s: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and "
+    "-K sat(s / phi) is {1}. A lacks the factor 1 / phi = 100.",
     rate_along_10.claim,
     second_line.claim,
     K=(1, 0, 0, 1),
@@ -69,9 +68,8 @@ def shapes() -> Finding:
     except ValueError:
         return Finding(
             "ill-posed",
-            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s), so there is "
-            f"nothing to be true or false. Four readings give (33) a shape: {', '.join(READINGS)}. Each line below "
-            "names the reading that it takes.",
+            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings "
+            f"give (33) a shape: {', '.join(READINGS)}. Each line below names the reading that it takes.",
             "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
         )
     return Finding("proved", "the product has a shape")
@@ -127,9 +125,8 @@ def least_cost() -> Finding:
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
         f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST}, "
         f"the weights of a1, it is {fitted / fitted_least:.4g} times the least. (34) runs forward from P(0), the "
-        "Riccati equation of (32) backward from the horizon, and they agree only once P(0) is forgotten. Along the "
-        "repaired runs, with the weights of a1, from the worst start and over the first 2.5 s, a3 finds 1.0 % (first "
-        "scenario) and 2.1 % (second) above the least J.",
+        "Riccati equation of (32) backward from the horizon. Along the repaired runs, from the worst start and over "
+        "the first 2.5 s, a3 finds 1.0 % (first scenario) and 2.1 % (second) above the least J.",
         f"cost(1, 1), cost{row(FITTED)}",
     )
 

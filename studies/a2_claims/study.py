@@ -56,18 +56,17 @@ FIRST = (
     *("superior tracking", "superior tracking, numbers of a1"),
 )
 LEGEND = (
-    "A claim is proved by exact or interval arithmetic, refuted by a witness, or not refuted in so many samples; it "
-    "does not hold under a named condition where a witness breaks it there and other numbers may keep it; it is not "
-    "checkable as published where the paper leaves out what a check needs, and ill-posed where it says nothing that "
-    "could be true or false. A finite simulation can refute, and never proves. A witness keeps each of the claim's "
-    "hypotheses that a run can break, at every step. It is a line of Python that runs as it stands in the folder of "
-    "the project, after ",
+    "Proved: by exact or interval arithmetic. Refuted, or not true under a named condition: by a witness. Not "
+    "refuted: in so many samples; a finite simulation can refute, and never proves. Not checkable as published: the "
+    "paper leaves out what a check needs. Ill-posed: it says nothing that could be true or false. A witness keeps "
+    "each of the claim's hypotheses that a run can break, at every step. It is a line of Python that runs as it "
+    "stands in the folder of the project, after ",
     Code("from studies.a2_claims.replay import *"),
     ", and gives the numbers of its line. ",
     Code("rerun"),
     " gives by how much its claim is broken, the change as the step is halved, and the excess of the hypothesis kept "
-    "most narrowly, which is negative where all are kept. A claim rests on its hypotheses, each with its verdict; a "
-    "proof that rests on a refuted one says nothing here.",
+    "most narrowly, which is negative where all are kept. A proof that rests on a refuted hypothesis says nothing "
+    "here.",
 )
 WORTH = (
     "Searches are differential evolution on whole batches of runs, then exact gradients by sensitivities where there "
@@ -85,8 +84,7 @@ WORTH = (
 @cache
 def ledger(results: Results) -> Ledger:
     """Every claim checked, in the order of the paper."""
-    lines = (*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *theorem.CHECKS, *rivals.checks(results))
-    return Ledger.of([(line.claim, line.check) for line in lines])
+    return Ledger.of([*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *theorem.CHECKS, *rivals.checks(results)])
 
 
 def grouped(ledger: Ledger) -> Mapping[str, Ledger]:

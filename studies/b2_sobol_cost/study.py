@@ -3,8 +3,6 @@
 Runs in about a minute on two cores. It measures time: the page is not the same twice.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -12,7 +10,6 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -21,8 +18,6 @@ from time import perf_counter, process_time
 import numpy as np
 
 from studies.b2_sobol_cost.workload import sweep
-from studies.performance.peers import PEERS
-from studies.performance.workload import HORIZON
 from workbench.simulate import simulate
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Column, Paragraph, Section, Table, Verdict
@@ -32,11 +27,10 @@ from workbench.study.ledger.resumption import complete
 from workbench.study.ledger.store import opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
-from workbench.study.uncertainty import sobol_by_salib
 from workbench.study.writeup import testbed
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars
-TURNS, PEER_RUNS = 3, 3
+TURNS = 3
 BUSY = 0.5  # other processes, with which the clock no longer tells what the command takes
 SCRIPT = Path(__file__).with_name("workload.py")
 PROBE = """
@@ -55,8 +49,7 @@ class Cost:
 
     `wall`, `cpu` and `memory` are of the whole command, and `others` the other processes that wanted a processor
     before it. `turns` has of each turn the processor time of the rows marched alone and through ledger and
-    orchestration, and the time of the latter by the clock; `peer` is the time of python-control and SALib for the same
-    runs on one core, None where one is not installed.
+    orchestration, and the time of the latter by the clock.
     """
 
     runs: int
@@ -65,7 +58,6 @@ class Cost:
     cpu: float
     memory: float
     turns: tuple[tuple[float, float, float], ...]
-    peer: float | None
     others: float = 0.0
 
     @property
@@ -83,7 +75,7 @@ def cost() -> Cost:
     others = max(0.0, os.getloadavg()[0] - 1) if hasattr(os, "getloadavg") else 0.0
     whole, size = command(), one.sweep.design.size
     again = len(range(0, size, one.sweep.halved))
-    return Cost(size, again, whole["wall"], whole["cpu"], whole["memory"], turns, peer(one), others)
+    return Cost(size, again, whole["wall"], whole["cpu"], whole["memory"], turns, others)
 
 
 def timed(work: Callable[[], object]) -> tuple[float, float]:
@@ -121,19 +113,6 @@ def command() -> dict[str, float]:
     return found
 
 
-def peer(one: CompiledSweep) -> float | None:
-    """Seconds of python-control for all runs, from a few of them, and of SALib for the analysis of all outputs."""
-    control = next(each for each in PEERS if each.package == "control")
-    if not control.installed or find_spec("SALib") is None:
-        return None
-    design = sweep().design
-    noise = np.random.default_rng(0).random((design.size, len(one.columns)))
-    analysis, _ = timed(lambda: sobol_by_salib(design, noise))
-    runner, (p, _) = control.runner(HORIZON), one.rows(0, PEER_RUNS)
-    spent, _ = timed(lambda: runner(p))
-    return design.size * spent / PEER_RUNS + analysis
-
-
 def sections(results: Results) -> Sequence[Section]:
     """The verdicts, the table, and how it was measured."""
     del results
@@ -141,8 +120,7 @@ def sections(results: Results) -> Sequence[Section]:
     how = (
         f"The command: {found.runs:,} runs of 10 s at 1 ms and {found.again:,} of them again at 0.5 ms, from its start "
         "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration are held against the engine on the "
-        "same rows, with nothing written. The peer: python-control with its default settings on "
-        f"{PEER_RUNS} of the same rows, scaled to all of them, without any at half of the step, and SALib."
+        "same rows, with nothing written."
     )
     return (Section("The cost", (*verdicts(found), table(found), Paragraph(how), Paragraph(testbed()))),)
 
@@ -170,20 +148,16 @@ def verdicts(cost: Cost) -> tuple[Verdict, ...]:
 
 
 def table(cost: Cost) -> Table:
-    """Rows for the command, its parts and the peer."""
+    """Rows for the command and its parts."""
     both, (marched, through, clock) = f"{cost.runs:,} + {cost.again:,}", np.median(cost.turns, axis=0)
     rows = (
         ("the whole command", both, f"{cost.wall:.2f}", f"{cost.cpu:.2f}", f"{cost.memory:.2f}"),
         ("its runs through the ledger", both, f"{clock:.2f}", f"{through:.2f}", None),
         ("its runs alone", both, None, f"{marched:.2f}", None),
-        ("SALib and python-control, extrapolated", f"{cost.runs:,}", None, cost.peer and f"{cost.peer:,.0f}", None),
     )
     heads = (("runs + at half of the step", ""), ("by the clock", "s"), ("processor time", "s"), ("memory", "GB"))
     columns = (Column("part"), *(Column(head, unit, "right") for head, unit in heads))
-    note = "SALib and python-control are not installed here."
-    if cost.peer is not None:
-        note = f"The peer would take {cost.peer / cost.cpu:,.0f} times as much processor time as the whole command."
-    return Table("cost", "The cost of a Sobol study.", columns, rows, (note,))
+    return Table("cost", "The cost of a Sobol study.", columns, rows)
 
 
 def headlines(results: Results) -> Sequence[str]:
@@ -196,13 +170,12 @@ study = Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
     question=(
-        "How long does the study b2_workload take from the command to the report, with how much memory? How much of "
-        "its processor time goes to ledger and orchestration? And how long would SALib and python-control take?"
+        "How long does the study b2_workload take from the command to the report, with how much memory? And how much "
+        "of its processor time goes to ledger and orchestration?"
     ),
     method=(
         "The command is run in a process of its own, on an empty folder. Ledger and orchestration are what the same "
-        "rows take more through the ledger than marched alone, in turns, medians of processor time. The peer's time "
-        "is extrapolated from a few of the same rows, with SALib's analysis."
+        "rows take more through the ledger than marched alone, in turns, medians of processor time."
     ),
     sections=sections,
     headlines=headlines,
