@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from studies.a2_claims import arm, law, observer, replay, rivals, searches, theorem
+from studies.a2_claims import arm, law, observer, replay, rivals, searches
 from studies.a2_claims import study as a2_claims
-from studies.a2_claims.identities import both
+from studies.a2_claims.checks import both
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
@@ -333,10 +333,10 @@ def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
         ("v1_rate", (-1.0, -1.0), observer.lyapunov),
         ("false_rest", RestPoint(np.zeros(4), 1e-7, True, np.zeros(4)), observer.paper_gains),
         ("astray", (4.0, 0.0), observer.swinging),
-        ("offset", (np.zeros(2), np.zeros(2)), theorem.convergence_10),
-        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), theorem.bounded_signals),
-        ("v2_rate", (-1.0, 0.0, 4.6), theorem.strict_decrease),
-        ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, theorem.convergence_35),
+        ("offset", (np.zeros(2), np.zeros(2)), law.convergence_10),
+        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), law.bounded_signals),
+        ("v2_rate", (-1.0, 0.0, 4.6), law.strict_decrease),
+        ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, law.convergence_35),
         ("gain_lost", (1.0, 0.0, 1), law.gains),
         ("cost", (1.0, 1.0), law.least_cost),
     ],

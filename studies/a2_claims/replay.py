@@ -8,8 +8,8 @@ import numpy as np
 
 from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import searches
-from studies.a2_claims.identities import at, observer_rate
-from studies.a2_claims.identities import both as both
+from studies.a2_claims.checks import at, observer_rate
+from studies.a2_claims.checks import both as both
 from studies.a2_claims.searches import CONSTANT_D, V2, WITHIN_4, I, free_arm, gain_left, printed_filter, with_weights
 from studies.a2_claims.searches import beside_rest as beside_rest
 from studies.a2_claims.searches import rerun as rerun

@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 
 from studies.a1_paper_tables.study import comparison
-from studies.a2_claims import arm, law, observer, rivals, searches, theorem
+from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
@@ -84,7 +84,7 @@ WORTH = (
 @cache
 def ledger(results: Results) -> Ledger:
     """Every claim checked, in the order of the paper."""
-    return Ledger.of([*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *theorem.CHECKS, *rivals.checks(results)])
+    return Ledger.of([*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *rivals.checks(results)])
 
 
 def grouped(ledger: Ledger) -> Mapping[str, Ledger]:

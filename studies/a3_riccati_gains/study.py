@@ -77,8 +77,8 @@ def of_the_equations(paths: Sequence[Compared]) -> tuple[Verdict, ...]:
             "found",
             raised(f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {costs[0]:.2g} % and ")
             + f"{costs[1]:.2g} % more than the least J of (32).",
-            f"u = 0 costs {without[0]:.3g} and {without[1]:.3g} times the least. This is about (31) and (32) alone: "
-            "the law applies no such u, and uses P in (33), as a rate of learning.",
+            f"u = 0 costs {without[0]:.3g} and {without[1]:.3g} times the least. The law applies no such u: it uses P "
+            "in (33), as a rate of learning.",
             estimand=f"J of (32) over the first {WINDOW:g} s, from the worst s(0), over the least; A {sample}.",
             given=numbers,
             reversal="A smaller Q or a larger R, which slow (34) down, or another horizon of J.",
@@ -165,9 +165,8 @@ def choices(one: Compared, scenario: str) -> Table:
 def loops(results: Results) -> Section:
     """The closed loops side by side."""
     about = Paragraph(
-        f"The first four rows are one law on one observer; in '{ALGEBRAIC}' P solves (34) with P' = 0, in '{AT_START}' "
-        f"(34) is switched off, in '{NONE}' (33) as well, so that K stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last "
-        f"row knows q and qd exactly. {BOLD}"
+        f"The first four rows are one law on one observer; in '{ALGEBRAIC}' P solves (34) with P' = 0, in '{NONE}' K "
+        f"stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row knows q and qd exactly. {BOLD}"
     )
     tables = []
     for s, j in PLACES:

@@ -40,8 +40,7 @@ def delays(results: Results) -> Verdict:
         "found",
         f"SMC stays stable with a delay of up to {first:.2f} ms at one torque, ASMC with the gain that it has "
         f"learned with up to {late:.2g} ms.",
-        f"K is {CARD['SMC: K'][0]:g} N m for SMC, and for ASMC that of the end of the first scenario. a1 compares "
-        "loops in continuous time, without delay.",
+        f"K is {CARD['SMC: K'][0]:g} N m for SMC, and for ASMC that of the end of the first scenario.",
         estimand=f"The delay margin of the linear loop {HERE}, the lesser of the two joints.",
         given=f"Both laws: {EXACT}.",
         reversal=f"A layer wider than {CARD['phi']:g} rad/s or a smaller gain, which raise both margins.",
@@ -59,8 +58,7 @@ def observer() -> Verdict:
         f"The disk margin of the repaired law at the torques is {weak.alpha:.3f} {thin}, the least of {len(POSES)} "
         f"rest poses, and {rest.alpha:.2f} at the level of the second scenario.",
         f"In the pose of the least, with torques at {100 * WEAKER:g} % of what is commanded, the slowest pole is "
-        f"{pole:+.2f} 1/s. At the level of the second scenario the loop stands a delay of {rest.delay:.0f} ms at one "
-        f"torque, that of SMC {at_rest('SMC').delay:.2f} ms.",
+        f"{pole:+.2f} 1/s.",
         estimand="The disk margin of both torques at once, of the linear loop at rest with the first gain K(0).",
         given=f"AOSMC-RGS: positions alone. SMC: {EXACT}.",
         reversal=f"A stiffer observer: with L2 {STIFFER:g} times as large the margin {thin} is {firm[thin]:.2f}, the "
@@ -90,8 +88,8 @@ def twisting() -> Verdict:
         "With its sign spread over the boundary layer, the linear model of super-twisting at rest has "
         f"{f'a disk margin of {rest.alpha:.2f}' if rest.disk else 'no disk margin'}: its slowest poles are at "
         f"{abs(rest.poles[0].value):.1f} rad/s with a damping of {max(rest.poles[0].damping, 0.0):.2g}.",
-        "The linear model at s = 0 lacks the term with the root of |s|, which is of higher order; without it the loop "
-        "oscillates at the root of k2 / phi. That term may damp the loop: the linear model cannot say.",
+        "The linear model at s = 0 lacks the term with the root of |s|, which may damp the loop: without it the loop "
+        "oscillates at the root of k2 / phi.",
         estimand=f"Poles and the disk margin of both torques of the linear loop {HERE}.",
         given=f"The law: {EXACT}.",
         reversal="A layer that smooths the root of |s| too: then its term has a slope at s = 0.",

@@ -10,19 +10,8 @@ import numpy as np
 from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
-from workbench.design.linear import (
-    DiskMargin,
-    LoopMargins,
-    Pole,
-    along,
-    broken_loop,
-    broken_loops,
-    disk_margin,
-    freeze,
-    loop_margins,
-    poles,
-    sensitivity,
-)
+from workbench.design import linear
+from workbench.design.linear import DiskMargin, LoopMargins, Pole, disk_margin
 from workbench.loop import ClosedLoop
 from workbench.observers import Luenberger
 from workbench.plants import Manipulator
@@ -68,7 +57,7 @@ class AtRest:
     @property
     def slow_gain(self) -> float:
         """The largest singular value of S at the frequency `SLOW`."""
-        return float(np.linalg.norm(np.asarray(sensitivity(self.loop)(1j * SLOW)), 2))
+        return float(np.linalg.norm(np.asarray(linear.sensitivity(self.loop)(1j * SLOW)), 2))
 
 
 def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
@@ -89,7 +78,7 @@ def still(law: str, pose: tuple[float, ...]) -> ClosedLoop:
 def cut(loop: ClosedLoop, law: str) -> Ode:
     """The loop cut at the torque, with the gains that adapt held."""
     ode = loop.broken(law)
-    return freeze(ode, HELD[law]) if law in HELD else ode
+    return linear.freeze(ode, HELD[law]) if law in HELD else ode
 
 
 @cache
@@ -104,10 +93,10 @@ def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, sti
     x = ode.states.default.copy()
     if law == "PID":  # its integral holds the arm
         x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]
-    loop = broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
-    closed = poles(sensitivity(loop))
+    loop = linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
+    closed = linear.poles(linear.sensitivity(loop))
     try:
-        return AtRest(loop, closed, loop_margins(loop), disk_margin(loop))
+        return AtRest(loop, closed, linear.loop_margins(loop), disk_margin(loop))
     except ValueError as none:
         return AtRest(loop, closed, why=str(none))
 
@@ -141,10 +130,10 @@ def on_path(outcome: Outcome) -> OnPath:
     law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
     x, t = states(outcome, ode), run.t
     inside = np.ones(len(t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
-    chosen = np.arange(0, len(t), COARSE)[inside[::COARSE]]
+    chosen = np.flatnonzero(inside & (np.arange(len(t)) % COARSE == 0))
     alpha = np.full(len(t), np.nan)
     alpha[chosen] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
-    eigenvalues = along(ode, t[::FINE], x[::FINE]).eigenvalues()
+    eigenvalues = linear.along(ode, t[::FINE], x[::FINE]).eigenvalues()
     return OnPath(t[::FINE], eigenvalues, inside, t[::COARSE], alpha[::COARSE])
 
 
@@ -153,9 +142,9 @@ def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
     values = ode.states.unpack(x) | {"drive": tau}
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
-    path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
+    path = linear.along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
     alphas = []
-    for loop in broken_loops(path):
+    for loop in linear.broken_loops(path):
         try:
             alphas.append(disk_margin(loop).alpha)
         except ValueError:
