@@ -27,12 +27,14 @@ GROUPS = {  # the tables of a scenario: words and metrics
 FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
 TORQUE = {"FS": (-60.0, 60.0), "SS": (-150.0, 150.0)}  # N m, the part of a torque that is drawn
 EARLY = 3.0  # s, where the left panel ends and the right one begins
-CURVES = (  # signal, letter, unit, words: two figures each, one a joint, in the paper's order
-    ("q", "q", "rad", "Angle"),
-    ("e", "e", "rad", "Tracking error"),
-    ("tau", "tau", "N m", "Torque"),
+CURVES = (  # signal, joint, unit, words: six figures in the paper's order
+    ("q", 0, "rad", "Angle of joint 1"),
+    ("e", 0, "rad", "Tracking error of joint 1"),
+    ("q", 1, "rad", "Angle of joint 2"),
+    ("e", 1, "rad", "Tracking error of joint 2"),
+    ("tau", 0, "N m", "Torque of joint 1"),
+    ("tau", 1, "N m", "Torque of joint 2"),
 )
-FIGURES = [(0, 0), (1, 0), (0, 1), (1, 1), (2, 0), (2, 1)]  # of the paper: which of `CURVES`, of which joint
 ERRORS_SEEN = tuple((symbol(f"q_{j + 1}"), "q_error", j) for j in (0, 1))
 FIRM = {20.0: 1e-4, 50.0: 5e-5}  # gains of SMC in N m, the last at the upper end of the card's range; steps in s
 PLACES = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
@@ -92,12 +94,10 @@ def figures(shown: Sequence[Outcome], ours: Outcome, scenario: str) -> tuple[Fig
         return f"{scenario.lower()}_figure_{number + place}", caption
 
     laws = []
-    for place, (row, joint) in enumerate(FIGURES):
-        signal, letter, unit, words = CURVES[row]
-        label = symbol(f"{letter}_{joint + 1}"), f" [{unit}]"
+    for place, (signal, joint, unit, words) in enumerate(CURVES):
+        label = symbol(f"{signal}_{joint + 1}"), f" [{unit}]"
         windows, wanted = drawn if signal == "tau" else whole, "q_ref" if signal == "q" else ""
-        about = names(f"{words} of joint {joint + 1}", place)
-        laws.append(traces(*about, shown, signal, joint, label, windows, reference=wanted))
+        laws.append(traces(*names(words, place), shown, signal, joint, label, windows, reference=wanted))
     errors, gains = names("Estimation errors q - q_hat of (10)", 6), names("Gains K of the repaired law", 7)
     return (
         *laws,

@@ -3,14 +3,13 @@
 Both sides of equations (22), (30), (31), (34), (35) and (41) stand here over symbols that any state may replace.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from studies.a2_claims.searches import hunt, line, outcome, worst_component
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer
 from workbench.claims.verdicts import Check, Finding
@@ -162,28 +161,6 @@ def inequality(
         return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')
 
     return Checked(Claim(name, statement, source, below), check)
-
-
-def by_search(search: str, claim: Claim, evidence: str, under: str = "", units: Sequence[str] = ("",)) -> Checked:
-    """A claim that runs can break; the evidence takes the numbers of the worst run, which the witness runs again.
-
-    The numbers are `value`, `least` = -value, its `error`, the `unit` of the worst component, and the runs `sought`.
-    """
-
-    def check() -> Finding:
-        result, task = outcome(search), hunt(search)
-        if result.worst is None:
-            return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
-        counted = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
-        sought = f"{result.runs:,} runs of {task.until:g} s{counted}"
-        value, error, unit = result.worst.value, result.worst.error, units[worst_component(search) if units[1:] else 0]
-        words = evidence.format(value=value, least=-value, error=error, unit=unit, sought=sought)
-        if result.kind == "refuted":
-            kept = tuple(hypothesis.claim.name for hypothesis in task.kept)  # by each run that counts
-            return Finding("refuted", words, line(search), kept=kept)
-        return Finding("not refuted", words, line(search), samples=result.kept, under=under)
-
-    return Checked(claim, check)
 
 
 def row(values: object, digits: int = 4) -> str:

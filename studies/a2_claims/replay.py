@@ -10,11 +10,20 @@ from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import searches
 from studies.a2_claims.checks import at, observer_rate
 from studies.a2_claims.checks import both as both
-from studies.a2_claims.searches import CONSTANT_D, V2, WITHIN_4, I, free_arm, gain_left, printed_filter, with_weights
+from studies.a2_claims.searches import (
+    CONSTANT_D,
+    STEP,
+    V2,
+    WITHIN_4,
+    I,
+    free_arm,
+    gain_left,
+    printed_filter,
+    with_weights,
+)
 from studies.a2_claims.searches import beside_rest as beside_rest
 from studies.a2_claims.searches import rerun as rerun
 from studies.paper.card import CARD
-from studies.paper.card import LAWS as LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
@@ -32,7 +41,7 @@ from workbench.study.runner import run
 from workbench.study.study import Results, Study
 from workbench.validation.refusals import Array
 
-STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
+FINE = 1e-3 / 12  # s, of the law as repaired
 printed, derived = Dynamics.of(PRINTED_ARM, "as printed"), Dynamics.of(ARM, "derived")
 
 
@@ -149,20 +158,6 @@ def beside(metric: str) -> dict[str, list[float]]:
     """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
     scores = {one.case.name: one.measurement.scores for one in compared().outcomes}
     return {name: mine[metric].value[0].tolist() for name, mine in scores.items() if metric in mine}
-
-
-@cache
-def pushed(law: str) -> tuple[list[float], list[float]]:
-    """By how much D of FS moves a joint at most from 15 s on [rad]: of its path without D; the change by h / 2."""
-    case = next(case for case in comparison("FS") if case.law == law)
-    ode = case.run.loop.ode(case.name)
-    p = ode.parameters.pack({"plant.disturbance.amplitude": np.array([CARD["FS: disturbance amplitude"], (0.0, 0.0)])})
-    largest = []
-    for h in (2 * case.run.h, case.run.h):
-        runs = simulate(rk4(ode, h), p, until=20.0, every=0.01)
-        q = runs["q"][:, runs.t >= 15.0]
-        largest.append(np.abs(q[0] - q[1]).max(axis=0))
-    return largest[1].tolist(), np.abs(largest[1] - largest[0]).tolist()
 
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:

@@ -1,10 +1,10 @@
-"""The loops that a2 asks, the claims that a run can break, each with its margin, and the searches for the worst run.
+"""The loops that a2 asks, the claims that a run can break, each with its margin, and the search that breaks (42).
 
-`python -m studies.a2_claims.searches` searches again and stores the worst runs in `witnesses`, which is due
-whenever an equation has changed: a stored run replays on the equation it was found for, and on no other.
+`python -m studies.a2_claims.searches` searches again and stores the worst run, which is due whenever an equation
+has changed: a stored run replays on the equation it was found for, and on no other.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -16,15 +16,13 @@ import numpy as np
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired
 from workbench.claims.claim_margins import SignalsOf
-from workbench.claims.counterexample import CounterExample, Pair
+from workbench.claims.counterexample import Pair
 from workbench.claims.falsify import Budget, Found, Hunt
 from workbench.controllers import PID
-from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
 from workbench.core import Claim, Ode, Signals, lift
 from workbench.core.claim import Declared
 from workbench.core.claim import Signals as Margins
 from workbench.loop import ClosedLoop
-from workbench.metrics import measure
 from workbench.observers import FullState, Luenberger, PrintedFilter, WithDisturbance
 from workbench.plants import Manipulator
 from workbench.signals import Hold, SineTorque
@@ -125,84 +123,31 @@ REACHES = Claim(
     (GAIN_FLOOR,),
     lambda y: V2_AT_START / FLOOR - y["t"] * ca.norm_2(y["s"]),
 )
-SLOW = Claim(
-    "slow",
-    "|qd| and |qd_hat| are below 10^6 rad/s.",
-    "Theorem 2",
-    margin=lambda y: 1e6 - ca.vertcat(ca.norm_2(y["plant.qd"]), ca.norm_2(y["observer.state.qd_hat"])),
-)
 WITHIN_4 = Declared(ASSUMPTION_4)
 KEPT = (WITHIN_4, Declared(ABOVE))  # what the proof of Theorem 2 asks of each run
 
-WITNESSES = Path(__file__).parent / "witnesses"
-SEED, BUDGET = 1, Budget(32, 6, 0)
+WITNESS = Path(__file__).with_name("finite_time.json")  # the worst run of the search
+SEED = 1
 REACH = {"plant.q": (-np.pi, np.pi), "plant.qd": (-3.0, 3.0)}  # rad, rad/s: Assumption 1, as the searches take it
 BOX = REACH | {
     "plant.disturbance.amplitude": (0.0, D_MAX),
     "plant.disturbance.frequency": (0.0, 5.0),
     "plant.disturbance.phase": (-np.pi, np.pi),
 }
-STIFF, PRINTED = 1e-3 / 12, 1e-4  # s: steps of the law as repaired and as printed
-
-
-def _repaired(claim: Claim) -> Hunt:
-    """A promise of the repaired law in the first scenario."""
-    ode = proposed_repaired("FS").ode("repaired")
-    return Hunt(ode, Declared(claim, "controller."), BOX, 2.0, STIFF, (WITHIN_4,))
-
-
-def _bounded() -> Hunt:
-    """The velocities of the law as printed but for C, with weights that keep its gain."""
-    return Hunt(with_weights(printed_but_for_c(), 0.01, 1.0).ode(), Declared(SLOW), BOX, 4.0, PRINTED, KEPT)
-
-
-TABLE: Mapping[str, Callable[[], Hunt]] = {
-    "repaired_gain": lambda: _repaired(K_STAYS_DEFINITE),
-    "riccati": lambda: _repaired(P_STAYS_DEFINITE),
-    "finite_time": lambda: Hunt(ODE, Declared(REACHES), BOX, 2.0, PRINTED, KEPT),
-    "bounded": _bounded,
-}
+STEP = 1e-4  # s, of the law as printed
+HUNT = Hunt(ODE, Declared(REACHES), BOX, 2.0, STEP, KEPT)
 
 
 @cache
-def hunt(name: str) -> Hunt:
-    """A search by name; its equations are made once."""
-    return TABLE[name]()
+def outcome() -> Found:
+    """The outcome of the search, its worst run in as few decimals as show it."""
+    return HUNT.shortened(HUNT.search(SEED, Budget(32, 6, 0)))
 
 
-@cache
-def outcome(name: str) -> Found:
-    """The outcome of a search, its worst run in as few decimals as show it."""
-    return hunt(name).shortened(hunt(name).search(SEED, BUDGET))
-
-
-def line(name: str) -> str:
-    """The line of Python that runs the worst run of a search again, from the numbers that it prints."""
-    numbers: dict[str, list[float]] = {}
-    for label, number in outcome(name).worst.sought.items():
-        numbers.setdefault(label.split("[")[0], []).append(number)
-    return f'rerun("{name}", {numbers})'
-
-
-def rerun(name: str, numbers: Mapping[str, Sequence[float]]) -> Pair:
-    """A run of a search: the metric, its error, and the worst of its hypotheses, negative where all are kept."""
-    return hunt(name).at(numbers)
-
-
-def stored_run(name: str) -> CounterExample:
-    """The worst run that was stored."""
-    return CounterExample.read(WITNESSES / f"{name}.json")
-
-
-def worst_component(name: str) -> int:
-    """The component of a margin that the worst run breaks most, from 0 on."""
-    task, worst = hunt(name), outcome(name).worst
-    p, x0 = worst.rows(task.ode)
-    score = measure(task.watched, (task.metric,), p, x0, until=worst.until, h=worst.h).scores[task.metric.name]
-    return int(np.argmax(score.value[0]))
+def rerun(numbers: Mapping[str, Sequence[float]]) -> Pair:
+    """A run of the search: the metric, its error, and the worst of its hypotheses, negative where all are kept."""
+    return HUNT.at(numbers)
 
 
 if __name__ == "__main__":
-    for name in TABLE:
-        if (worst := outcome(name).worst) is not None:
-            worst.write(WITNESSES / f"{name}.json")
+    outcome().worst.write(WITNESS)

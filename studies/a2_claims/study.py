@@ -13,15 +13,14 @@ from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
-from studies.a2_claims.phrases import phrase
-from studies.a2_claims.searches import D_MAX, FLOOR, L_D, PRINTED, REACH, SEED, V2_AT_START, hunt, outcome
+from studies.a2_claims.searches import D_MAX, FLOOR, HUNT, L_D, REACH, SEED, STEP, V2_AT_START, outcome
 from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
 from workbench.core import rk4
 from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee
 from workbench.simulate import simulate
 from workbench.study.document.document import Figure, Itemize, Panel, Paragraph, Section, Series, Verdict
-from workbench.study.document.phrases import Cell, Code, Column, Reference, Strong, Table, parts
+from workbench.study.document.phrases import Cell, Code, Column, Reference, Strong, Table, raised
 from workbench.study.study import Results, Study
 
 # By verdict: how its box is marked, the sample, and what would reverse it, in terms of the fields of a finding.
@@ -48,7 +47,6 @@ OURS = "Our repairs and readings"
 STEMS = {PAPER: "ledger", ASSUMED: "ledger_assumed", OURS: "ledger_ours"}
 OF_OURS = (
     *("Assumption 3, derived C", "Theorem 1, swinging arm", "Theorem 1, small errors at rest", "(30), repaired"),
-    *("(33), repaired", "(34), P", "Theorem 2, bounded velocities"),
 )
 FIRST = (
     *("Assumption 2", "Assumption 3, derived C", "(3)", "Theorem 1", "Theorem 1, gains of section 5", "(24)"),
@@ -124,9 +122,9 @@ def swinging() -> Figure:
 
 def finite_time() -> Figure:
     """The sliding variable along the worst run, and the bound of (42)."""
-    worst, task = outcome("finite_time").worst, hunt("finite_time")
-    p, x0 = worst.rows(task.ode)
-    runs = simulate(rk4(task.watched, PRINTED / 2), p, x0, until=worst.until, every=5e-3)
+    worst = outcome().worst
+    p, x0 = worst.rows(HUNT.ode)
+    runs = simulate(rk4(HUNT.watched, STEP / 2), p, x0, until=worst.until, every=5e-3)
     t, size = runs.t, np.linalg.norm(runs["s"][0], axis=1)
     after = t > 0.05
     allowed = Series("V2(0) / (c t), which (42) allows", t[after], V2_AT_START / (FLOOR * t[after]), style="bound")
@@ -145,7 +143,7 @@ def answer(ledger: Ledger, line: Line) -> Verdict:
     if finding.under:  # the verdict is of that condition, and says no more of the claim
         statement, evidence = f"{claim.name}: {finding.verdict}.", f"The claim: {claim.statement} {finding.evidence}"
     given = f"Hypotheses: {hypotheses(ledger, line) or 'none'}.{kept(line)}"
-    return Verdict(kind, *map(phrase, (statement, evidence, sample, given, reversal)))
+    return Verdict(kind, *map(raised, (statement, evidence, sample, given, reversal)))
 
 
 def hypotheses(ledger: Ledger, line: Line) -> str:
@@ -172,8 +170,8 @@ def row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
     hollow = " It rests on a refuted hypothesis." if finding.kind == "proved" and ledger.fallen(claim.name) else ""
     left_out = f" Unstated: {finding.unstated}." if finding.unstated else ""
     witness = (" ", Code(finding.witness)) if finding.witness else ()
-    evidence = (*parts(phrase(finding.evidence + left_out + hollow + kept(line))), *witness)
-    return (Strong(claim.name), *parts(phrase(words))), claim.source, verdict, evidence
+    evidence = (raised(finding.evidence + left_out + hollow + kept(line)), *witness)
+    return (Strong(claim.name), raised(words)), claim.source, verdict, evidence
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -190,7 +188,7 @@ def sections(results: Results) -> Sequence[Section]:
     return (
         Section("What was found", (swinging(), finite_time(), counted, *(answer(held, held[name]) for name in FIRST))),
         Section("The ledger", (Paragraph(LEGEND), *tables)),
-        Section("What these verdicts are worth", (Itemize(tuple(map(phrase, WORTH))),)),
+        Section("What these verdicts are worth", (Itemize(tuple(map(raised, WORTH))),)),
     )
 
 

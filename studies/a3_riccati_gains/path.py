@@ -28,33 +28,17 @@ FORWARD, SDRE, AT_START = "P(t) of (34)", "SDRE: the CARE at each instant", "P =
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad.
-
-    Attributes
-    ----------
-    K
-        The gain of the law (N, 2, 2), in N m.
-    P, X
-        (34) as the loop integrated it, and the algebraic equation at each instant: the state-dependent one for (31).
-    backward, forward
-        (32) minimised from each time to the end of the window, and (34) solved again.
-    memory
-        The longest time in which a difference of two solutions of (34) near X falls to 1/e, in s, over the instants.
-    residual
-        The largest residual of X among the instants.
-    ratios
-        For each way to choose P in u = -R^-1 B' P s: J over the least J, from the worst start.
-    """
+    """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad, and the gain K in N m."""
 
     t: Array
     K: Array
-    P: Array
-    X: Array
-    backward: RiccatiFlow
-    forward: RiccatiFlow
-    memory: float
-    residual: float
-    ratios: Mapping[str, float]
+    P: Array  # (34) as the loop integrated it
+    X: Array  # the algebraic equation at each instant: the state-dependent one for (31)
+    backward: RiccatiFlow  # (32) minimised from each time to the end of the window
+    forward: RiccatiFlow  # (34) solved again
+    memory: float  # s, the longest in which a difference of two solutions of (34) near X falls to 1/e
+    residual: float  # the largest of X
+    ratios: Mapping[str, float]  # J over the least J, from the worst start, by the choice of P in u = -R^-1 B' P s
 
     def gap(self, X: Array) -> tuple[float, float]:
         """The distance of (34) from another choice once P(0) is forgotten: its median over time, and its largest."""

@@ -73,8 +73,8 @@ def mismatch() -> Verdict:
         "found",
         raised(
             f"With L1 = 30, L2 = 50 one quadratic form proves a decay for mismatches (15) up to rho = "
-            f"{candidates.audits()[PAPER].tolerated:.2f}; |df/dq| of the arm reaches {small.position.seen:.0f} 1/s^2 at "
-            f"{100 * SMALL:g} % of the region's speeds and torques."
+            f"{candidates.audits()[PAPER].tolerated:.2f}; |df/dq| of the arm reaches {small.position.seen:.0f} 1/s^2 "
+            f"at {100 * SMALL:g} % of the region's speeds and torques."
         ),
         raised(
             f"In the whole region |df/dq| reaches {rho.position.seen:.0f} 1/s^2 (proved: at most "

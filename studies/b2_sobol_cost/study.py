@@ -13,14 +13,14 @@ from functools import cache
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter, process_time
+from time import process_time
 
 import numpy as np
 
 from studies.b2_sobol_cost.workload import sweep
 from workbench.simulate import simulate
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.document.document import Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Paragraph, Section, Verdict
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
 from workbench.study.ledger.resumption import complete
@@ -45,25 +45,20 @@ json.dump({"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": used.ru
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds, and GB of memory, of a study of so many `runs`, `again` of which are run at half of the step too.
-
-    `wall`, `cpu` and `memory` are of the whole command, and `others` the other processes that wanted a processor
-    before it. `turns` has of each turn the processor time of the rows marched alone and through ledger and
-    orchestration, and the time of the latter by the clock.
-    """
+    """Seconds, and GB of memory, of the command for a study of so many `runs`, `again` at half of the step too."""
 
     runs: int
     again: int
     wall: float
     cpu: float
     memory: float
-    turns: tuple[tuple[float, float, float], ...]
-    others: float = 0.0
+    turns: tuple[tuple[float, float], ...]  # of each, processor time of the rows marched alone, and through the ledger
+    others: float = 0.0  # processes that wanted a processor before the command was run
 
     @property
     def shares(self) -> tuple[float, ...]:
         """The part of ledger and orchestration in the processor time of each turn: their scatter is its error."""
-        return tuple(1 - marched / through for marched, through, _ in self.turns)
+        return tuple(1 - marched / through for marched, through in self.turns)
 
 
 @cache
@@ -71,18 +66,18 @@ def cost() -> Cost:
     """All that is measured, once."""
     one = compile_sweep(sweep())
     one.chunk(0, 8)  # compiled before it is timed
-    turns = tuple((timed(lambda: march(one))[0], *timed(lambda: record(one))) for _ in range(TURNS))
+    turns = tuple((timed(lambda: march(one)), timed(lambda: record(one))) for _ in range(TURNS))
     others = max(0.0, os.getloadavg()[0] - 1) if hasattr(os, "getloadavg") else 0.0
     whole, size = command(), one.sweep.design.size
     again = len(range(0, size, one.sweep.halved))
     return Cost(size, again, whole["wall"], whole["cpu"], whole["memory"], turns, others)
 
 
-def timed(work: Callable[[], object]) -> tuple[float, float]:
-    """Seconds of all cores together, and by the clock."""
-    cpu, wall = process_time(), perf_counter()
+def timed(work: Callable[[], object]) -> float:
+    """Seconds of all cores together."""
+    start = process_time()
     work()
-    return process_time() - cpu, perf_counter() - wall
+    return process_time() - start
 
 
 def march(one: CompiledSweep) -> None:
@@ -114,7 +109,7 @@ def command() -> dict[str, float]:
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The verdicts, the table, and how it was measured."""
+    """The verdicts, and how they were measured."""
     del results
     found = cost()
     how = (
@@ -122,7 +117,7 @@ def sections(results: Results) -> Sequence[Section]:
         "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration are held against the engine on the "
         "same rows, with nothing written."
     )
-    return (Section("The cost", (*verdicts(found), table(found), Paragraph(how), Paragraph(testbed()))),)
+    return (Section("The cost", (*verdicts(found), Paragraph(how), Paragraph(testbed()))),)
 
 
 def verdicts(cost: Cost) -> tuple[Verdict, ...]:
@@ -131,7 +126,7 @@ def verdicts(cost: Cost) -> tuple[Verdict, ...]:
     quick = "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open"
     small = "holds" if cost.memory <= MEMORY else "fails"
     lean = "holds" if sure else "open" if likely else "fails"
-    marched, through, _ = np.median(cost.turns, axis=0)
+    marched, through = np.median(cost.turns, axis=0)
     time = (
         f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other processes "
         f"on {os.cpu_count()} processors."
@@ -145,19 +140,6 @@ def verdicts(cost: Cost) -> tuple[Verdict, ...]:
         Verdict(small, f"It holds less than {MEMORY:g} GB.", f"At most {cost.memory:.2f} GB."),
         Verdict(lean, f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.", share),
     )
-
-
-def table(cost: Cost) -> Table:
-    """Rows for the command and its parts."""
-    both, (marched, through, clock) = f"{cost.runs:,} + {cost.again:,}", np.median(cost.turns, axis=0)
-    rows = (
-        ("the whole command", both, f"{cost.wall:.2f}", f"{cost.cpu:.2f}", f"{cost.memory:.2f}"),
-        ("its runs through the ledger", both, f"{clock:.2f}", f"{through:.2f}", None),
-        ("its runs alone", both, None, f"{marched:.2f}", None),
-    )
-    heads = (("runs + at half of the step", ""), ("by the clock", "s"), ("processor time", "s"), ("memory", "GB"))
-    columns = (Column("part"), *(Column(head, unit, "right") for head, unit in heads))
-    return Table("cost", "The cost of a Sobol study.", columns, rows)
 
 
 def headlines(results: Results) -> Sequence[str]:

@@ -108,24 +108,20 @@ def holding(pose: tuple[float, ...]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class OnPath:
-    """A law along its run: frozen poles of the whole loop at times t, and disk margins at sparse ones, NaN for none.
-
-    `inside` says of each kept time whether all |s_i| < phi.
-    """
+    """A law along its run: frozen poles of the whole loop at times t, and disk margins at sparse ones, NaN for none."""
 
     t: Array
     eigenvalues: np.ndarray[Any, np.dtype[np.complex128]]
-    inside: Array
+    inside: Array  # of each kept time, True where all |s_i| < phi
     sparse: Array
     alpha: Array
 
 
 @cache
 def on_path(outcome: Outcome) -> OnPath:
-    """The linear models of a loop along its run.
+    """The linear models of a loop along its run; PID has no layer.
 
-    A disk margin is asked for where all |s_i| < phi: outside of the layer the slope of the saturation is zero, and
-    what is left of the law has no feedback of s. PID has no layer.
+    A disk margin is asked for within the layer: outside of it the slope of the saturation is zero.
     """
     law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
     x, t = states(outcome, ode), run.t
