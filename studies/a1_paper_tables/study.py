@@ -209,31 +209,22 @@ def trust_section(results: Results) -> Section:
     return Section("How far these numbers can be trusted", (Paragraph(about),))
 
 
+def findings(results: Results) -> tuple[Verdict, ...]:
+    """The verdicts on the proposed law and on the printed order."""
+    return as_printed(results), two_repairs(results), fit(results), steady(results), order_of_laws(results)
+
+
 def sections(results: Results) -> Sequence[Section]:
     """The findings first, the numbers behind them last."""
     pictures = six_laws.rmse_figure(results), repairs.gain_figure(results)
-    verdicts = (as_printed(results), two_repairs(results), fit(results), steady(results), order_of_laws(results))
     return (
-        Section("Findings", (*pictures, *verdicts)),
+        Section("Findings", (*pictures, *findings(results))),
         repairs.printed_section(results),
         repairs.repair_section(results),
         *(six_laws.scenario_section(results, scenario) for scenario in SCENARIOS),
         six_laws.order_section(results),
         numbers_section(),
         trust_section(results),
-    )
-
-
-def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
-    ours, printed = results["FS", PROPOSED], results[AS_PRINTED["FS"], "outer"]
-    pair = [
-        f"{ours.score('RMSE (43)', j)[0]:.4f} (printed {PUBLISHED['FS', j + 1].values[PROPOSED]:.4f})" for j in (0, 1)
-    ]
-    lost = f"diverges at {printed.diverged_at:.2f} s" if printed.diverged_at is not None else "does not diverge"
-    return (
-        f"AOSMC-RGS as printed (reading 'outer' of (33), first scenario) {lost}.",
-        f"AOSMC-RGS repaired, first scenario: RMSE of q1 {pair[0]}, of q2 {pair[1]}.",
     )
 
 
@@ -252,5 +243,5 @@ study = Study(
     ),
     cases=(*comparison("FS"), *comparison("SS"), *variants()),
     sections=sections,
-    headlines=headlines,
+    headlines=lambda results: [str(one.statement) for one in findings(results)],
 )

@@ -54,8 +54,9 @@ def changes(results: Results, variant: str, metric: str) -> list[float]:
     return [100 * (other / ours - 1) for other, ours in pairs]
 
 
-def of_the_equations(paths: Sequence[Compared]) -> tuple[Verdict, ...]:
+def of_the_equations(results: Results) -> tuple[Verdict, ...]:
     """(34) beside the equations it could be exchanged for."""
+    paths = [compared(results[scenario, FORWARD]) for scenario in SCENARIOS]
     medians, largest = np.transpose([100 * np.array(one.gap(one.X)) for one in paths])
     memories, rises = [1e3 * one.memory for one in paths], [path.rise(one.K, one.t) for one in paths]
     costs = [100 * (one.ratios[path.FORWARD] - 1) for one in paths]
@@ -117,6 +118,11 @@ def of_the_loop(results: Results) -> tuple[Verdict, ...]:
             reversal="Another Q, R or P(0): of these the paper states P(0) alone.",
         ),
     )
+
+
+def findings(results: Results) -> tuple[Verdict, ...]:
+    """The verdicts on the equations, then on the loop."""
+    return (*of_the_equations(results), *of_the_loop(results))
 
 
 def figure(one: Compared, scenario: str) -> Figure:
@@ -181,21 +187,10 @@ def sections(results: Results) -> Sequence[Section]:
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
     return (
-        Section("Findings", (*figures, *of_the_equations(tuple(paths.values())), *of_the_loop(results))),
+        Section("Findings", (*figures, *findings(results))),
         Section("P(t) beside other choices", tuple(tables)),
         loops(results),
     )
-
-
-def headlines(results: Results) -> Iterator[str]:
-    """The findings in a line each."""
-    for scenario, title in SCENARIOS.items():
-        one = compared(results[scenario, FORWARD])
-        median, largest = one.gap(one.X)
-        yield (
-            f"{title}: P(t) of (34) is at most {largest:.1%} from the algebraic solution, in the median over time "
-            f"{median:.2%}, and costs {one.ratios[path.FORWARD] - 1:.2%} more than the least J."
-        )
 
 
 study = Study(
@@ -213,5 +208,5 @@ study = Study(
     ),
     cases=(*cases("FS"), *cases("SS")),
     sections=sections,
-    headlines=lambda results: tuple(headlines(results)),
+    headlines=lambda results: [str(one.statement) for one in findings(results)],
 )

@@ -147,11 +147,6 @@ def sections(results: Results) -> Sequence[Section]:
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
-    """The findings, one a line."""
-    return tuple(f"{verdict.kind}: {verdict.statement}" for verdict in verdicts(results))
-
-
 study = Study(
     name="a4_observer_gains",
     title="The gains of the observer: what is promised, what is proved, and better ones",
@@ -164,5 +159,5 @@ study = Study(
     ),
     cases=tuple(cases()),
     sections=sections,
-    headlines=headlines,
+    headlines=lambda results: [f"{one.kind}: {one.statement}" for one in verdicts(results)],
 )

@@ -127,23 +127,16 @@ def thinnest() -> str:
     return min(POSES, key=lambda pose: at_rest(PROPOSED, pose).alpha)
 
 
+def findings(results: Results) -> tuple[Verdict, ...]:
+    """The verdicts on the arm, on the laws at rest and on their path."""
+    return rests(), delays(results), observer(), slow(), twisting(), frozen(results)
+
+
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
-    verdicts = (rests(), delays(results), observer(), slow(), twisting(), frozen(results))
-    first = Section("What was found", (pages.along_path(results), pages.responses(), *verdicts))
+    pictures = pages.along_path(results), pages.responses()
+    first = Section("What was found", (*pictures, *findings(results)))
     return (first, pages.arm_section(), pages.at_rest_section(results))
-
-
-def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
-    margins = ", ".join(f"{law} {at_rest(law).alpha:.2f}" for law in SEVEN)
-    smc, late, ours = at_rest("SMC"), learned(results, "ASMC"), at_rest(PROPOSED)
-    return (
-        f"Disk margins at the torque, at rest: {margins}.",
-        f"Delay at the torque: SMC stands {smc.delay:.2f} ms, ASMC late {late.delay:.2g} ms, AOSMC-RGS "
-        f"{ours.delay:.0f} ms.",
-        f"The thinnest disk margin of AOSMC-RGS is {at_rest(PROPOSED, thinnest()).alpha:.3f}, {thinnest()}.",
-    )
 
 
 study = Study(
@@ -161,6 +154,6 @@ study = Study(
     ),
     cases=comparison("FS"),
     sections=sections,
-    headlines=headlines,
+    headlines=lambda results: [str(one.statement) for one in findings(results)],
     seed=SEED,
 )

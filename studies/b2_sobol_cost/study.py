@@ -142,12 +142,6 @@ def verdicts(cost: Cost) -> tuple[Verdict, ...]:
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
-    """The verdicts in a line each."""
-    del results
-    return tuple(f"{one.kind}: {one.statement} {one.evidence}" for one in verdicts(cost()))
-
-
 study = Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
@@ -160,7 +154,7 @@ study = Study(
         "rows take more through the ledger than marched alone, in turns, medians of processor time."
     ),
     sections=sections,
-    headlines=headlines,
+    headlines=lambda results: [f"{one.kind}: {one.statement} {one.evidence}" for one in verdicts(cost())],
     fingerprints={"W": sweep().run.loop.fingerprint[:16]},
     measures_time=True,
 )
