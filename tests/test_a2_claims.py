@@ -14,15 +14,14 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from studies.a2_claims import arm, law, observer, replay, rivals, searches, theorem
+from studies.a2_claims import arm, law, observer, replay, rivals, searches
 from studies.a2_claims import study as a2_claims
-from studies.a2_claims.identities import both
-from studies.a2_claims.pages import ASSUMED, OURS, PAPER, grouped
-from studies.a2_claims.phrases import phrase
+from studies.a2_claims.checks import both
+from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
+from workbench.claims.counterexample import CounterExample
 from workbench.claims.verdicts import BROKEN, Finding, Ledger, Line
 from workbench.core import Claim
-from workbench.notation.formula import Power, Symbol
 from workbench.proofs.rest_points import RestPoint
 from workbench.report.html_page import html
 from workbench.study.runner import run
@@ -130,13 +129,10 @@ SHOWS = {
     "drift": lambda found: (np.abs(found) > 2 * 0.5).all(),  # N m, beyond D; and both ways agree in the evidence
     "[gain_lost": lambda found: all(value + change < 0 for value, change, _ in found),
     "cost(": lambda found: all(ours > 1.0005 * least for ours, least in found),
-    "cost_of_loop": lambda found: found[0][0] - found[0][1] > found[1][0] + found[1][1],
     "v2_rate": lambda found: found[0] > 0 and found[1] == 0 and found[2] > 0,
     "along_35": lambda found: all(value > 1e3 * change for value, change in found.values()),
     "offset": lambda found: np.linalg.norm(found[0]) > 0.01 > 1e6 * np.linalg.norm(found[1]),
     "beside": a_rival_is_lower,
-    "observed": lambda found: any(lost > e for e, lost in zip(found[0][0], found[1][0], strict=True)),
-    "{law: pushed": lambda found: a_rival_is_lower({f"FS: {law}": pair[0] for law, pair in found.items()}),
 }
 
 
@@ -175,14 +171,6 @@ def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, repl
             assert any(is_printed(number, stated) for number in numbers(replayed[name])), f"{name}: {replayed[name]}"
 
 
-def test_each_printed_witness_of_a_claim_that_stands_runs_and_keeps_its_hypotheses(rows, replayed):
-    for name, verdict, _, witness in rows:
-        if witness.startswith("rerun(") and verdict.startswith("not refuted"):
-            value, error, excess, *_ = replayed[name]
-            assert value <= error, name
-            assert excess <= 0, name
-
-
 def test_the_product_of_33_is_refused_as_its_row_says(rows, replayed):
     assert {name: verdict for name, verdict, *_ in rows}["(33), shapes"] == "ill-posed"
     assert replayed["(33), shapes"] == "ValueError"  # NumPy's
@@ -202,13 +190,11 @@ def test_no_claim_about_a_limit_is_proved_by_a_run(ledger):
             assert line.finding.kind in ("refuted", "not refuted")
 
 
-@pytest.mark.parametrize("name", sorted(searches.TABLE))
-def test_every_stored_run_replays_on_the_equations_of_today(name):
-    example = searches.stored_run(name)
-    again = searches.hunt(name).replay(example)
+def test_the_stored_run_replays_on_the_equations_of_today():
+    example = CounterExample.read(searches.WITNESS)
+    again = searches.HUNT.replay(example)
     assert again.same
-    refuting = searches.outcome(name).kind == "refuted"
-    assert not refuting or again.value - again.error > 0
+    assert again.value - again.error > 0
     assert example.seed == searches.SEED
 
 
@@ -239,19 +225,7 @@ def test_a_misspelt_name_of_an_identity_s_value_is_named():
         both("(31)", S=(1, 0))
 
 
-def test_a_typed_claim_is_printed_with_its_letters():
-    found = phrase("V1' <= x1~^T P1 x1~, from qd_hat(0) on")
-    assert Symbol("V", "1", dots=1) in found
-    assert Power(Symbol("x", "1", accent="tilde"), Symbol("T")) in found
-    assert Symbol("q", dots=1, accent="hat") in found
-    assert " \N{LESS-THAN OR EQUAL TO} " in found
-    assert phrase("rad^2/s^3") == ("rad\N{SUPERSCRIPT TWO}/s\N{SUPERSCRIPT THREE}",)
-    assert phrase("the same word") == ("the same word",)
-
-
-@pytest.mark.parametrize(
-    "name", ["(33), gain", "(34), cost of the loop", "(33), repaired", "(41), along (10)", "(41), along (35)", "(42)"]
-)
+@pytest.mark.parametrize("name", ["(33), gain", "(41), along (10)", "(41), along (35)", "(42)"])
 def test_a_refutation_prints_the_numbers_it_rests_on(name, ledger):
     line = ledger[name]
     rests_on = f"{line.finding.under} {line.finding.evidence}"
@@ -262,8 +236,6 @@ def test_a_refutation_prints_the_numbers_it_rests_on(name, ledger):
 def test_other_weights_differ_as_the_page_says():
     value, change, _ = replay.gain_lost("outer", 30, Q=0.01)
     assert value - change > 0
-    (with_34, error), (without, error_0) = (replay.cost_of_loop(P, 0.1, 10) for P in ("forward", "frozen"))
-    assert with_34 + error < without - error_0
 
 
 def test_40_fails_on_the_surface_by_half_the_trace_of_34():
@@ -310,8 +282,8 @@ def test_the_start_that_goes_astray_is_robust():
 def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
     groups = grouped(ledger)
     published = [line for line in groups[PAPER] if line.finding.kind == "not checkable as published"]
-    assert len(groups[ASSUMED]) == len(published) - 2 == 8  # (39), and "minimal" errors, which name no measure
-    assert "observer accuracy, as read here" in groups[OURS].names
+    # (39), "minimal" errors and rejection, of which a1 has no measure
+    assert len(groups[ASSUMED]) == len(published) - 3 == 7
     assert all(line.finding.unstated for line in published)
     assert all(line.finding.under == rivals.OF_A1 for line in groups[ASSUMED])
     for name in groups[ASSUMED].names:
@@ -340,13 +312,12 @@ def test_what_a2_says_of_a6_and_a3_is_what_their_tables_hold():
         ("v1_rate", (-1.0, -1.0), observer.lyapunov),
         ("false_rest", RestPoint(np.zeros(4), 1e-7, True, np.zeros(4)), observer.paper_gains),
         ("astray", (4.0, 0.0), observer.swinging),
-        ("offset", (np.zeros(2), np.zeros(2)), theorem.convergence_10),
-        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), theorem.bounded_signals),
-        ("v2_rate", (-1.0, 0.0, 4.6), theorem.strict_decrease),
-        ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, theorem.convergence_35),
+        ("offset", (np.zeros(2), np.zeros(2)), law.convergence_10),
+        ("drift", (np.array([0.5, 0.4]), np.array([0.5, 0.4])), law.bounded_signals),
+        ("v2_rate", (-1.0, 0.0, 4.6), law.strict_decrease),
+        ("along_35", {"late error": (0.0, 1e-9), "late s": (0.0, 1e-9)}, law.convergence_35),
         ("gain_lost", (1.0, 0.0, 1), law.gains),
         ("cost", (1.0, 1.0), law.least_cost),
-        ("cost_of_loop", (1.0, 0.0), law.loop_cost),
     ],
 )
 def test_a_verdict_follows_its_numbers(monkeypatch, name, value, line):
@@ -376,7 +347,7 @@ def test_each_claim_is_counted_in_one_group(ledger):
     assert sorted(name for group in groups.values() for name in group.names) == sorted(names)
     assert all(groups.values())
     assert not any("repaired" in name for name in groups[PAPER].names)
-    assert {"(30), repaired", "(33), repaired", "Theorem 1, swinging arm"} <= set(groups[OURS].names)
+    assert {"(30), repaired", "Theorem 1, swinging arm"} <= set(groups[OURS].names)
 
 
 def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a5_linear_analysis.findings import arm, rest_points
-from studies.a5_linear_analysis.pages import observed, shown
-from studies.paper.linearization import LEVEL, POSES, PROPOSED, SEVEN, at_rest, holding, still
+from studies.a5_linear_analysis.pages import arm, observed, rest_points, shown
+from studies.paper.card import PROPOSED
+from studies.paper.linearization import LEVEL, POSES, SEVEN, at_rest, holding, still
 from workbench.core import rk4
 from workbench.design.linear import linearize
 from workbench.plants import Manipulator

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studies.a1_paper_tables.rankings import firm, reaching_time
 from studies.a1_paper_tables.repairs import with_small_q, with_two_repairs
+from studies.a1_paper_tables.six_laws import firm, reaching_time
 from studies.a1_paper_tables.study import comparison, study
 from studies.paper.card import CARD, PUBLISHED
 from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired

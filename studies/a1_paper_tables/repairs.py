@@ -1,38 +1,22 @@
 """The proposed law as printed in each reading, and repaired: one slip put back at a time, or two repaired alone."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from studies.paper.card import CARD
-from studies.paper.comparison import GAINS, SCENARIOS
-from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed
+from studies.paper.card import CARD, SCENARIOS
+from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.notation.formula import symbol
-from workbench.study.document.document import (
-    Cell,
-    Column,
-    Diverged,
-    Figure,
-    Itemize,
-    Measured,
-    Paragraph,
-    Section,
-    Table,
-)
+from workbench.observers import PrintedFilter
+from workbench.study.document.document import Figure, Itemize, Paragraph, Section
+from workbench.study.document.phrases import Cell, Column, Diverged, Measured, Table
 from workbench.study.pictures.traces import Window, components
 from workbench.study.study import Outcome, Results
 
-CHANGES = {
-    "none": "none: all four slips repaired",
-    "(3)": "slip (3): C[1,2] without velocity, in model and observer",
-    "(24)": "slip (24): D_hat is the integral of eta",
-    "(28)": "slip (28): qd_d and qdd_d in place of the reference velocity",
-    "(33)": "slip (33): the minus sign",
-    "D_hat in (10)": "one repair more: the observer (10) is given D_hat, an oracle",
-}
 REPAIRS = (
     "(3): C[1,2] as derived (a0), for which M' - 2C is skew-symmetric.",
     "(24): D_hat = eta, which follows D. It must know D, so it is an oracle, and marked as one.",
@@ -47,14 +31,40 @@ LATE = 5.0  # s, from when on an error counts as late
 SHORT = 10.0  # s, the horizon at which changes and readings are compared with one another
 FAR = 10.0  # rad, beyond which a path is lost
 LONG = CARD["FS: horizon"]
-PLANTS = {"derived arm": ARM, "printed arm": PRINTED_ARM}
 SMALL = 0.01  # the lower end of the card's range of Q, in N m/(rad s); R = I as before
-SMALL_Q = "FS as printed, small Q"
-PAIRS = {f"FS, (3) and (28) repaired, Q = {Q:g} I": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I
+AS_PRINTED = {scenario: f"{words} as printed, Q = R = I" for scenario, words in SCENARIOS.items()}
+SMALL_Q = f"first scenario as printed, Q = {SMALL:g} I"
+ONE_CHANGE = "first scenario, one change"
+PAIRS = {f"(3) and (28) repaired, Q = {Q:g} I": Q for Q in (SMALL, 1.0)}  # Q in N m/(rad s); R = I
+MENDED = "one repair more: the observer (10) is given D_hat, an oracle"
+GAINS = tuple((symbol(f"K_{i}{j}"), "controller.K", 2 * (i - 1) + j - 1) for i in (1, 2) for j in (1, 2))
+
+
+def changes() -> dict[str, ClosedLoop]:
+    """The repaired law in the first scenario with one slip of the print put back, or with one repair more."""
+    loop = proposed_repaired("FS")
+    state = loop.observer.state
+
+    def law(**fields: Any) -> ClosedLoop:
+        return replace(loop, controller=replace(loop.controller, **fields))
+
+    def observer(**parts: Any) -> ClosedLoop:
+        return replace(loop, observer=replace(loop.observer, **parts))
+
+    return {
+        "none: all four slips repaired": loop,
+        "slip (3): C[1,2] without velocity, in model and observer": replace(
+            law(model=PRINTED_ARM), observer=replace(loop.observer, state=paper_observer(PRINTED_ARM))
+        ),
+        "slip (24): D_hat is the integral of eta": observer(disturbance=PrintedFilter(2, CARD["l"])),
+        "slip (28): qd_d and qdd_d in place of the reference velocity": law(velocity="printed"),
+        "slip (33): the minus sign": law(gain_sign="printed"),
+        MENDED: observer(state=replace(state, disturbance="compensated")),
+    }
 
 
 def with_small_q(shape: str) -> ClosedLoop:
-    """The law as printed in the first scenario on the derived arm, with so small a Q that its gain falls slowly."""
+    """The law as printed in the first scenario, with so small a Q that its gain falls slowly."""
     loop = proposed_as_printed("FS", shape)
     return replace(loop, controller=replace(loop.controller, Q=SMALL * np.eye(2)))
 
@@ -75,100 +85,73 @@ def gain_floor(outcome: Outcome) -> np.ndarray:
     return floor
 
 
-def loses_positivity(outcome: Outcome) -> float | None:
-    """The first kept time at which K is no longer positive definite, in s."""
-    below = np.flatnonzero(gain_floor(outcome) <= 0)
-    return float(outcome.t[below[0]]) if below.size else None
+def keeps_gain(outcome: Outcome) -> bool:
+    """True if the run ends with K positive definite all along."""
+    return outcome.diverged_at is None and bool((gain_floor(outcome) > 0).all())
 
 
-def leaves(outcome: Outcome) -> float | None:
-    """The first kept time at which an error is beyond `FAR`, or no number any more, in s."""
+def times_lost(outcome: Outcome) -> tuple[str, str]:
+    """The first kept times in s at which K is not positive definite, and at which an error is beyond `FAR` or gone."""
     e = outcome.measurement.trajectories["e"][0]
-    beyond = np.flatnonzero(~(np.abs(e) <= FAR).all(axis=1))
-    return float(outcome.t[beyond[0]]) if beyond.size else None
-
-
-def when(time: float | None) -> str:
-    """A time in s, or never."""
-    return "never" if time is None else f"{time:.2f}"
+    signs = gain_floor(outcome) <= 0, ~(np.abs(e) <= FAR).all(axis=1)
+    gain, path = (f"{outcome.t[np.argmax(sign)]:.2f}" if sign.any() else "never" for sign in signs)
+    return gain, path
 
 
 def gain_figure(results: Results) -> Figure:
     """The gain of the law as printed until its run ends."""
-    outcome = results["FS as printed, derived arm", "outer"]
+    outcome = results[AS_PRINTED["FS"], "outer"]
     window = Window(0.0, max(0.5, outcome.diverged_at or SHORT), (-40.0, 20.0))
-    caption = "The gain of the law as printed (first scenario, reading 'outer', derived arm) until the run ends."
+    caption = "The gain of the law as printed (first scenario, reading 'outer') until the run ends."
     return components("printed_gain", caption, outcome, GAINS, (symbol("K"), " [N m]"), (window,))
 
 
-def gain_table(
-    name: str, caption: str, heads: tuple[str, ...], runs: Iterable[tuple[tuple[str, ...], Outcome]]
-) -> Table:
-    """A row a run: the gain's loss and floor, and the errors of either joint."""
+def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], notes: Sequence[str] = ()) -> Table:
+    """A row a run: the time at which the gain is lost, and the path, and the errors of either joint."""
     rows: list[tuple[Cell, ...]] = []
-    for labels, run in runs:
-        gone = run.diverged_at
+    for run in runs:
+        gone, places = run.diverged_at, [(metric, j) for metric in ("RMSE (43)", "late error") for j in (0, 1)]
         floor = float(np.nanmin(gain_floor(run))) if gone is None else None
-        scores = (
-            Measured(*run.score(metric, j)) if gone is None else Diverged(gone)
-            for metric in ("RMSE (43)", "late error")
-            for j in (0, 1)
-        )
-        rows.append((*labels, when(loses_positivity(run)), floor, *scores))
+        scores = (Measured(*run.score(*place)) if gone is None else Diverged(gone) for place in places)
+        rows.append((run.case.scenario, run.case.law, *times_lost(run), floor, *scores))
     columns = (
-        *map(Column, heads),
+        Column("loop"),
+        Column(head),
         Column("K not positive", "s", "right"),
+        Column(f"|e| > {FAR:g} rad", "s", "right"),
         Column("least eigenvalue of K", "N m", digits=3),
         *(Column(f"{metric} of q{j}", "rad", "right") for metric in ("RMSE (43)", "late error") for j in (1, 2)),
     )
-    return Table(name, caption, columns, tuple(rows))
+    return Table(name, caption, columns, tuple(rows), tuple(notes))
 
 
 def printed_section(results: Results) -> Section:
-    """As printed, in each reading of (33), on both arms; then with a small Q."""
-    rows: list[tuple[Cell, ...]] = []
-    for scenario, title in SCENARIOS.items():
-        for shape in SHAPES:
-            runs = [results[f"{scenario} as printed, {plant}", shape] for plant in PLANTS]
-            rows.append((title, shape, *(when(time(run)) for run in runs for time in (loses_positivity, leaves))))
-    times = (f"{plant}: {words}" for plant in PLANTS for words in ("K not positive", f"|e| > {FAR:g} rad"))
+    """The law as printed, in each reading of (33), with two choices of Q."""
     about = (
         "Equation (33) multiplies a matrix, a vector and a vector of signs, which has no consistent shape: each "
         "reading gives it one. With its minus sign the gain falls, while (29) asks it to stay positive definite. The "
-        "law and its observer believe in (3) as printed; what moves is the derived arm, or an arm that obeys (3) as "
-        "printed. K is not positive where its symmetric part has an eigenvalue of zero or below. Q and R are not "
-        "stated: Q = R = I is assumed, then a smaller Q."
+        "law and its observer believe in (3) as printed; what moves is the derived arm. K is not positive where its "
+        "symmetric part has an eigenvalue of zero or below. Q and R are not stated: Q = R = I is assumed, then a "
+        "smaller Q."
     )
-    table = Table(
-        "as_printed",
-        "AOSMC-RGS as printed, with (3), (24), (28) and the minus of (33), in each reading of (33), over 10 s: when "
-        "the gain is lost, and when the path is.",
-        (Column("scenario"), Column("reading of (33)"), *(Column(time, "s", "right") for time in times)),
-        tuple(rows),
-        tuple(f"{name}: {meaning}." for name, meaning in SHAPES.items()),
+    runs = [run for scenario in (*AS_PRINTED.values(), SMALL_Q) for run in results.scenario(scenario)]
+    caption = (
+        "AOSMC-RGS as printed, with (3), (24), (28) and the minus of (33), in each reading of (33): when the gain is "
+        f"lost, and when the path is. Over {SHORT:g} s, with the small Q over {LONG:g} s."
     )
-    small = gain_table(
-        "as_printed_small_q",
-        f"The same on the derived arm in the first scenario over {LONG:g} s, with Q = {SMALL:g} I.",
-        ("reading of (33)",),
-        (((shape,), results[SMALL_Q, shape]) for shape in SHAPES),
-    )
-    return Section("As printed", (Paragraph(about), table, small))
+    notes = [f"{name}: {meaning}." for name, meaning in SHAPES.items()]
+    return Section("As printed", (Paragraph(about), gain_table("as_printed", caption, "reading of (33)", runs, notes)))
 
 
 def repair_section(results: Results) -> Section:
     """One slip put back at a time, then two slips repaired alone."""
-    slips = gain_table(
-        "slips",
+    slips = (
         f"The repaired law with one slip of the print put back, or one repair more: first scenario, over {SHORT:g} s, "
-        f"with Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I; late is from {LATE:g} s on.",
-        ("change",),
-        (((words,), results["one change", change]) for change, words in CHANGES.items()),
+        f"with Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I; late is from {LATE:g} s on."
     )
-    pairs = gain_table(
-        "two_repairs",
-        f"The law with (3) and (28) repaired alone: first scenario, derived arm, over {LONG:g} s, R = I.",
-        ("Q", "reading of (33)"),
-        (((f"{Q:g} I", shape), results[pair, shape]) for pair, Q in PAIRS.items() for shape in SHAPES),
+    pairs = f"The law with (3) and (28) repaired alone: first scenario, over {LONG:g} s, R = I."
+    tables = (
+        gain_table("slips", slips, "change", results.scenario(ONE_CHANGE)),
+        gain_table("two_repairs", pairs, "reading of (33)", [run for pair in PAIRS for run in results.scenario(pair)]),
     )
-    return Section("A repair of four slips, and a smaller one that tracks", (Itemize(REPAIRS), slips, pairs))
+    return Section("A repair of four slips, and a smaller one that tracks", (Itemize(REPAIRS), *tables))

@@ -1,25 +1,124 @@
-"""The kinds of check: a claim bound to the function that judges it, an identity, and a search for a run."""
+"""The kinds of check: a claim bound to the function that judges it, an identity, and a search for a run.
 
-from __future__ import annotations
+Both sides of equations (22), (30), (31), (34), (35) and (41) stand here over symbols that any state may replace.
+"""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from typing import NamedTuple
 
+import casadi as ca
 import numpy as np
 
-from studies.a2_claims.identities import SIDES, both
-from studies.a2_claims.searches import hunt, line, outcome, worst_component
 from studies.paper.card import CARD
+from studies.paper.laws import ARM, paper_observer
 from workbench.claims.verdicts import Check, Finding
-from workbench.core import Claim
+from workbench.core import AbstractArm, Claim, Dynamics, Entry, Layout, Signals, block
+from workbench.plants import Manipulator
 from workbench.proofs.identity import judge_equal
 from workbench.study.provenance import written
+from workbench.validation.refusals import Array
 
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
+Sides = tuple[ca.SX, ca.SX]
+NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
+SYMBOLS = {name: Layout((Entry(name, np.zeros(2)),)).symbols() for name in NAMES}
+K = ca.SX.sym("K", 2, 2)
+ARM_MATRICES = Dynamics.of(ARM)
+LAMBDA, PHI = np.diag(CARD["Lambda"]), CARD["phi"]
 
 
-@dataclass(frozen=True)
-class Checked:
+@block
+class UnitMassArm(AbstractArm):
+    """M = I, with C and G of `arm`: its acceleration tau - C qd - G is M times that of `arm`, and no quotient.
+
+    Normal forms have no quotients, and M^-1 is one.
+    """
+
+    arm: AbstractArm
+
+    @property
+    def dof(self) -> int:
+        return self.arm.dof
+
+    def mass_matrix(self, q: ca.SX) -> ca.SX:
+        del q
+        return ca.SX(ca.DM.eye(self.dof))
+
+    def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
+        return self.arm.coriolis_matrix(q, qd)
+
+    def gravity_vector(self, q: ca.SX) -> ca.SX:
+        return self.arm.gravity_vector(q)
+
+
+def at(q: ca.SX, qd: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """M, C and G of the derived arm at nominal parameters."""
+    d = ARM_MATRICES
+    old, new = ca.vertcat(d.q, d.qd, d.symbols), ca.vertcat(q, qd, ca.SX(d.p.default))
+    return tuple(ca.substitute([d.M, d.C, d.G], [old], [new]))
+
+
+def observer_rate(model: AbstractArm, q: ca.SX, qd_hat: ca.SX, tau: ca.SX) -> ca.SX:
+    """qd_hat' of the observer (10), with the gains of section 5, where its position is right: q_hat = q."""
+    observer, t = replace(paper_observer(), model=model), ca.SX(0)
+    z, y = {"q_hat": q, "qd_hat": qd_hat}, Signals(q=q, qd=ca.SX.zeros(2))
+    return observer.rate(t, z, y, observer.estimate(t, z, y), Signals(tau=tau))["qd_hat"]
+
+
+def _sides() -> dict[str, Sides]:
+    q_hat, qd_hat, q, q_d, qd_d, qdd_d, D, D_hat, tau, s = (SYMBOLS[name] for name in NAMES)
+    M, C, G = at(q_hat, qd_hat)
+    e1, e2, lost = q_hat - q_d, qd_hat - qd_d, q - q_hat
+    # (30) times M: what it says M s' is, by its first line and by its second
+    first = tau - C @ qd_d - G - D + M @ (LAMBDA @ e2 - qdd_d)
+    second = -K @ s - (D - D_hat) + M @ (LAMBDA @ e2)
+    # ds/dt = qdd_hat - qdd_d + Lambda (q_hat' - qd_d), times M, by (10) and by (35)
+    by_10 = tau - C @ qd_hat - G + M @ (CARD["L2"] @ lost - qdd_d + LAMBDA @ (e2 + CARD["L1"] @ lost))
+    by_35 = tau - C @ qd_hat - G - D + M @ (LAMBDA @ e2 - qdd_d)
+    law = M @ qdd_d + C @ qd_d + G + D_hat - K @ s  # (27)-(29), with s for sat(s / phi)
+    repaired = M @ (qdd_d - LAMBDA @ e2) + C @ (qd_d - LAMBDA @ e1) + G + D_hat - K @ s
+    unit, zero = UnitMassArm(ARM), ca.SX.zeros(2)  # with which each acceleration is M times that of the arm
+    weight = at(q, zero)[2]
+    arm = Manipulator(unit, q=np.zeros(2)).rate(ca.SX(0), {"q": q, "qd": zero}, Signals(tau=tau - D))["qd"]
+    return {
+        "(30), along (10)": (first, by_10),
+        "(30), along (35)": (first, by_35),
+        "(30), second line": (ca.substitute(first, tau, law), second),
+        "(30), repaired": (ca.substitute(by_35, tau, repaired) + C @ (e2 + LAMBDA @ e1), -K @ s + D_hat - D),
+        # sat(s / phi) = s / phi within the layer, for which (31) has s
+        "(31)": (-K @ s, -K @ (s / PHI)),
+        # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
+        "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
+        # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
+        "(34), input": (-LAMBDA @ e1, ca.SX.zeros(2)),
+        # x1~ = 0: what (10) and (35) say of tau less C qd_hat and G
+        "(35)": (M @ ca.solve(M, tau - C @ qd_hat - G), tau - C @ qd_hat - G - D),
+        # s = 0 and e1 = 0: M e2' by (35), with the law (27)-(29)
+        "(41), along (35)": (
+            ca.substitute(ca.substitute(by_35, tau, law), ca.vertcat(q_d, qd_d, s), ca.vertcat(q_hat, qd_hat, 0, 0)),
+            D_hat - D,
+        ),
+        # estimates that have found the arm at rest: M times the acceleration of the arm, less that of its copy in (10)
+        "(41), along (10)": (arm - observer_rate(unit, q, zero, tau), -D),
+    }
+
+
+SIDES = _sides()
+
+
+def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
+    """Both sides of an equation at named values (q_hat=(0.5, 1), ...); what is not named is zero."""
+    left, right = SIDES[name]
+    symbols = SYMBOLS | {"K": ca.vec(K)}
+    if odd := set(values) - set(symbols):
+        raise LookupError(f"`both('{name}', ...)` knows {', '.join(symbols)}; got {sorted(odd)}.")
+    numbers = [np.asarray(values.get(n, np.zeros(x.numel())), dtype=float) for n, x in symbols.items()]
+    sides = ca.Function("sides", [*symbols.values()], [left, right])(*numbers)
+    return np.array(sides[0]).ravel(), np.array(sides[1]).ravel()
+
+
+class Checked(NamedTuple):
     """A claim with the check that judges it."""
 
     claim: Claim
@@ -31,23 +130,23 @@ def judges(name: str, statement: str, source: str, *below: Claim) -> Callable[[C
     return lambda check: Checked(Claim(name, statement, source, below), check)
 
 
-def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = (), under: str = "") -> Finding:
-    """The finding of a witness: against the claim, or against it `under` a condition, where its numbers break it."""
+def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> Finding:
+    """The finding of a witness against the claim, where its numbers break it."""
     if not broken:
-        return Finding("not refuted", "The run or state that was to break it does not.", samples=1, under=under)
-    return Finding("does not hold under" if under else "refuted", evidence, witness, under=under, kept=kept)
+        return Finding("not refuted", "The run or state that was to break it does not.", samples=1)
+    return Finding("refuted", evidence, witness, kept=kept)
+
+
+def identity_finding(name: str) -> Finding:
+    """The finding of an equation's normal forms."""
+    if (judged := judge_equal(*SIDES[name])).kind == "proved":
+        return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
+    return Finding("not checkable", judged.evidence)
 
 
 def identity(name: str, statement: str, source: str) -> Checked:
     """An equation that is to be an identity in all its symbols."""
     return Checked(Claim(name, statement, source), lambda: identity_finding(name))
-
-
-def identity_finding(name: str) -> Finding:
-    """The finding of an equation's normal forms."""
-    if judge_equal(*SIDES[name]).kind == "proved":
-        return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
-    return Finding("not checkable", judge_equal(*SIDES[name]).evidence)
 
 
 def inequality(
@@ -62,28 +161,6 @@ def inequality(
         return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')
 
     return Checked(Claim(name, statement, source, below), check)
-
-
-def by_search(search: str, claim: Claim, evidence: str, under: str = "", units: Sequence[str] = ("",)) -> Checked:
-    """A claim that runs can break; the evidence takes the numbers of the worst run, which the witness runs again.
-
-    The numbers are `value`, `least` = -value, its `error`, the `unit` of the worst component, and the runs `sought`.
-    """
-
-    def check() -> Finding:
-        result, task = outcome(search), hunt(search)
-        if result.worst is None:
-            return Finding("not checkable", f"None of {result.runs:,} runs can tell: {result.why}.")
-        counted = "" if result.kept == result.runs else f", {result.kept:,} of which kept the hypotheses"
-        sought = f"{result.runs:,} runs of {task.until:g} s{counted}"
-        value, error, unit = result.worst.value, result.worst.error, units[worst_component(search) if units[1:] else 0]
-        words = evidence.format(value=value, least=-value, error=error, unit=unit, sought=sought)
-        if result.kind == "refuted":
-            kept = tuple(hypothesis.claim.name for hypothesis in task.kept)  # by each run that counts
-            return Finding("refuted", words, line(search), kept=kept)
-        return Finding("not refuted", words, line(search), samples=result.kept, under=under)
-
-    return Checked(claim, check)
 
 
 def row(values: object, digits: int = 4) -> str:

@@ -1,19 +1,33 @@
-"""The ledger's lines on the law: (30) to (34)."""
+"""The ledger's lines on the law, (30) to (34), and on section 4: (35), and what it concludes in (39) to (42)."""
+
+from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
-from studies.a2_claims import replay
-from studies.a2_claims.checks import by_search, identity, inequality, judges, numbers, refutation, row
+from studies.a2_claims import arm, replay
+from studies.a2_claims.checks import identity, identity_finding, inequality, judges, numbers, refutation, row
+from studies.a2_claims.searches import (
+    ABOVE,
+    ASSUMPTION_4,
+    CONSTANT_D,
+    FLOOR,
+    KEPT,
+    V2_AT_START,
+    on_path,
+    outcome,
+    regulation,
+)
 from studies.paper.card import CARD
+from workbench.claims.counterexample import hypotheses_kept
 from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
-from workbench.core import Claim
+from workbench.loop import ClosedLoop
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")
 WEIGHTS, WEIGHTS_OF_COST = numbers("Q", "R", "l"), numbers("Q", "R")
 FITTED = CARD["Q"][0, 0], CARD["R"][0, 0]
-SMALL = (0.1, 10.0)  # Q and R, times I: weights with which (34) lowers the cost
 UNITS = "N m", "N^2 m^2"  # of a leading minor of K, by its order
 ANY_WEIGHTS = "For all Q, R > 0, of which the paper states none,"
 
@@ -44,9 +58,8 @@ layer_rate = inequality(
     "(31)",
     "Within the layer, with sat(s / phi) replaced by s, s' is approximately -M^-1 K s + Lambda e2 where D_hat = D.",
     "(31)",
-    "(31) is printed as an approximation, by 'replacing sat(s / phi) by s in boundary layers'. There sat(s / phi) is "
-    "s / phi, not s, which is no small error: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and -K sat(s / phi) "
-    "is {1}. A lacks the factor 1 / phi = 100.",
+    "In the layer sat(s / phi) is s / phi, not s: for K = I and s = (0.005, 0) rad/s, -K s is {0} N m and "
+    "-K sat(s / phi) is {1}. A lacks the factor 1 / phi = 100.",
     rate_along_10.claim,
     second_line.claim,
     K=(1, 0, 0, 1),
@@ -70,9 +83,8 @@ def shapes() -> Finding:
     except ValueError:
         return Finding(
             "ill-posed",
-            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s), so there is "
-            f"nothing to be true or false. Four readings give (33) a shape: {', '.join(READINGS)}. Each line below "
-            "names the reading that it takes.",
+            "P is 2 x 2, s and sign(s) are 2 x 1: P s is 2 x 1, and cannot be multiplied by sign(s). Four readings "
+            f"give (33) a shape: {', '.join(READINGS)}. Each line below names the reading that it takes.",
             "np.ones((2, 2)) @ np.ones((2, 1)) @ np.sign(np.ones((2, 1)))",
         )
     return Finding("proved", "the product has a shape")
@@ -96,25 +108,6 @@ def gains() -> Finding:
     )
 
 
-gain_with_plus = by_search(
-    "repaired_gain",
-    Claim(
-        "(33), repaired",
-        f"{ANY_WEIGHTS} with a plus in (33), reading 'outer', K(t) stays positive definite.",
-        "(33), repaired",
-    ),
-    f"With {WEIGHTS}, its least leading minor reaches {{least:,.0f}} {{unit}} within 2 s: the outer product of P s and "
-    "sign(s) is not semidefinite where the signs of s differ. Worst of {sought}.",
-    units=UNITS,
-)
-riccati = by_search(
-    "riccati",
-    Claim("(34), P", "P(t) of (34) stays positive definite.", "(34)"),
-    f"With {WEIGHTS}, the least leading minor of P seen is {{least:.4g}} {{unit}}, in {{sought}}.",
-    units=("N m/rad", "N^2 m^2/rad^2"),
-)
-
-
 @judges(
     "(34), cost",
     f"{ANY_WEIGHTS} u = -R^-1 B^T P s with P(t) of (34) makes (32) least for (31).",
@@ -128,37 +121,147 @@ def least_cost() -> Finding:
         "held at t = 0, from P(0) and s(0) of the first scenario. With Q = R = I, J is "
         f"{ours / least:.4g} times the least J, which the algebraic Riccati equation gives; with {WEIGHTS_OF_COST}, "
         f"the weights of a1, it is {fitted / fitted_least:.4g} times the least. (34) runs forward from P(0), the "
-        "Riccati equation of (32) backward from the horizon, and they agree only once P(0) is forgotten. Along the "
-        "repaired runs, with the weights of a1, from the worst start and over the first 2.5 s, a3 finds 1.0 % (first "
-        "scenario) and 2.1 % (second) above the least J.",
+        "Riccati equation of (32) backward from the horizon. Along the repaired runs, from the worst start and over "
+        "the first 2.5 s, a3 finds 1.0 % (first scenario) and 2.1 % (second) above the least J.",
         f"cost(1, 1), cost{row(FITTED)}",
     )
 
 
-@judges(
-    "(34), cost of the loop",
-    f"{ANY_WEIGHTS} (32), with s and e2 of the closed loop, is less with P(t) of (34) than with P(t) = P(0).",
-    "(32), (34)",
-    layer_rate.claim,
-    optimal_input.claim,
+estimate_rate = inequality(
+    "(35)",
+    "The estimates of (10) obey (35), M(q_hat) qd_hat' + C qd_hat + G + D = tau, where x1~ = 0.",
+    "(10), (35)",
+    "(10) has no D. At D = (1, 0) N m, all else zero, M times the acceleration of the estimate is {0} N m by (10), and "
+    "{1} by (35).",
+    D=(1, 0),
 )
-def loop_cost() -> Finding:
-    (with_34, error), (without, error_0) = (replay.cost_of_loop(P, *FITTED) for P in ("forward", "frozen"))
-    (small_34, small_error), (small_0, _) = (replay.cost_of_loop(P, *SMALL) for P in ("forward", "frozen"))
+
+
+@judges("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", arm.SKEW_PRINTED, gains.claim)
+def decrease() -> Finding:
+    return Finding(
+        "not checkable as published",
+        "With a 'bounded term' that is large enough any V2' obeys (39).",
+        unstated="the 'bounded term'",
+    )
+
+
+@judges(
+    "(40)",
+    f"{ANY_WEIGHTS} V2' <= -c |s| with c = lambda_min(K) - delta > 0.",
+    "(40)",
+    ABOVE,
+    decrease.claim,
+    least_cost.claim,
+)
+def strict_decrease() -> Finding:
+    rate, size, left = replay.v2_rate(1000, 1000)
     return refutation(
-        without + error_0 < with_34 - error,
-        "Both loops are repaired and alike but for P(t), and both costs are integrals of s^T Q s + e2^T R e2 of the "
-        f"loop itself over the same 10 s of the first scenario: {with_34:.0f} N m rad/s^2 with (34), {without:.0f} "
-        f"with P(t) = P(0); halving the step changes them by {max(error, error_0):.1g}. It depends on the weights: "
-        f"with Q = {SMALL[0]:g} I and R = {SMALL[1]:g} I the costs are {small_34:.0f} with (34) and "
-        f"{small_0:.0f} with P(0) (changed by {small_error:.1g}). Over an infinite horizon (32) has no finite value "
-        "in the loop where e2 does not tend to zero.",
-        f'cost_of_loop("forward", {FITTED[0]:g}, {FITTED[1]:g}), cost_of_loop("frozen", {FITTED[0]:g}, {FITTED[1]:g})',
-        under=f"{WEIGHTS_OF_COST}, the repaired law, 10 s of the first scenario",
+        rate > 0 and left > 0,
+        "Where s = 0, (36) gives V2' = tr(P') / 2, and (40) asks for V2' <= 0 there. With Q = R = 1000 I, "
+        "K(0) and P(0) of section 5, the arm and its estimate on the desired path of the first scenario, V2' is "
+        f"{rate:.0f} W at t = 0, where |s| = {size:g} and lambda_min(K) - |D - D_hat| = {left:.3g} N m.",
+        "v2_rate(1000, 1000)",
+        kept=(ABOVE.name,),
+    )
+
+
+@cache
+def kept_by(loop: Callable[[], ClosedLoop], h: float) -> tuple[str, ...]:
+    """The hypotheses of Theorem 2 that a run of 20 s keeps at every step."""
+    return hypotheses_kept(loop().ode(), KEPT, 20.0, h)
+
+
+@judges(
+    "(41), along (35)",
+    f"{ANY_WEIGHTS} s and e1 tend to zero under every disturbance of Assumption 4 where the estimates obey (35).",
+    "(35), (41)",
+    ASSUMPTION_4,
+    ABOVE,
+    strict_decrease.claim,
+)
+def convergence_35() -> Finding:
+    exact, ((e, e_change), (s, s_change)) = identity_finding("(41), along (35)"), replay.along_35().values()
+    return refutation(
+        exact.kind == "proved" and e > 2 * e_change,
+        "Where s = 0 and e1 = 0, (35) gives M e2' = D_hat - D, whatever Q, R and K are (proved by normal form). So, "
+        "with K bounded, s and e1 tend to zero only if D - D_hat does, and for a sine D it does not: not for (24) as "
+        f"printed, and not for D_hat = eta, which lags. As printed but for C, with {PRINTED_WEIGHTS}, reading 'outer', "
+        f"first scenario, started on the desired path: |e1| still reaches {e:.2e} rad and |s| {s:.2e} rad/s from 15 s "
+        f"to 20 s (changed by {max(e_change, s_change):.0e} as the step is halved), small and not zero.",
+        "along_35()",
+        kept=kept_by(on_path, 1e-4),
+    )
+
+
+@judges(
+    "(41), along (10)",
+    f"{ANY_WEIGHTS} s and e1 tend to zero under every disturbance of Assumption 4 where the estimates obey (10).",
+    "(10), (41)",
+    ASSUMPTION_4,
+    ABOVE,
+    estimate_rate.claim,
+    strict_decrease.claim,
+)
+def convergence_10() -> Finding:
+    exact, (error, change) = identity_finding("(41), along (10)"), replay.offset()
+    return refutation(
+        exact.kind == "proved" and np.linalg.norm(error) > np.linalg.norm(change),
+        "Let D and q_d be constant, D not zero, and all signals bounded, as Theorem 2 has them. If s and e1 tended to "
+        "zero, the estimates and then the arm would come to rest at q_d, but there M times the accelerations of arm "
+        "and estimate differ by D for any torque (proved, whatever Q and R are). "
+        f"Repaired, with {WEIGHTS}, under D = {row(CONSTANT_D)} N m, q - q_d is {row(error)} rad after 20 s "
+        f"(changed by {np.max(change):.0e} as the step is halved).",
+        "offset()",
+        kept=kept_by(regulation, 1e-3 / 12),
+    )
+
+
+@judges(
+    "(42)",
+    f"{ANY_WEIGHTS} |s(t)| <= sigma from t = V2(0) / (c sigma) on, for every precision sigma; C is derived.",
+    "(42)",
+    ASSUMPTION_4,
+    ABOVE,
+    strict_decrease.claim,
+)
+def finite_time() -> Finding:
+    found = outcome()
+    sought: dict[str, list[float]] = {}
+    for label, number in found.worst.sought.items():
+        sought.setdefault(label.split("[")[0], []).append(number)
+    return refutation(
+        found.kind == "refuted",
+        f"(42) for all sigma at once is t |s(t)| <= V2(0) / c. As printed but for C, with {PRINTED_WEIGHTS}, reading "
+        f"'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it "
+        f"by {found.worst.value:.3f} rad within 2 s (halving the step changes it by {found.worst.error:.0e}). Worst of "
+        f"{found.runs:,} runs of 2 s, {found.kept:,} of which kept the hypotheses.",
+        f"rerun({sought})",
+        kept=tuple(hypothesis.claim.name for hypothesis in KEPT),
+    )
+
+
+@judges(
+    "Theorem 2, bounded signals",
+    f"{ANY_WEIGHTS} all signals of the loop stay bounded, as printed but for C, which is derived.",
+    "Theorem 2",
+    *arm.ASSUMPTIONS,
+)
+def bounded_signals() -> Finding:
+    closed, run = replay.drift()
+    return refutation(
+        np.allclose(closed, run, rtol=1e-6) and bool((np.abs(run) > 2 * np.abs(CONSTANT_D)).all()),
+        "D_hat is a signal of the loop, and (24) knows D alone. For a constant D, which Assumption 4 allows, its "
+        "closed form D (t - (1 - exp(-l t)) / l) grows beyond all bounds, whatever Q, R, K and the reading "
+        f"of (33) are. For D = {row(CONSTANT_D)} N m, D_hat is {row(run, 6)} N m s after 10 s. The theorem asks "
+        "for Assumptions 1 to 4 alone; its proof chooses lambda_min(K) > delta, which such a D breaks in time.",
+        "drift()",
+        kept=replay.kept_by_drift(),
     )
 
 
 CHECKS = (
-    *(rate_along_10, rate_along_35, second_line, rate_with_qd_r, layer_rate, shapes, gains, gain_with_plus, riccati),
-    *(optimal_input, least_cost, loop_cost),
+    *(rate_along_10, rate_along_35, second_line, rate_with_qd_r, layer_rate, shapes, gains),
+    *(optimal_input, least_cost, estimate_rate, decrease, strict_decrease, convergence_35, convergence_10),
+    *(finite_time, bounded_signals),
 )

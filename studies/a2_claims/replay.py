@@ -1,6 +1,5 @@
 """The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -8,39 +7,41 @@ import casadi as ca
 import numpy as np
 
 from studies.a1_paper_tables.study import comparison
-from studies.a2_claims import loops
-from studies.a2_claims.identities import at
-from studies.a2_claims.identities import both as both
-from studies.a2_claims.loops import CONSTANT_D, I, free_arm, observer_rate, with_weights
-from studies.a2_claims.loops import beside_rest as beside_rest
-from studies.a2_claims.searches import V2, WITHIN_4, gain_left, hunt
+from studies.a2_claims import searches
+from studies.a2_claims.checks import at, observer_rate
+from studies.a2_claims.checks import both as both
+from studies.a2_claims.searches import (
+    CONSTANT_D,
+    STEP,
+    V2,
+    WITHIN_4,
+    I,
+    free_arm,
+    gain_left,
+    printed_filter,
+    with_weights,
+)
+from studies.a2_claims.searches import beside_rest as beside_rest
 from studies.a2_claims.searches import rerun as rerun
 from studies.paper.card import CARD
-from studies.paper.card import LAWS as LAWS
-from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed, proposed_repaired
+from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
 from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
 from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
 from workbench.design.riccati import care
-from workbench.metrics import Measurement, late_error, measure
-from workbench.metrics.contract import Integral
+from workbench.metrics import late_error, measure
 from workbench.metrics.step_metrics import Peak
 from workbench.proofs.rest_points import RestPoint, rest_point
 from workbench.proofs.rest_points import growing_modes as growing_modes
 from workbench.reference import reference
 from workbench.simulate import simulate
-from workbench.study.contract import equations_of
-from workbench.study.runner import measurement
+from workbench.study.runner import run
+from workbench.study.study import Results, Study
 from workbench.validation.refusals import Array
 
-STEP, FINE = 1e-4, 1e-3 / 12  # s, of the law as printed and as repaired
-HELD = {
-    "disturbance.amplitude": np.array(CONSTANT_D),
-    "disturbance.frequency": np.zeros(2),
-    "disturbance.phase": np.full(2, np.pi / 2),
-}
+FINE = 1e-3 / 12  # s, of the law as repaired
 printed, derived = Dynamics.of(PRINTED_ARM, "as printed"), Dynamics.of(ARM, "derived")
 
 
@@ -84,16 +85,15 @@ def false_rest(times: float = 1) -> RestPoint:
 
 def kept_by_drift() -> tuple[str, ...]:
     """Assumption 4, if the run of `drift` keeps it."""
-    ode = hunt("printed_filter").ode
-    return hypotheses_kept(ode, [WITHIN_4], 10.0, 1e-2, ode.parameters.pack(HELD))
+    return hypotheses_kept(printed_filter(), [WITHIN_4], 10.0, 1e-2)
 
 
 @cache
 def drift(until: float = 10.0) -> tuple[Array, Array]:
     """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
-    l, D, ode = CARD["l"], np.array(CONSTANT_D), hunt("printed_filter").ode
-    run = reference(ode, ode.parameters.pack(HELD)[0], times=[until])
-    return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(run.x[0])["D_hat"]
+    l, D, ode = CARD["l"], np.array(CONSTANT_D), printed_filter()
+    end = reference(ode, times=[until])
+    return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(end.x[0])["observer.disturbance.D_hat"]
 
 
 @cache
@@ -136,31 +136,12 @@ def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     return float(end["J"][0] + end["s"] @ least @ end["s"]), float(start @ least @ start)
 
 
-@cache
-def cost_of_loop(riccati: str, Q: float, R: float, until: float = 10.0) -> tuple[float, float]:
-    """J of (32) over a horizon, with s and e2 of the repaired loop in FS, P' by (34) or zero; its change by h / 2.
-
-    The weights are Q I and R I, in (34) and in (32).
-    """
-    loop = with_weights(proposed_repaired("FS"), Q, R)
-    if riccati == "frozen":
-        loop = replace(loop, controller=replace(loop.controller, riccati="frozen", Q=None, R=None))
-    ode = loop.ode()
-    y = SignalsOf(ode)
-    rate = Q * ca.sumsqr(y["s"]) + R * ca.sumsqr(y["observer.state.qd_hat"] - y["qd_ref"])
-    outputs = ode.outputs + Layout((Entry("cost", np.zeros(1)),))
-    watched = replace(ode, outputs=outputs, output=ca.vertcat(ode.output, rate))
-    J = Integral("J", "", "the cost (32)", lambda t, y: y["cost"], lambda value, horizon: value, ("cost",))
-    score = measure(watched, (J,), until=until, h=FINE).scores["J"]
-    return float(score.value[0, 0]), float(score.error[0, 0])
-
-
 def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     """V2' [W], |s| [rad/s] and lambda_min(K) - |D - D_hat| [N m] at the start of the printed law, C derived, in FS.
 
     The arm and its estimate start on the desired path; the weights are Q I and R I.
     """
-    ode = with_weights(loops.printed_but_for_c(), Q, R).ode()
+    ode = with_weights(searches.printed_but_for_c(), Q, R).ode()
     y, path = SignalsOf(ode), np.array([2.0, 1.5])  # rad/s, qd_d(0)
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
@@ -168,39 +149,15 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
 
 
 @cache
-def _compared() -> dict[str, Measurement]:
+def compared() -> Results:
     """The laws of a1 in both scenarios, each with all its metrics."""
-    cases = [case for scenario in ("FS", "SS") for case in comparison(scenario)]
-    return {case.name: measurement(case.run, equations_of(case.run.loop, case.name)) for case in cases}
+    return run(Study("compared", "T", "Q?", "M.", lambda results: (), cases=(*comparison("FS"), *comparison("SS"))))
 
 
 def beside(metric: str) -> dict[str, list[float]]:
     """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
-    scores = {name: found.scores for name, found in _compared().items()}
+    scores = {one.case.name: one.measurement.scores for one in compared().outcomes}
     return {name: mine[metric].value[0].tolist() for name, mine in scores.items() if metric in mine}
-
-
-@cache
-def pushed(law: str) -> tuple[list[float], list[float]]:
-    """By how much D of FS moves a joint at most from 15 s on [rad]: of its path without D; the change by h / 2."""
-    case = next(case for case in comparison("FS") if case.law == law)
-    ode = equations_of(case.run.loop, case.name)
-    p = ode.parameters.pack({"plant.disturbance.amplitude": np.array([CARD["FS: disturbance amplitude"], (0.0, 0.0)])})
-    largest = []
-    for h in (2 * case.run.h, case.run.h):
-        runs = simulate(rk4(ode, h), p, until=20.0, every=0.01)
-        q = runs["q"][:, runs.t >= 15.0]
-        largest.append(np.abs(q[0] - q[1]).max(axis=0))
-    return largest[1].tolist(), np.abs(largest[1] - largest[0]).tolist()
-
-
-def observed() -> tuple[tuple[list[float], list[float]], tuple[list[float], list[float]]]:
-    """Largest |qd - qd_d| and |qd - qd_hat| from 5 s on in FS, repaired, by joint [rad/s]; their changes by h / 2."""
-    late = (Peak(signal, "rad/s", f"largest |{signal}| from 5 s on", signal, 5.0) for signal in ("ed", "qd_error"))
-    run = replace(comparison("FS")[0].run, metrics=tuple(late))
-    scores = measurement(run, equations_of(run.loop, "loop")).scores.values()
-    e, lost = ((score.value[0].tolist(), score.error[0].tolist()) for score in scores)
-    return e, lost
 
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
@@ -223,8 +180,9 @@ def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float
 @cache
 def offset(until: float = 20.0) -> tuple[Array, Array]:
     """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
-    runs = [measure(loops.regulation().ode(), (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2)]
-    coarse, fine = (run["e"][0, -1] for run in runs)
+    ode = searches.regulation().ode()
+    runs = (measure(ode, (), until=until, h=h, every=until).trajectories for h in (FINE, FINE / 2))
+    coarse, fine = (one["e"][0, -1] for one in runs)
     return fine, np.abs(fine - coarse)
 
 
@@ -232,5 +190,5 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
-    scores = measure(loops.on_path().ode(), late, until=until, h=STEP).scores
+    scores = measure(searches.on_path().ode(), late, until=until, h=STEP).scores
     return {name: (float(score.value[0].max()), float(score.error[0].max())) for name, score in scores.items()}

@@ -1,13 +1,7 @@
-"""The ledger's last lines: the paper's words on its rivals, and the promises that laws and observers make."""
+"""The ledger's last lines: the paper's words on its rivals."""
 
-from collections.abc import Sequence
-from dataclasses import replace
-
-from studies.a2_claims import replay
-from studies.a2_claims.checks import HORIZONS, Checked, by_search, judges, numbers
-from studies.a2_claims.searches import TABLE, outcome
-from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.comparison import MARGIN, PROPOSED
+from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
+from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
 from workbench.claims.verdicts import Finding
 from workbench.core import Claim
 from workbench.study.evidence.law_tables import order
@@ -42,18 +36,6 @@ METRICS = (
     ("lower control effort", "needs less control effort than each rival", "abstract", "effort", TORQUES),
 )
 REJECTION = "better disturbance rejection", "rejects disturbances better than each rival", "abstract, sections 5, 6"
-# A search of `searches`: the block that makes the promise, the unit of its margin, what the paper leaves open.
-PROMISES = {
-    "smc": ("SlidingMode", "rad^2/s", ""),
-    "asmc": ("AdaptiveSlidingMode", "N m", ""),
-    "super_twisting": ("SuperTwisting", "rad/s^3", ""),
-    "oracle_filter": ("OracleFilter", "N^2 m^2/s", "l"),
-    "printed_filter": ("PrintedFilter", "N^2 m^2/s", "l"),
-    "momentum": ("MomentumObserver", "N^2 m^2/s", "l"),
-    "nonlinear": ("NonlinearDisturbanceObserver", "N^2 m^2/s", "l"),
-}
-BLOCKS = tuple(block for block, _, _ in PROMISES.values())
-Stand = tuple[str, str]  # below, above or undecided, and the two numbers in words
 
 
 def as_published(name: str, words: str, source: str, evidence: str) -> Checked:
@@ -72,22 +54,12 @@ def accuracy() -> Finding:
     )
 
 
-def comparison_finding(stands: Sequence[Stand], witness: str, given: str) -> Finding:
-    """Comparisons that a claim wants to be all below."""
-    lost = [words for stood, words in stands if stood == "above"]
-    below = sum(stood == "below" for stood, _ in stands)
-    tally = f"With {given}: below in {below} of {len(stands)} comparisons, above in {len(lost)}"
-    tally += f", too close to call in {len(stands) - below - len(lost)}"
-    if lost:
-        return Finding("does not hold under", f"{tally}. The first above: {lost[0]}.", witness, under=OF_A1)
-    return Finding("not refuted", f"{tally}.", witness, samples=len(stands), under=OF_A1)
-
-
 def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
     """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
 
     def check() -> Finding:
-        stands: list[Stand] = []
+        stood: list[str] = []
+        above: list[str] = []
         for scenario in ("FS", "SS"):
             ours = results[scenario, PROPOSED]
             if metric not in ours.measurement.scores:
@@ -95,55 +67,28 @@ def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
             unit = ours.measurement.scores[metric].metric.unit
             for law, joint in ((law, joint) for law in RIVALS for joint in (0, 1)):
                 a, b = ours.score(metric, joint), results[scenario, law].score(metric, joint)
-                words = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit} ({scenario}, joint {joint + 1})"
-                stands.append((order(a, b, MARGIN), words))
-        return comparison_finding(stands, f'beside("{metric}")', f"{GIVEN}, {EXACT}")
+                stood.append(order(a, b, MARGIN))
+                if stood[-1] == "above":
+                    numbers = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit}"
+                    above.append(f"{numbers} ({scenario}, joint {joint + 1})")
+        tally = (
+            f"With {GIVEN}, {EXACT}: below in {stood.count('below')} of {len(stood)} comparisons, above in "
+            f"{len(above)}, too close to call in {stood.count('undecided')}"
+        )
+        witness = f'beside("{metric}")'
+        if above:
+            return Finding("does not hold under", f"{tally}. The first above: {above[0]}.", witness, under=OF_A1)
+        return Finding("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
 
     statement = f"{REPAIRED} its {metric} is below that of each rival."
     return Checked(Claim(f"{name}, numbers of a1", statement, source), check)
 
 
-@judges(f"{REJECTION[0]}, numbers of a1", f"{REPAIRED} D moves its joints less than those of each rival.", REJECTION[2])
-def rejection() -> Finding:
-    ours, stands = tuple(zip(*replay.pushed(PROPOSED), strict=True)), []
-    for law in RIVALS:
-        for joint, (a, b) in enumerate(zip(ours, zip(*replay.pushed(law), strict=True), strict=True)):
-            words = f"D moves the arm by {b[0]:.3g} rad under {law}, and by {a[0]:.3g} rad under AOSMC-RGS"
-            stands.append((order(a, b, MARGIN), f"{words} (joint {joint + 1})"))
-    given = f"{numbers('Q', 'R', 'l')}, {EXACT} and knows D by (24), first scenario, 15 s to 20 s"
-    return comparison_finding(stands, "{law: pushed(law) for law in LAWS}", given)
-
-
-@judges(
-    "observer accuracy, as read here",
-    f"{REPAIRED} the late |qd - qd_hat| of each joint is below its late |qd - qd_d|.",
-    "section 5",
-)
-def estimation() -> Finding:
-    # 'Minimal' names no measure: this one is ours, and no comparison of the paper.
-    e, lost = (tuple(zip(*pair, strict=True)) for pair in replay.observed())
-    stands = [
-        (order(b, a, MARGIN), f"|qd - qd_hat| {b[0]:.4g} rad/s, |qd - qd_d| {a[0]:.4g} rad/s (joint {joint + 1})")
-        for joint, (a, b) in enumerate(zip(e, lost, strict=True))
-    ]
-    return comparison_finding(stands, "observed()", f"{numbers('Q', 'R', 'l')}, first scenario, from 5 s on")
-
-
-def promise(name: str) -> Checked:
-    """The promise that a block declares, and the search for a run that breaks it."""
-    block, unit, open_ = PROMISES[name]
-    margin = f"its margin is broken by {{value:.4g}} {unit}" if outcome(name).kind == "refuted" else "no run breaks it"
-    given = f"With {numbers(open_)}, of" if open_ else "Of"
-    return by_search(name, replace(TABLE[name].target.claim, name=block), f"{given} {{sought}}, {margin}.")
-
-
 def checks(results: Results) -> tuple[Checked, ...]:
-    """The comparisons as published, the same under the numbers of a1, then the promises."""
+    """The comparisons as published, then the same under the numbers of a1."""
     return (
         *(as_published(name, words, source, evidence) for name, words, source, _, evidence in METRICS),
         as_published(*REJECTION, SHOWN.format("figures of runs with D, none without,")),
         accuracy,
         *(ranking(results, name, source, metric) for name, _, source, metric, _ in METRICS),
-        *(rejection, estimation),
-        *map(promise, PROMISES),
     )

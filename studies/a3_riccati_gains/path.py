@@ -23,48 +23,28 @@ RTOL = 1e-4  # of the equations in time: the path between kept states is a splin
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
 G = B @ np.linalg.solve(R, B.T)
 ZERO = np.zeros((2, 2))
+FORWARD, SDRE, AT_START = "P(t) of (34)", "SDRE: the CARE at each instant", "P = P(0)"
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad.
-
-    Attributes
-    ----------
-    K
-        The gain of the law (N, 2, 2), in N m.
-    P, X
-        (34) as the loop integrated it, and the algebraic equation at each instant: the state-dependent one for (31).
-    backward, forward
-        (32) minimised from each time to the end of the window, and (34) solved again.
-    memory
-        The longest time in which a difference of two solutions of (34) near X falls to 1/e, in s, over the instants.
-    residual
-        The largest residual of X among the instants.
-    ratios
-        For each way to choose P in u = -R^-1 B' P s: J over the least J, from the worst start.
-    """
+    """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad, and the gain K in N m."""
 
     t: Array
     K: Array
-    P: Array
-    X: Array
-    backward: RiccatiFlow
-    forward: RiccatiFlow
-    memory: float
-    residual: float
-    ratios: Mapping[str, float]
+    P: Array  # (34) as the loop integrated it
+    X: Array  # the algebraic equation at each instant: the state-dependent one for (31)
+    backward: RiccatiFlow  # (32) minimised from each time to the end of the window
+    forward: RiccatiFlow  # (34) solved again
+    memory: float  # s, the longest in which a difference of two solutions of (34) near X falls to 1/e
+    residual: float  # the largest of X
+    ratios: Mapping[str, float]  # J over the least J, from the worst start, by the choice of P in u = -R^-1 B' P s
 
-    @property
-    def largest(self) -> float:
-        """The largest distance of (34) from the algebraic equation once P(0) is forgotten."""
-        return float(distance(self.P, self.X)[self.t >= SETTLED].max())
-
-    @property
-    def median(self) -> float:
-        """The median over time of the same distance."""
-        late = self.t >= SETTLED
-        return median_in_time(distance(self.P, self.X)[late], self.t[late])
+    def gap(self, X: Array) -> tuple[float, float]:
+        """The distance of (34) from another choice once P(0) is forgotten: its median over time, and its largest."""
+        late = (self.t >= SETTLED) & X.any(axis=(1, 2))  # the backward solution ends at zero
+        far = distance(self.P[late], X[late])
+        return median_in_time(far, self.t[late]), float(far.max())
 
 
 @cache
@@ -73,17 +53,15 @@ def compared(outcome: Outcome) -> Compared:
     run = outcome.measurement.trajectories
     inside = run.t <= WINDOW + 1e-9
     t, K, P = run.t[inside], run["controller.K"][0, inside], run["controller.P"][0, inside]
-    A = np.array(
-        [-np.linalg.solve(M, k) for M, k in zip(inertia(run["observer.state.q_hat"][0, inside]), K, strict=True)]
-    )
+    A = -np.linalg.solve(inertia(run["observer.state.q_hat"][0, inside]), K)
     kept = instants(len(t))
     solved = [care(A[i], B, Q, R) for i in kept]
     X, path = np.array([found.X for found in solved]), CubicSpline(t, A)
     backward = rde(path, B, Q, R, ZERO, t[kept], rtol=RTOL)
     choices: dict[str, Callable[[float], Array]] = {
-        "P(t) of (34)": CubicSpline(t, P),
-        "SDRE: the CARE at each instant": CubicSpline(t[kept], X),
-        "P = P(0)": lambda time: np.asarray(P[0]),
+        FORWARD: CubicSpline(t, P),
+        SDRE: CubicSpline(t[kept], X),
+        AT_START: lambda time: np.asarray(P[0]),
         "P = 0": lambda time: ZERO,
     }
     return Compared(

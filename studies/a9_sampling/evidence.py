@@ -9,9 +9,8 @@ import numpy as np
 
 from studies.a9_sampling.loops import REALISTIC, RMSE, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact
 from studies.a9_sampling.safe_periods import Longest, frozen, linear_limit, longest, rule_of_thumb
-from studies.paper.card import LAWS, PUBLISHED
-from studies.paper.comparison import MARGIN
-from studies.paper.linearization import PROPOSED, SEVEN
+from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
+from studies.paper.linearization import SEVEN
 from workbench.study.evidence.causes import Causes
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results

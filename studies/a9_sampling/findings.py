@@ -20,9 +20,8 @@ from studies.a9_sampling.evidence import (
 from studies.a9_sampling.loops import NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS, Computer
 from studies.a9_sampling.safe_periods import RULE
 from studies.a9_sampling.steps import Curve
-from studies.paper.card import LAWS
-from studies.paper.comparison import MARGIN
-from studies.paper.linearization import PROPOSED, SEVEN
+from studies.paper.card import LAWS, MARGIN, PROPOSED
+from studies.paper.linearization import SEVEN
 from workbench.study.document.document import Verdict
 
 MS = f"{1e3 * REALISTIC:g} ms"

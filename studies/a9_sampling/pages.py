@@ -33,9 +33,8 @@ from studies.a9_sampling.loops import (
     Computer,
 )
 from studies.a9_sampling.safe_periods import RULE
-from studies.paper.card import LAWS
-from studies.paper.comparison import SCENARIOS as TITLES
-from studies.paper.linearization import PROPOSED
+from studies.paper.card import LAWS, PROPOSED
+from studies.paper.card import SCENARIOS as TITLES
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
 SHOWN = {RMSE: (1e-4, 1e-3, 2e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 5e-3, 1e-2)}  # s, as a page is wide

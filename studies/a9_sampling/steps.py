@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.a9_sampling.loops import TV, last, switched
-from studies.paper.linearization import PROPOSED
+from studies.paper.card import PROPOSED
 from workbench.metrics import measured, total_variation
 from workbench.study.document.document import Figure, Panel, Series
 from workbench.validation.refusals import Array

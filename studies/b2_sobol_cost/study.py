@@ -3,8 +3,6 @@
 Runs in about a minute on two cores. It measures time: the page is not the same twice.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess
@@ -12,30 +10,26 @@ import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from time import perf_counter, process_time
+from time import process_time
 
 import numpy as np
 
 from studies.b2_sobol_cost.workload import sweep
-from studies.performance.peers import PEERS
-from studies.performance.workload import HORIZON
 from workbench.simulate import simulate
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.document.document import Column, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Paragraph, Section, Verdict
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
 from workbench.study.ledger.store import complete, opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
-from workbench.study.uncertainty import sobol_by_salib
 from workbench.study.writeup import testbed
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars
-TURNS, PEER_RUNS = 3, 3
+TURNS = 3
 BUSY = 0.5  # other processes, with which the clock no longer tells what the command takes
 SCRIPT = Path(__file__).with_name("workload.py")
 PROBE = """
@@ -50,34 +44,20 @@ json.dump({"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": used.ru
 
 @dataclass(frozen=True)
 class Cost:
-    """Seconds, and GB of memory, of a study of so many `runs`, `again` of which are run at half of the step too.
-
-    Attributes
-    ----------
-    wall, cpu, memory
-        Of the whole command.
-    turns
-        Of each turn the processor time of the rows marched alone and through ledger and orchestration, and the time
-        of the latter by the clock.
-    peer
-        Of python-control and SALib for the same runs on one core; None where one is not installed.
-    others
-        How many other processes wanted a processor before the command was run, by the load average of a minute.
-    """
+    """Seconds, and GB of memory, of the command for a study of so many `runs`, `again` at half of the step too."""
 
     runs: int
     again: int
     wall: float
     cpu: float
     memory: float
-    turns: tuple[tuple[float, float, float], ...]
-    peer: float | None
-    others: float = 0.0
+    turns: tuple[tuple[float, float], ...]  # of each, processor time of the rows marched alone, and through the ledger
+    others: float = 0.0  # processes that wanted a processor before the command was run
 
     @property
     def shares(self) -> tuple[float, ...]:
         """The part of ledger and orchestration in the processor time of each turn: their scatter is its error."""
-        return tuple(1 - marched / through for marched, through, _ in self.turns)
+        return tuple(1 - marched / through for marched, through in self.turns)
 
 
 @cache
@@ -85,18 +65,18 @@ def cost() -> Cost:
     """All that is measured, once."""
     one = compile_sweep(sweep())
     one.chunk(0, 8)  # compiled before it is timed
-    turns = tuple((timed(lambda: march(one))[0], *timed(lambda: record(one))) for _ in range(TURNS))
+    turns = tuple((timed(lambda: march(one)), timed(lambda: record(one))) for _ in range(TURNS))
     others = max(0.0, os.getloadavg()[0] - 1) if hasattr(os, "getloadavg") else 0.0
     whole, size = command(), one.sweep.design.size
     again = len(range(0, size, one.sweep.halved))
-    return Cost(size, again, whole["wall"], whole["cpu"], whole["memory"], turns, peer(one), others)
+    return Cost(size, again, whole["wall"], whole["cpu"], whole["memory"], turns, others)
 
 
-def timed(work: Callable[[], object]) -> tuple[float, float]:
-    """Seconds of all cores together, and by the clock."""
-    cpu, wall = process_time(), perf_counter()
+def timed(work: Callable[[], object]) -> float:
+    """Seconds of all cores together."""
+    start = process_time()
     work()
-    return process_time() - cpu, perf_counter() - wall
+    return process_time() - start
 
 
 def march(one: CompiledSweep) -> None:
@@ -127,96 +107,53 @@ def command() -> dict[str, float]:
     return found
 
 
-def peer(one: CompiledSweep) -> float | None:
-    """Seconds of python-control for all runs, from a few of them, and of SALib for the analysis of all outputs."""
-    control = next(each for each in PEERS if each.package == "control")
-    if not control.installed or find_spec("SALib") is None:
-        return None
-    design = sweep().design
-    noise = np.random.default_rng(0).random((design.size, len(one.columns)))
-    analysis, _ = timed(lambda: sobol_by_salib(design, noise))
-    runner, (p, _) = control.runner(HORIZON), one.rows(0, PEER_RUNS)
-    spent, _ = timed(lambda: runner(p))
-    return design.size * spent / PEER_RUNS + analysis
-
-
 def sections(results: Results) -> Sequence[Section]:
-    """The verdicts, the table, and how it was measured."""
+    """The verdicts, and how they were measured."""
     del results
     found = cost()
     how = (
         f"The command: {found.runs:,} runs of 10 s at 1 ms and {found.again:,} of them again at 0.5 ms, from its start "
-        "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration: the names of chunks, their bytes, "
-        "digests and commits, and the sample put together again; against the engine on the same rows, with nothing "
-        f"written. The peer: python-control with its default settings on {PEER_RUNS} of the same rows, scaled to all "
-        "of them, without any at half of the step; SALib analyses four outputs."
+        "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration are held against the engine on the "
+        "same rows, with nothing written."
     )
-    return (Section("The cost", (*verdicts(found), table(found), Paragraph(how), Paragraph(testbed()))),)
+    return (Section("The cost", (*verdicts(found), Paragraph(how), Paragraph(testbed()))),)
 
 
 def verdicts(cost: Cost) -> tuple[Verdict, ...]:
     """The bars, and the figures that reach or miss them."""
     sure, likely = max(cost.shares) <= SHARE, median(cost.shares) <= SHARE
-    marched, through, _ = np.median(cost.turns, axis=0)
+    quick = "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open"
+    small = "holds" if cost.memory <= MEMORY else "fails"
+    lean = "holds" if sure else "open" if likely else "fails"
+    marched, through = np.median(cost.turns, axis=0)
+    time = (
+        f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other processes "
+        f"on {os.cpu_count()} processors."
+    )
+    share = (
+        f"{median(cost.shares):.1%} in the median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to "
+        f"{max(cost.shares):.1%}, where below zero is noise: {through:.2f} s through them, {marched:.2f} s without."
+    )
     return (
-        Verdict(
-            "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open",
-            f"The whole command takes at most {WALL:g} s.",
-            f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other "
-            f"processes on {os.cpu_count()} processors.",
-        ),
-        Verdict(
-            "holds" if cost.memory <= MEMORY else "fails",
-            f"It holds less than {MEMORY:g} GB.",
-            f"At most {cost.memory:.2f} GB.",
-        ),
-        Verdict(
-            "holds" if sure else "open" if likely else "fails",
-            f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.",
-            f"{median(cost.shares):.1%} in the median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to "
-            f"{max(cost.shares):.1%}, where below zero is noise: {through:.2f} s through them, {marched:.2f} s "
-            "without.",
-        ),
+        Verdict(quick, f"The whole command takes at most {WALL:g} s.", time),
+        Verdict(small, f"It holds less than {MEMORY:g} GB.", f"At most {cost.memory:.2f} GB."),
+        Verdict(lean, f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.", share),
     )
-
-
-def table(cost: Cost) -> Table:
-    """Rows for the command, its parts and the peer."""
-    both, (marched, through, clock) = f"{cost.runs:,} + {cost.again:,}", np.median(cost.turns, axis=0)
-    rows = (
-        ("the whole command", both, f"{cost.wall:.2f}", f"{cost.cpu:.2f}", f"{cost.memory:.2f}"),
-        ("its runs through the ledger", both, f"{clock:.2f}", f"{through:.2f}", None),
-        ("its runs alone", both, None, f"{marched:.2f}", None),
-        ("SALib and python-control, extrapolated", f"{cost.runs:,}", None, cost.peer and f"{cost.peer:,.0f}", None),
-    )
-    heads = (("runs + at half of the step", ""), ("by the clock", "s"), ("processor time", "s"), ("memory", "GB"))
-    columns = (Column("part"), *(Column(head, unit, "right") for head, unit in heads))
-    note = "SALib and python-control are not installed here."
-    if cost.peer is not None:
-        note = f"The peer would take {cost.peer / cost.cpu:,.0f} times as much processor time as the whole command."
-    return Table("cost", "The cost of a Sobol study.", columns, rows, (note,))
-
-
-def headlines(results: Results) -> Sequence[str]:
-    """The verdicts in a line each."""
-    del results
-    return tuple(f"{one.kind}: {one.statement} {one.evidence}" for one in verdicts(cost()))
 
 
 study = Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
     question=(
-        "How long does the study b2_workload take from the command to the report, with how much memory? How much of "
-        "its processor time goes to ledger and orchestration? And how long would SALib and python-control take?"
+        "How long does the study b2_workload take from the command to the report, with how much memory? And how much "
+        "of its processor time goes to ledger and orchestration?"
     ),
     method=(
         "The command is run in a process of its own, on an empty folder. Ledger and orchestration are what the same "
-        "rows take more through the ledger than marched alone, in turns, medians of processor time. The peer runs a "
-        "few of the same rows; its time for all of them is extrapolated, with SALib's analysis."
+        "rows take more through the ledger than marched alone, in turns, medians of processor time."
     ),
     sections=sections,
-    headlines=headlines,
+    headlines=lambda results: [f"{one.kind}: {one.statement} {one.evidence}" for one in verdicts(cost())],
     fingerprints={"W": sweep().run.loop.fingerprint[:16]},
     measures_time=True,
 )

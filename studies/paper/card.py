@@ -99,7 +99,11 @@ RIVALS = (
 )
 
 CARD = Card(STATED + DERIVED + SCENARIO + PROPOSED + RIVALS)
-LAWS = ("AOSMC-RGS", "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "PID", "SMC")
+PROPOSED = "AOSMC-RGS"
+LAWS = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "PID", "SMC")
+SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
+MARGIN = 0.02  # of the smaller value: closer pairs are too close to call, as other assumed numbers turn them
+BOLD = f"Bold: smaller than all others by more than {100 * MARGIN:g} % and both errors."
 
 
 def _column(scenario: str, joint: int, values: tuple[float, ...]) -> Published:

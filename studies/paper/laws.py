@@ -1,23 +1,13 @@
 """The closed loops of the AOSMC-RGS paper: each law in each scenario, from the numbers of the card."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.printed_arm import PrintedArm
-from workbench.controllers import (
-    PID,
-    AdaptiveSlidingMode,
-    AosmcRgs,
-    FuzzyAsmc,
-    RbfAsmc,
-    RuleBase,
-    SlidingMode,
-    SuperTwisting,
-)
+from workbench import controllers
 from workbench.core import AbstractArm
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
@@ -34,7 +24,7 @@ REFERENCES: Mapping[str, AbstractReference] = {
     "SS": SquareWave(CARD["SS: a1, a2"], CARD["SS: f"]),
 }
 
-RULES = RuleBase(
+RULES = controllers.RuleBase(
     sizes=CARD["Fuzzy-ASMC: centres of |s|"],
     size_width=CARD["Fuzzy-ASMC: width of |s|"],
     trends=CARD["Fuzzy-ASMC: centres of the trend"],
@@ -43,11 +33,11 @@ RULES = RuleBase(
 )
 
 RIVALS: Mapping[str, AbstractController] = {
-    "PID": PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
-    "SMC": SlidingMode(**SURFACE, K=CARD["SMC: K"]),
-    "ASMC": AdaptiveSlidingMode(**SURFACE, **LEARNING),
-    "Fuzzy-ASMC": FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
-    "RBF-ASMC": RbfAsmc(
+    "PID": controllers.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
+    "SMC": controllers.SlidingMode(**SURFACE, K=CARD["SMC: K"]),
+    "ASMC": controllers.AdaptiveSlidingMode(**SURFACE, **LEARNING),
+    "Fuzzy-ASMC": controllers.FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
+    "RBF-ASMC": controllers.RbfAsmc(
         **SURFACE,
         **LEARNING,
         Gamma=CARD["RBF-ASMC: Gamma"],
@@ -55,21 +45,22 @@ RIVALS: Mapping[str, AbstractController] = {
         centres=np.outer(CARD["RBF-ASMC: centres"], np.ones(4)),
         widths=CARD["RBF-ASMC: widths"],
     ),
-    "super-twisting": SuperTwisting(**SURFACE, k1=CARD["super-twisting: k1"], k2=CARD["super-twisting: k2"]),
+    "super-twisting": controllers.SuperTwisting(
+        **SURFACE, k1=CARD["super-twisting: k1"], k2=CARD["super-twisting: k2"]
+    ),
 }
-
 
 PRINTED_ARM = PrintedArm(ARM.links, ARM.gravity)
 
 
-def plant(scenario: str, arm: AbstractArm = ARM) -> Manipulator:
-    """An arm, the derived one if not said otherwise, with the disturbance of a scenario."""
+def plant(scenario: str) -> Manipulator:
+    """The derived arm with the start and the disturbance of a scenario."""
     disturbance = SineTorque(
         CARD[f"{scenario}: disturbance amplitude"],
         CARD[f"{scenario}: disturbance frequency"],
         CARD[f"{scenario}: disturbance phase"],
     )
-    return Manipulator(arm, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
+    return Manipulator(ARM, q=CARD[f"{scenario}: q(0)"], qd=CARD["qd(0)"], disturbance=disturbance)
 
 
 def rival(scenario: str, law: str) -> ClosedLoop:
@@ -77,17 +68,19 @@ def rival(scenario: str, law: str) -> ClosedLoop:
     return ClosedLoop(plant(scenario), FullState(2), RIVALS[law], REFERENCES[scenario])
 
 
-def proposed_as_printed(scenario: str, shape: str = "outer", arm: AbstractArm = ARM) -> ClosedLoop:
-    """AOSMC-RGS letter by letter: (3) in model and observer, (24), (28) and the minus of (33) as printed."""
+def proposed_as_printed(scenario: str, shape: str = "outer") -> ClosedLoop:
+    """AOSMC-RGS letter by letter on the derived arm: (3) in model and observer, (24), (28) and the minus of (33)."""
     weights = {"Q": CARD["Q as printed"], "R": CARD["R as printed"]}
-    law = AosmcRgs(**SURFACE | {"model": PRINTED_ARM}, K=CARD["K(0)"], P=CARD["P(0)"], **weights, gain_shape=shape)
+    law = controllers.AosmcRgs(
+        **SURFACE | {"model": PRINTED_ARM}, K=CARD["K(0)"], P=CARD["P(0)"], **weights, gain_shape=shape
+    )
     observer = WithDisturbance(paper_observer(PRINTED_ARM), PrintedFilter(2, CARD["l"]))
-    return ClosedLoop(plant(scenario, arm), observer, law, REFERENCES[scenario])
+    return ClosedLoop(plant(scenario), observer, law, REFERENCES[scenario])
 
 
 def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
     """AOSMC-RGS with a repair of four slips: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
-    law = AosmcRgs(
+    law = controllers.AosmcRgs(
         **SURFACE,
         K=CARD["K(0)"],
         P=CARD["P(0)"],
@@ -98,24 +91,6 @@ def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -
         gain_shape=CARD["reading of (33)"],
     )
     return ClosedLoop(plant(scenario), observer or repaired_observer(), law, REFERENCES[scenario])
-
-
-def with_change(scenario: str, change: str) -> ClosedLoop:
-    """The repaired law with one slip of the print put back, or with one repair more: a key of `CHANGES`."""
-    loop = proposed_repaired(scenario)
-    law, observer = loop.controller, loop.observer
-    match change:
-        case "(3)":
-            law, observer = replace(law, model=PRINTED_ARM), replace(observer, state=paper_observer(PRINTED_ARM))
-        case "(24)":
-            observer = replace(observer, disturbance=PrintedFilter(2, CARD["l"]))
-        case "(28)":
-            law = replace(law, velocity="printed")
-        case "(33)":
-            law = replace(law, gain_sign="printed")
-        case "D_hat in (10)":
-            observer = replace(observer, state=replace(observer.state, disturbance="compensated"))
-    return replace(loop, controller=law, observer=observer)
 
 
 def repaired_observer() -> WithDisturbance:

@@ -7,23 +7,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from studies.paper.card import CARD, LAWS
-from studies.paper.comparison import PROPOSED
+from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
 from workbench.core import Ode
-from workbench.design.linear import (
-    DiskMargin,
-    LoopMargins,
-    Pole,
-    along,
-    broken_loop,
-    broken_loops,
-    disk_margin,
-    freeze,
-    loop_margins,
-    poles,
-    sensitivity,
-)
+from workbench.design import linear
+from workbench.design.linear import DiskMargin, LoopMargins, Pole, disk_margin
 from workbench.loop import ClosedLoop
 from workbench.observers import Luenberger
 from workbench.plants import Manipulator
@@ -42,6 +30,7 @@ POSES = {
     "level of SS": tuple(CARD["SS: a1, a2"]),
 }
 LEVEL = "level of SS"
+SLOW = 1e-3  # rad/s
 FINE, COARSE = 10, 100  # every which kept state, of one in 10 ms, has its poles taken, and its margin
 
 
@@ -51,9 +40,24 @@ class AtRest:
 
     loop: Any  # a `StateSpace` of python-control
     poles: tuple[Pole, ...]
-    channels: tuple[LoopMargins, ...]
-    disk: DiskMargin | None
+    channels: tuple[LoopMargins, ...] = ()
+    disk: DiskMargin | None = None
     why: str = ""
+
+    @property
+    def alpha(self) -> float:
+        """The disk margin; 0 where there is none."""
+        return self.disk.alpha if self.disk else 0.0
+
+    @property
+    def delay(self) -> float:
+        """The delay that the loop stands at either torque, in ms."""
+        return 1e3 * min((m.delay for m in self.channels), default=0.0)
+
+    @property
+    def slow_gain(self) -> float:
+        """The largest singular value of S at the frequency `SLOW`."""
+        return float(np.linalg.norm(np.asarray(linear.sensitivity(self.loop)(1j * SLOW)), 2))
 
 
 def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
@@ -74,19 +78,13 @@ def still(law: str, pose: tuple[float, ...]) -> ClosedLoop:
 def cut(loop: ClosedLoop, law: str) -> Ode:
     """The loop cut at the torque, with the gains that adapt held."""
     ode = loop.broken(law)
-    return freeze(ode, HELD[law]) if law in HELD else ode
-
-
-@cache
-def cut_at_rest(law: str, pose: str) -> Ode:
-    """The loop at rest at a pose, cut."""
-    return cut(still(law, POSES[pose]), law)
+    return linear.freeze(ode, HELD[law]) if law in HELD else ode
 
 
 @cache
 def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
     """The loop at rest at a pose, its adaptive gain at K(0) or at K, L2 of its observer so many times stiffer."""
-    ode = cut_at_rest(law, pose)
+    ode = cut(still(law, POSES[pose]), law)
     values: dict[str, Any] = {"drive": holding(POSES[pose])}
     if K is not None:
         values["controller.K"] = np.reshape(K, ode.parameters["controller.K"].shape)
@@ -95,12 +93,12 @@ def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, sti
     x = ode.states.default.copy()
     if law == "PID":  # its integral holds the arm
         x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]
-    loop = broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
-    closed = poles(sensitivity(loop))
+    loop = linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
+    closed = linear.poles(linear.sensitivity(loop))
     try:
-        return AtRest(loop, closed, loop_margins(loop), disk_margin(loop))
+        return AtRest(loop, closed, linear.loop_margins(loop), disk_margin(loop))
     except ValueError as none:
-        return AtRest(loop, closed, (), None, str(none))
+        return AtRest(loop, closed, why=str(none))
 
 
 def holding(pose: tuple[float, ...]) -> Array:
@@ -108,38 +106,31 @@ def holding(pose: tuple[float, ...]) -> Array:
     return np.array(ca.DM(ARM.gravity_vector(ca.SX(ca.DM(pose))))).ravel()
 
 
-def late_gain(outcome: Outcome) -> tuple[float, ...]:
-    """The adaptive gain at the end of a run."""
-    return tuple(np.ravel(outcome.measurement.trajectories["controller.K"][0][-1]).tolist())
-
-
 @dataclass(frozen=True, eq=False)
 class OnPath:
-    """A law along its run: frozen poles (N, nx) of the whole loop, and disk margins at fewer times, NaN for none."""
+    """A law along its run: frozen poles of the whole loop at times t, and disk margins at sparse ones, NaN for none."""
 
     t: Array
     eigenvalues: np.ndarray[Any, np.dtype[np.complex128]]
-    inside: Array
+    inside: Array  # of each kept time, True where all |s_i| < phi
     sparse: Array
     alpha: Array
 
 
 @cache
 def on_path(outcome: Outcome) -> OnPath:
-    """The linear models of a loop along its run.
+    """The linear models of a loop along its run; PID has no layer.
 
-    A disk margin is asked for where all |s_i| < phi: outside of the layer the slope of the saturation is zero, and
-    what is left of the law has no feedback of s. PID has no layer.
+    A disk margin is asked for within the layer: outside of it the slope of the saturation is zero.
     """
     law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
     x, t = states(outcome, ode), run.t
-    places, sparse = np.arange(0, len(t), FINE), np.arange(0, len(t), COARSE)
-    s = run["s"][0] if law != "PID" else np.zeros((len(t), 2))
-    inside = (np.abs(s) < CARD["phi"]).all(axis=1)
-    chosen = sparse[inside[sparse]]
-    alpha = np.full(len(sparse), np.nan)
-    alpha[inside[sparse]] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
-    return OnPath(t[places], along(ode, t[places], x[places]).eigenvalues(), inside, t[sparse], alpha)
+    inside = np.ones(len(t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
+    chosen = np.flatnonzero(inside & (np.arange(len(t)) % COARSE == 0))
+    alpha = np.full(len(t), np.nan)
+    alpha[chosen] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
+    eigenvalues = linear.along(ode, t[::FINE], x[::FINE]).eigenvalues()
+    return OnPath(t[::FINE], eigenvalues, inside, t[::COARSE], alpha[::COARSE])
 
 
 def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
@@ -147,9 +138,9 @@ def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:
     values = ode.states.unpack(x) | {"drive": tau}
     rows = broken.parameters.pack({name: value for name, value in values.items() if name in broken.parameters})
     left = [ode.states.slice(entry.name) for entry in broken.states.entries]
-    path = along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
+    path = linear.along(broken, t, np.concatenate([x[:, place] for place in left], axis=1), rows)
     alphas = []
-    for loop in broken_loops(path):
+    for loop in linear.broken_loops(path):
         try:
             alphas.append(disk_margin(loop).alpha)
         except ValueError:

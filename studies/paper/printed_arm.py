@@ -1,7 +1,6 @@
 """The arm of the AOSMC-RGS paper exactly as it prints it: equations (2), (3) and (4).
 
-Its parameters bear the names of the derived arm's (`links[0].mass`, `links[0].length`, ..., `gravity`), so
-that the two can be compared entry by entry, and exchanged in any study.
+Its parameters bear the names of the derived arm's: `links[0].mass`, `links[0].length`, ..., `gravity`.
 """
 
 from __future__ import annotations
@@ -45,17 +44,14 @@ class PrintedArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """Two joints."""
         return 2
 
     def mass_matrix(self, q: ca.SX) -> ca.SX:
-        """Equation (2)."""
         m1, m2, l1, l2 = self._letters
         M12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
         return ca.blockcat([[m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * ca.cos(q[1])), M12], [M12, m2 * l2**2]])
 
     def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
-        """Equation (3), as printed or repaired."""
         _, m2, l1, l2 = self._letters
         if self.coriolis == "printed":
             C12 = m2 * (l2**2 + l1 * l2 * ca.cos(q[1]))
@@ -64,7 +60,6 @@ class PrintedArm(AbstractArm):
         return ca.blockcat([[-m2 * l1 * l2 * ca.sin(q[1]) * qd[1], C12], [m2 * l1 * l2 * ca.sin(q[1]) * qd[0], 0]])
 
     def gravity_vector(self, q: ca.SX) -> ca.SX:
-        """Equation (4)."""
         m1, m2, l1, l2 = self._letters
         g = self.gravity
         G2 = m2 * g * l2 * ca.sin(q[0] + q[1])
@@ -72,6 +67,5 @@ class PrintedArm(AbstractArm):
 
     @property
     def _letters(self) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-        """m1, m2, l1, l2."""
         first, second = self.links
         return first.mass, second.mass, first.length, second.length
