@@ -1,31 +1,19 @@
 """Draws of all that the paper leaves open, at once for all laws: each law is run where its own numbers change."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from studies.a6_unstated_choices.loops import (
-    PID,
-    PROPOSED,
-    SCENARIOS,
-    SQUARE,
-    STEPS,
-    Reading,
-    factors_of,
-    loop,
-    relayed,
-)
+from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, SQUARE, STEPS, Reading, factors_of, loop, relayed
 from studies.paper.card import CARD, LAWS
 from workbench.metrics import sampled_rmse
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.sweep import Sweep
-from workbench.study.uncertainty import AbstractDesign, MonteCarlo, SobolDesign
-from workbench.study.uncertainty.designs import span
+from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, Integers
@@ -40,38 +28,6 @@ RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
 PAIRED = SobolDesign(len(NAMES), 128, seed=6)
 DESIGNS: Mapping[str, MonteCarlo | SobolDesign] = {"random": RANDOM, "paired": PAIRED}
 RANGES = {"linear": Uniform, "log": LogUniform}
-
-
-@dataclass(frozen=True)
-class Part(AbstractDesign):
-    """Of a design of all that is open the points that differ in some of its columns."""
-
-    whole: MonteCarlo | SobolDesign
-    columns: tuple[int, ...]
-    dimensions: int = field(init=False)
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "dimensions", len(self.columns))
-
-    @cached_property
-    def _distinct(self) -> tuple[Array, Integers]:
-        points, places = np.unique(self.whole.points()[:, self.columns], axis=0, return_inverse=True)
-        return points, places.ravel()
-
-    @property
-    def places(self) -> Integers:
-        """(N,): which of its own points stands at each point of the whole design."""
-        return self._distinct[1]
-
-    @property
-    def size(self) -> int:
-        """The number of points that differ."""
-        return len(self._distinct[0])
-
-    def points(self, first: int = 0, last: int | None = None) -> Array:
-        """The points with the numbers first to last - 1."""
-        begin, end = span(self, first, last)
-        return self._distinct[0][begin:end]
 
 
 @dataclass(frozen=True)
@@ -124,35 +80,26 @@ def named(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> str:
     return slug(kind, law, scenario, *prior.scales(law, scenario))
 
 
+def part(kind: str, factors: Sequence[Factor]) -> tuple[Listed, Integers]:
+    """The points of a design of all that is open that differ in some factors, and which of them stands at each (N,)."""
+    columns = [NAMES.index(factor.name) for factor in factors]
+    points, places = np.unique(DESIGNS[kind].points()[:, columns], axis=0, return_inverse=True)
+    return Listed(points), places.ravel()
+
+
 def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
     """A law in a scenario, over all that they leave open: the same points of the unit cube for every prior."""
     factors = prior.factors(law, scenario)
-    design = Part(DESIGNS[kind], tuple(NAMES.index(factor.name) for factor in factors))
     run = Run(relayed(law, loop(law, scenario)), (RMSE,), LONGEST, every=1.0, h=STEPS[law])
-    return Sweep(named(kind, law, scenario, prior), run, factors, design, halved=32 if kind == "random" else None)
-
-
-def asides() -> tuple[Sweep, ...]:
-    """Two readings that are left out of all others, in the first scenario: the minus of (33), and PID beside (10)."""
-    ours, pid = loop(PROPOSED, "FS"), loop(PID, "FS")
-    loops = {
-        "minus": (PROPOSED, replace(ours, controller=replace(ours.controller, minus=1.0))),
-        "observed_pid": (PID, replace(pid, observer=replace(pid.observer, inside=1.0))),
-    }
-    sweeps = []
-    for name, (law, one) in loops.items():
-        run, factors = Run(one, (RMSE,), LONGEST, every=1.0, h=STEPS[law]), factors_of(law, "FS")
-        sweeps.append(Sweep(name, run, factors, MonteCarlo(len(factors), 64, seed=6), halved=None))
-    return tuple(sweeps)
+    halved = 32 if kind == "random" else None
+    return Sweep(named(kind, law, scenario, prior), run, factors, part(kind, factors)[0], halved=halved)
 
 
 def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:
     """The runs of a law in a scenario, one a point of the whole design."""
-    sample = results.sample(named(kind, law, scenario, prior))
-    assert isinstance(sample.design, Part)
-    places, none = sample.design.places, np.empty(0, dtype=int)
+    sample, (_, places) = results.sample(named(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
     held = {name: getattr(sample, name)[places] for name in ("drawn", "values", "diverged_at")}
-    return replace(sample, **held, again=none, errors=sample.errors[:0], design=None)
+    return replace(sample, **held, again=np.empty(0, dtype=int), errors=sample.errors[:0], design=None)
 
 
 def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, Array]:

@@ -1,14 +1,28 @@
-"""The findings of a6: who is first, what decides it, what fits, and what one experiment gives."""
+"""The findings of a6 on what fits: the nearest choices, how far they lie apart, and one experiment for all laws."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a6_unstated_choices import fits, ranking
 from studies.a6_unstated_choices.draws import LONGEST, OF_CARD, PRIORS, SHORTEST, named, slug
-from studies.a6_unstated_choices.fits import CELLS, CLOSE, COMMON, EVALUATIONS, FINE, SEED, Fits, horizons, misses
+from studies.a6_unstated_choices.fits import (
+    AMPLITUDES,
+    BY_HAND,
+    CELLS,
+    CLOSE,
+    COMMON,
+    EVALUATIONS,
+    FINE,
+    FREQUENCY,
+    HORIZON,
+    SEED,
+    SHARED_AGAIN,
+    Fit,
+    Shared,
+    horizons,
+    misses,
+)
 from studies.a6_unstated_choices.loops import PROPOSED, STIFF, Reading, factors_of, in_words
-from studies.a6_unstated_choices.one_experiment import AGAIN, AMPLITUDES, BY_HAND, FREQUENCY, HORIZON, Shared, shared
 from studies.paper.card import LAWS
 from workbench.study.document.document import Verdict
 from workbench.study.study import Results
@@ -26,24 +40,11 @@ LONGER = "A longer search: what was not found may be there."
 FINER = "A finer step for the runs of what is near, or a longer search."
 
 
-def findings(results: Results) -> tuple[Verdict, ...]:
-    """All of them, who is first before what fits."""
-    every, step = ranking.ranked(results), ranking.step_words(results)
-    return (
-        ranking.first_verdict(every, ranking.favoured(results), step),
-        ranking.pairs_verdict(every, step),
-        ranking.deciding_verdict(ranking.indices(results)),
-        *fit_verdicts({law: fits.fits_of(results, law) for law in LAWS}),
-        horizon_verdict(results),
-        shared_verdict(shared(results)),
-    )
-
-
-def fit_verdicts(every: Mapping[str, Fits]) -> tuple[Verdict, ...]:
+def fit_verdicts(fits: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
     """The fits of the proposed row, of each cell and of each law; a search may miss what is there all the same."""
-    ours = every[PROPOSED].fits["FS"]
-    cells = [every[law].fits[cell].miss for law in LAWS for cell in CELLS]
-    both = {law: every[law].fits["both"].miss for law in LAWS}
+    ours = fits[PROPOSED, "FS"]
+    cells = [fits[law, cell].miss for law in LAWS for cell in CELLS]
+    both = {law: fits[law, "both"].miss for law in LAWS}
     worst = max(both, key=both.__getitem__)
     met, together = sum(miss <= CLOSE for miss in cells), sum(miss <= CLOSE for miss in both.values())
     return (
@@ -67,15 +68,13 @@ def fit_verdicts(every: Mapping[str, Fits]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if together == len(both) else "open",
             f"For {together} of {len(both)} laws one choice meets all four cells of the law within {100 * CLOSE:g} %.",
-            f"{worst} misses most, by {100 * both[worst]:.2g} %; without the change to half of the fine step, which "
-            f"is added, a choice of it misses by {100 * every[worst].fits['both'].at_step:.2g} %. At the step of the "
-            f"search {(every[worst].sought['both'] <= CLOSE).sum()} of its choices come within {100 * CLOSE:g} %.",
+            f"{worst} misses most, by {100 * both[worst]:.2g} % with the change to half of the fine step; at the step "
+            f"of the search {fits[worst, 'both'].of_search} of its choices come within {100 * CLOSE:g} %.",
             OF_A_FIT,
             f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
             "law.",
             OF_A_WITNESS if together == len(both) else FINER,
         ),
-        _determined(every),
     )
 
 
@@ -85,16 +84,16 @@ def fit_words(law: str, target: str, numbers: Array) -> str:
     return in_words(factors, numbers[: len(factors)])
 
 
-def _determined(every: Mapping[str, Fits]) -> Verdict:
-    """The number of unstated values that differ widely among the choices that meet the first scenario."""
+def determined(close: Mapping[str, Array]) -> Verdict:
+    """The unstated numbers that differ widely among the choices (n, d) by law that meet the first scenario."""
     wide = {
-        law: [f.name for f, v in zip(factors_of(law, "FS"), one.close["FS"].T, strict=False) if span_of(f, v) > WIDE]
-        for law, one in every.items()
+        law: [f.name for f, v in zip(factors_of(law, "FS"), some.T, strict=False) if span_of(f, v) > WIDE]
+        for law, some in close.items()
     }
-    known = all(len(one.close["FS"]) > 1 for one in every.values())
+    known = all(len(some) > 1 for some in close.values())
     return Verdict(
         "found" if any(wide.values()) or known else "open",
-        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in every)} numbers and "
+        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in close)} numbers and "
         "readings of the six laws take values from more than half of their ranges among the choices that meet the "
         f"first scenario within {100 * CLOSE:g} %.",
         f"They are {'; '.join(f'of {law} ' + (', '.join(names) or 'none') for law, names in wide.items())}.",
@@ -122,9 +121,9 @@ def horizon_verdict(results: Results) -> Verdict:
     least = []
     sets = {("random", prior) for prior in PRIORS.values()} | {("paired", OF_CARD)}
     for law in LAWS:
-        drawn = [results.sample(named(kind, law, "FS", prior)) for kind, prior in sets]
-        sought = [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
-        least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in (*drawn, *sought)], axis=0))
+        runs = [results.sample(named(kind, law, "FS", prior)) for kind, prior in sets]
+        runs += [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
+        least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in runs], axis=0))
     worst = np.max(least, axis=0)
     at = int(np.argmin(worst))
     law = LAWS[int(np.argmax([one[at] for one in least]))]
@@ -158,7 +157,7 @@ def shared_verdict(one: Shared) -> Verdict:
         f"hand, by {moved}, to a1 = {AMPLITUDES[0]:g} rad, a2 = {AMPLITUDES[1]:g} rad. There, and at the horizon of "
         f"{HORIZON:g} s that the search by hand had used, this study seeks the gains of each law; of the runs at the "
         f"fine step {one.horizon:.1f} s is the best.",
-        f"The larger miss of the two cells of a law, the nearest of {AGAIN} points of a search of {EVALUATIONS} "
+        f"The larger miss of the two cells of a law, the nearest of {SHARED_AGAIN} points of a search of {EVALUATIONS} "
         f"choices for each law (seed {SEED}), run again with the boundary layer at {1e3 * FINE:.3g} ms and at half of "
         "it, the change added.",
         "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "

@@ -7,9 +7,9 @@ import numpy as np
 
 from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
+from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
 from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.core import Sampled
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.observers import Luenberger
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
@@ -32,39 +32,20 @@ class Reading(AbstractDistribution):
 
     @property
     def low(self) -> float:
-        """The first place."""
         return 0.0
 
     @property
     def high(self) -> float:
-        """The last place."""
         return len(self.names) - 1.0
 
     def _formula(self, u: Array) -> Array:
-        """The place."""
         return np.minimum(np.floor(np.asarray(u) * len(self.names)), self.high)
 
     def words(self) -> str:
-        """The readings."""
         return f"one of: {', '.join(self.names)}"
 
 
-@dataclass(frozen=True)
-class Relayed:
-    """A loop that switches, closed by a computer that switches as an implicit relay does, once in `PERIOD`.
-
-    It keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer would chatter.
-    """
-
-    loop: ClosedLoop
-
-    def ode(self, name: str = "loop") -> Sampled:
-        """The loop as a flow and a jump."""
-        return self.loop.digital(PERIOD, name=name)
-
-
 def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> Factor:
-    """A number of the card over its range."""
     return replace(Factor.of(next(g for g in CARD if g.name == name), paths, log_scale=orders), name=words or name)
 
 
@@ -73,7 +54,6 @@ def _reading(name: str, names: Sequence[str], *paths: str) -> Factor:
 
 
 def _share(name: str, path: str, low: float, high: float) -> Factor:
-    """A number of the card as a share of what the card has."""
     return Factor(name, (path,), Uniform(low, high), share=True)
 
 
@@ -159,17 +139,11 @@ def loop(law: str, scenario: str) -> ClosedLoop:
     return ClosedLoop(plant(scenario), observer, controller, reference)
 
 
-def unit(law: str, factor: Factor) -> str:
-    """In what a factor of a law is measured; nothing for a reading or a share."""
-    if factor.share:
-        return ""
-    equation = loop(law, "SS").ode()
-    entries = (*equation.parameters.entries, *equation.states.entries)
-    return next(e.unit for e in entries if factor.paths[0] in (e.name, *e.labels()))
+def relayed(law: str, one: ClosedLoop) -> ClosedLoop | ComputedLoop:
+    """A loop as searches and draws run it: a rival that switches by a computer, as an implicit relay once in `PERIOD`.
 
-
-def relayed(law: str, one: ClosedLoop) -> ClosedLoop | Relayed:
-    """A loop of a law as searches and draws run it: `Relayed` if it is a rival that switches."""
+    That keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer chatters.
+    """
     if law in (PROPOSED, PID):
         return one
-    return Relayed(replace(one, controller=replace(one.controller, saturation="implicit")))
+    return ComputedLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)

@@ -1,44 +1,75 @@
 """The page of a6: pictures and answers, the rankings, the nearest fits, what is open, and how far to trust it."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 
 import numpy as np
 
-from studies.a6_unstated_choices import findings, fits, ranking
+from studies.a6_unstated_choices import findings, ranking
 from studies.a6_unstated_choices.draws import RANDOM, SHORTEST, named, slug
-from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, FINE, SECOND, SEED, TARGETS, Fits
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, SQUARE, STIFF, Reading, factors_of, unit
-from studies.a6_unstated_choices.one_experiment import AMPLITUDES, FREQUENCY, Shared, shared
+from studies.a6_unstated_choices.fits import (
+    AMPLITUDES,
+    CELLS,
+    EVALUATIONS,
+    FINE,
+    FREQUENCY,
+    SECOND,
+    SEED,
+    TARGETS,
+    Fit,
+    Shared,
+    close,
+    fit,
+    shared,
+)
+from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, STIFF, factors_of, loop
 from studies.paper.card import LAWS, PUBLISHED
-from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table
-from workbench.study.document.phrases import raised
+from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results
-from workbench.study.uncertainty.factors import Factor
+from workbench.study.uncertainty.factors import Space
 
-COUNTED = (Column("horizon", "s", "right"), Column("of draws", align="right"), Column("of search", align="right"))
+Fits = Mapping[tuple[str, str], Fit]  # by law and target
+COUNTED = (Column("of draws", align="right"), Column("of search", align="right"))
 
 
-def sections(results: Results) -> Sequence[Section]:
-    """The report."""
-    every, one = ranking.ranked(results), shared(results)
-    met = {law: fits.fits_of(results, law) for law in LAWS}
-    pictures = (
-        ranking.ranks_figure(results, every["of the card"]),
-        ranking.deciding_figure(results, ranking.indices(results)),
-    )
+def fits(results: Results) -> Fits:
+    return {(law, target): fit(results, law, target) for law in LAWS for target in TARGETS}
+
+
+@cache
+def verdicts(results: Results) -> tuple[Verdict, ...]:
+    """All of them, who is first before what fits."""
+    every, step = ranking.ranked(results), ranking.step_words(results)
     return (
-        Section("What was found", (*pictures, *findings.findings(results))),
-        Section("The rankings under four priors", (RANKING, priors_table(every))),
-        Section("The nearest fits", (FITTING, cells(met), together(met), numbers(met), shared_table(one))),
-        Section("What the choices that fit have in common", (spread(met),)),
-        open_section(results),
-        trust_section(results),
+        ranking.first_verdict(every, step),
+        ranking.pairs_verdict(every, step),
+        ranking.deciding_verdict(ranking.indices(results)),
+        *findings.fit_verdicts(fits(results)),
+        findings.determined({law: close(results, law, "FS") for law in LAWS}),
+        findings.horizon_verdict(results),
+        findings.shared_verdict(shared(results)),
     )
 
 
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
-    return tuple(f"{one.kind}: {one.statement}" for one in findings.findings(results))
+    return tuple(f"{one.kind}: {one.statement}" for one in verdicts(results))
+
+
+def sections(results: Results) -> Sequence[Section]:
+    """The report."""
+    every, met = ranking.ranked(results), fits(results)
+    pictures = (
+        ranking.ranks_figure(results, every["of the card"]),
+        ranking.deciding_figure(results, ranking.indices(results)),
+    )
+    return (
+        Section("What was found", (*pictures, *verdicts(results))),
+        Section("The rankings under four priors", (RANKING, ranking.priors_table(every))),
+        Section("The nearest fits", (FITTING, cells(met), together(met), shared_table(shared(results)))),
+        Section("What is open", (*OPEN, *map(open_table, LAWS))),
+        Section("How far these numbers can be trusted", (TRUST, trust_table(results))),
+    )
 
 
 RANKING = Paragraph(
@@ -62,44 +93,25 @@ FITTING = Paragraph(
 )
 
 
-def priors_table(every: ranking.Ranked) -> Table:
-    """Of a hundred draws how many have the proposed law below each rival, and first, by column and prior."""
-    rows: list[tuple[Cell, ...]] = []
-    for rival in (*LAWS[1:], None):
-        for column, title in ranking.COLUMNS.items():
-            parts = [ranking.ahead(columns[column], rival) for columns in every.values()]
-            shown = (f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})" for value, low, high in parts)
-            words = "first" if rival is None else f"below {rival}"
-            rows.append((f"{PROPOSED} {words}", title, *shown, ranking.majority(parts)))
-    return Table(
-        "priors",
-        f"Of a hundred draws how many have {PROPOSED} below a rival, or first, under four priors.",
-        (Column("is"), Column("column"), *(Column(name, "%", "right") for name in every), Column("in most draws")),
-        tuple(rows),
-        (f"In brackets {ranking.INTERVALS}; one question has four lines. Seed {RANDOM.seed}.",),
-    )
-
-
-def cells(every: Mapping[str, Fits]) -> Table:
+def cells(met: Fits) -> Table:
     """The nearest fit of each printed cell by itself."""
     rows: list[tuple[Cell, ...]] = []
-    for target in fits.CELLS:
+    for target in CELLS:
         ((scenario, (joint,)),) = TARGETS[target].items()
         for law in LAWS:
-            one, printed = every[law].fits[target], PUBLISHED[scenario, joint].values[law]
+            one, printed = met[law, target], PUBLISHED[scenario, joint].values[law]
             value, error = (float(part[scenario][joint - 1]) for part in (one.values, one.errors))
-            met: tuple[Cell, ...] = ("diverged", None)
+            shown: tuple[Cell, ...] = ("diverged", None)
             if np.isfinite([value, error]).all():
-                met = (Measured(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
-            rows.append(
-                (target, law, f"{printed:.4f}", *met, f"{one.horizon[scenario]:.1f}", *_counts(every, law, target))
-            )
-    sizes = (Column(name, of, "right") for name, of in (("printed", "rad"), ("nearest", "rad"), ("off", "%")))
+                shown = (Measured(value, abs(error)), f"{100 * (value / printed - 1):+.2f}")
+            horizon = f"{one.horizon[scenario]:.1f}"
+            rows.append((target, law, f"{printed:.4f}", *shown, horizon, one.of_draws, one.of_search))
+    units = {"printed": "rad", "nearest": "rad", "off": "%", "horizon": "s"}
     return Table(
         "cells",
         "The 24 printed cells: the nearest that was found, by how much it is off, and how many choices come "
         "within 1 %.",
-        (Column("cell"), Column("law"), *sizes, *COUNTED),
+        (Column("cell"), Column("law"), *(Column(name, unit, "right") for name, unit in units.items()), *COUNTED),
         tuple(rows),
         (
             f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: the "
@@ -108,34 +120,20 @@ def cells(every: Mapping[str, Fits]) -> Table:
     )
 
 
-def _counts(every: Mapping[str, Fits], law: str, target: str) -> tuple[str, ...]:
-    """The counts of draws and of searched points within 1 % of a target."""
-    return tuple(f"{(part[target] <= CLOSE).sum()}" for part in (every[law].drawn, every[law].sought))
-
-
-def together(every: Mapping[str, Fits]) -> Table:
-    """The nearest fit of the rows and of all four cells of a law."""
-    rows: list[tuple[Cell, ...]] = []
+def together(met: Fits) -> Table:
+    """The nearest fit of the rows and of all four cells of a law, and the choice that it is made of."""
+    rows = []
     for target in ("FS", "SS", "both"):
         for law in LAWS:
-            one = every[law].fits[target]
+            one = met[law, target]
             times = " and ".join(f"{T:.1f}" for T in one.horizon.values())
-            rows.append((target, law, f"{100 * one.miss:.2f}", times, *_counts(every, law, target)))
+            words = findings.fit_words(law, target, one.numbers)
+            rows.append((target, law, f"{100 * one.miss:.2f}", times, one.of_draws, one.of_search, words))
+    heads = (Column("cells"), Column("law"), Column("largest miss", "%", "right"), Column("horizon", "s", "right"))
     return Table(
         "together",
         "Cells that are to be met by one choice: both joints of a scenario, and all four cells of a law.",
-        (Column("cells"), Column("law"), Column("largest miss", "%", "right"), *COUNTED),
-        tuple(rows),
-    )
-
-
-def numbers(every: Mapping[str, Fits]) -> Table:
-    """The choices that the fits are made of."""
-    rows = [(t, law, findings.fit_words(law, t, every[law].fits[t].numbers)) for t in TARGETS for law in LAWS]
-    return Table(
-        "numbers",
-        "The numbers and readings of these fits.",
-        (Column("cells"), Column("law"), Column("numbers and readings")),
+        (*heads, *COUNTED, Column("numbers and readings")),
         tuple(rows),
     )
 
@@ -151,113 +149,43 @@ def shared_table(one: Shared) -> Table:
     )
 
 
-def spread(every: Mapping[str, Fits]) -> Table:
-    """The range of each number among the choices that fit."""
-    rows: list[tuple[Cell, ...]] = []
+def open_table(law: str) -> Table:
+    """The unstated numbers and readings of a law, with their ranges."""
+    equations = loop(law, "SS").ode()
+    space = Space(factors_of(law, "SS"), equations.parameters, equations.states)
+    return space.table(slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario.")
+
+
+def trust_table(results: Results) -> Table:
+    """Runs, those that diverged, steps and their errors."""
+    rows = []
     for law in LAWS:
-        for i, factor in enumerate(factors_of(law, "SS")):
-            row: list[Cell] = []
-            for target in ("FS", "both"):
-                values = every[law].close[target][:, i]
-                if not len(values) or (factor in SQUARE and target == "FS"):
-                    row.append(None)
-                elif isinstance(factor.distribution, Reading):
-                    row.append(" or ".join(factor.distribution.names[int(place)] for place in np.unique(values)))
-                else:
-                    row.append(f"{values.min():.3g} to {values.max():.3g}")
-            rows.append((law, factor.name, words(factor), *row))
-    heads = ("law", "number or reading", "searched over", "first scenario", "all four cells")
-    return Table(
-        "spread",
-        "The least and the largest value of each number among the choices, of draws and search together, that come "
-        "within 1 % of both joints of the first scenario, and of all four cells of the law.",
-        tuple(map(Column, heads)),
-        tuple(rows),
-        (
-            "At the steps of the search; the true ranges are wider. Empty: no such choice, or the scenario has "
-            "no such number.",
-        ),
-    )
-
-
-def words(factor: Factor) -> str:
-    """The range of a factor."""
-    spread = factor.distribution.words()
-    return f"share of the card's own: {spread}" if factor.share else spread
-
-
-def open_section(results: Results) -> Section:
-    """The numbers that are searched, and those that are not."""
-    laws: dict[str, list[str]] = {}
-    rows: dict[str, tuple[Cell, ...]] = {}
-    for law in LAWS:
-        for factor in factors_of(law, "SS"):
-            laws.setdefault(factor.name, []).append(law)
-            of = "all, in the second scenario" if factor in SQUARE else ", ".join(laws[factor.name])
-            rows[factor.name] = (factor.name, of, words(factor), raised(unit(law, factor)) or None)
-    minus, beside = results.sample("minus"), results.sample("observed_pid")
-    off = float(fits.nearest(PROPOSED, "FS", {"FS": minus}).min())
-    return Section(
-        "What is open",
-        (
-            Table(
-                "open",
-                "What the paper leaves open, and over what it is searched and drawn: the ranges of the card of a1.",
-                (Column("number or reading"), Column("of"), Column("over"), Column("unit")),
-                tuple(rows.values()),
-                (f"And the horizon, {SHORTEST} to 30 s. RMSE is (43) over samples every 10 ms.",),
-            ),
-            Paragraph("Taken as given, though the paper does not state it:"),
-            Itemize(
-                (
-                    f"R from {STIFF:g} on instead of the card's 0.001: below, (34) falls from P(0) so fast, at 720 / R "
-                    "1/s, that a run at 1 ms diverges by its step alone;",
-                    f"the plus in (33): with the minus that is printed {minus.failed} of {len(minus)} draws of the "
-                    f"rest diverge, and the nearest of the others is off the printed row by {100 * off:.2g} %; no "
-                    "search was made with the minus, so the shares leave it out;",
-                    f"exact measurements for PID: beside observer (10) {beside.failed} of {len(beside)} draws diverge;",
-                    "no limit of torques, no noise, no sampling; the sample time of (43); zero derivatives of the "
-                    "square wave.",
-                )
-            ),
-        ),
-    )
-
-
-def trust_section(results: Results) -> Section:
-    """Steps, their errors, and failed runs."""
-    rows: list[tuple[Cell, ...]] = []
-    for law in LAWS:
-        tuned = results.tuned(slug("search", law))
         for scenario in SCENARIOS:
-            random, check = (
-                results.sample(name) for name in (named("random", law, scenario), slug("check", law, scenario))
-            )
-            change, fine = (max(one.step_error("RMSE (43)", joint) for joint in (0, 1)) for one in (random, check))
-            failed = int(np.isfinite(tuned.samples[scenario.lower()].diverged_at).sum())
-            lost = (f"{random.failed} of {len(random)}", f"{failed} of {tuned.tuning.size}")
-            rows.append((scenario, law, f"{1e3 * random.h:g}", *lost, change, f"{check.failed} of {len(check)}", fine))
-    columns = (
-        Column("scenario"),
-        Column("law"),
-        Column("step", "ms", "right"),
-        Column("draws that diverged", align="right"),
-        Column("of the search", align="right"),
-        Column("step error of draws", "rad", "right", digits=2),
-        Column("checks that diverged", align="right"),
-        Column("step error of checks", "rad", "right", digits=2),
-    )
-    return Section(
-        "How far these numbers can be trusted",
+            kinds = named("random", law, scenario), slug("check", law, scenario)
+            rows.append((scenario, law, *(results.sample(name).note_of("RMSE (43)") for name in kinds)))
+    heads = tuple(map(Column, ("scenario", "law", "draws", "fits")))
+    return Table("steps", "Steps, their errors at 30 s, and runs that diverged.", heads, tuple(rows))
+
+
+OPEN = (
+    Paragraph(
+        "The ranges are those of the card of a1, and a number of one name is the same for all laws. The horizon, "
+        f"{SHORTEST} to 30 s, needs no run of its own. Taken as given, though the paper does not state it:"
+    ),
+    Itemize(
         (
-            Paragraph(
-                "The error of the step is the largest change of RMSE at 30 s from the step to half of it, over one "
-                "draw of 32, and over all checks. Of a rival that switches by a computer it is that of the motion "
-                "between two instants; how far the computer is from the boundary layer the checks show. The chattering "
-                "of a boundary layer makes every method one of first order: the change tells the size of the error and "
-                "bounds nothing. Counted here is every run that diverges within 30 s; one that does so later than the "
-                "horizon of its draw has its RMSE there."
-            ),
-            Table("steps", "Steps, their errors, and runs that diverged.", columns, tuple(rows)),
-        ),
-    )
+            f"R from {STIFF:g} on instead of the card's 0.001: below, (34) falls from P(0) so fast, at 720 / R "
+            "1/s, that a run at 1 ms diverges by its step alone;",
+            "the plus in (33), as a1 shows what the minus that is printed does; exact measurements for PID;",
+            "no limit of torques, no noise, no sampling; the sample time of (43), 10 ms; zero derivatives of the "
+            "square wave.",
+        )
+    ),
+)
+TRUST = Paragraph(
+    "The error of the step is the largest change of RMSE at 30 s from the step to half of it, over one draw of 32, and "
+    "over all checks. Of a rival that switches by a computer it is that of the motion between two instants; how far "
+    "the computer is from the boundary layer the checks show. The chattering of a boundary layer makes every method "
+    "one of first order: the change tells the size of the error and bounds nothing. Counted is every run that diverges "
+    "within 30 s; one that does so later than the horizon of its draw has its RMSE there."
+)

@@ -5,10 +5,9 @@ Runs in about two minutes on two cores.
 
 from collections.abc import Mapping
 
-from studies.a6_unstated_choices.draws import PRIORS, RANDOM, asides, draws, slug
-from studies.a6_unstated_choices.fits import check, common_search, search
+from studies.a6_unstated_choices.draws import PRIORS, RANDOM, draws, slug
+from studies.a6_unstated_choices.fits import check, common_search, search, shared_check, shared_search
 from studies.a6_unstated_choices.loops import SCENARIOS
-from studies.a6_unstated_choices.one_experiment import shared_check, shared_search
 from studies.a6_unstated_choices.pages import headlines, sections
 from studies.paper.card import LAWS
 from workbench.study.study import Study
@@ -25,7 +24,7 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
         one.name: one for prior in PRIORS.values() for place in places for one in [draws("random", *place, prior)]
     }
     paired = (draws("paired", *place) for place in places)
-    return (*checks, *shared, *asides(), *random.values(), *paired)
+    return (*checks, *shared, *random.values(), *paired)
 
 
 study = Study(
