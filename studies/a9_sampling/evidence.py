@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from studies.a9_sampling.loops import REALISTIC, RMSE, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact
+from studies.a9_sampling.loops import REALISTIC, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact
 from studies.a9_sampling.safe_periods import Longest, frozen, linear_limit, longest, rule_of_thumb
-from studies.paper.card import LAWS, PUBLISHED
+from studies.paper.card import PUBLISHED
 from studies.paper.comparison import MARGIN
 from studies.paper.linearization import PROPOSED, SEVEN
 from workbench.study.evidence.causes import Causes
@@ -18,13 +18,7 @@ from workbench.study.study import Outcome, Results
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
-SOME = (2e-4, 1e-3, 5e-3)  # s, the periods at which the other ways to switch are looked at
 QUIET = 2.0  # times the total variation of the continuous loop, at most
-TRACKS = 1.1  # times its RMSE (43), at most
-SWITCHING = {
-    "sign": tuple(law for law in SEVEN if law != "PID"),
-    "implicit": tuple(law for law in SEVEN if law not in ("PID", PROPOSED)),
-}
 PLACES = tuple((scenario, joint) for scenario in SCENARIOS for joint in (0, 1))
 ROWS = (  # of tables and figures: a law, how its memory steps, and what it is called there
     (PROPOSED, "euler", f"{PROPOSED}, Euler"),
@@ -39,7 +33,7 @@ Scores = Callable[[str, str, int], Score]  # of a law, a scenario and a joint
 
 @dataclass(frozen=True)
 class Safe:
-    """The longest periods of a law that do not chatter (quiet) and keep the error (tracks); what foretells the first.
+    """The longest periods of a law that do not chatter (quiet), and what foretells them.
 
     `rule`, infinite without a gain K, and `multipliers` are in s; pairs are without a period of delay and with it.
     """
@@ -47,7 +41,6 @@ class Safe:
     rule: float
     multipliers: tuple[float, float]
     quiet: tuple[Longest, Longest]
-    tracks: tuple[Longest, Longest]
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,8 +102,6 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
             yield law, scenario, Computer(REALISTIC, delay=True, stepping=way)
     for way in ("cayley34", "fine"):
         yield from ((PROPOSED, scenario, Computer(T, stepping=way)) for scenario in SCENARIOS for T in APART)
-    for switching, laws in SWITCHING.items():
-        yield from ((law, "FS", Computer(period, switching=switching)) for law in laws for period in SOME)
 
 
 def _continuous(outcome: Outcome) -> Audit:
@@ -122,20 +113,16 @@ def _continuous(outcome: Outcome) -> Audit:
 def _safe(runs: tuple[Outcome, ...], audits: Mapping[Key, Audit]) -> Safe:
     law, loops = runs[0].case.law, tuple(map(frozen, runs))
 
-    def search(metric: str, factor: float, delay: bool) -> Longest:
-        def keeps(scenario: str, period: float) -> bool:
-            key = (law, scenario, Computer(period, delay))
-            values = audits[key].values if key in audits else exact(*key)
-            return bool((values[metric] <= factor * audits[law, scenario, None].values[metric]).all())
-
-        return longest(lambda period: all(keeps(scenario, period) for scenario in SCENARIOS))
+    def quiet(scenario: str, period: float, delay: bool) -> bool:
+        key = (law, scenario, Computer(period, delay))
+        values = audits[key].values if key in audits else exact(*key)
+        return bool((values[TV] <= QUIET * audits[law, scenario, None].values[TV]).all())
 
     late = (False, True)
     return Safe(
         min(map(rule_of_thumb, runs)),
         tuple(min(linear_limit(loop, delay) for loop in loops) for delay in late),
-        tuple(search(TV, QUIET, delay) for delay in late),
-        tuple(search(RMSE, TRACKS, delay) for delay in late),
+        tuple(longest(lambda T, delay=delay: all(quiet(s, T, delay) for s in SCENARIOS)) for delay in late),
     )
 
 
@@ -144,19 +131,6 @@ def judged(a: Score, b: Score) -> str:
     if np.isinf(a[0]) or np.isinf(b[0]):
         return "undecided" if a[0] == b[0] else "above" if np.isinf(a[0]) else "below"
     return order(a, b, MARGIN)
-
-
-def flips(evidence: Evidence, metric: str, stepping: str = "euler") -> dict[Pair, float]:
-    """The paper's laws that change places, with exact readings and noisy ones alike, and the first period where."""
-    found, still = {}, evidence.still(metric)
-    for (scenario, joint), (a, b) in ((place, laws) for place in PLACES for laws in combinations(LAWS, 2)):
-        before = order(still(a, scenario, joint), still(b, scenario, joint), MARGIN)
-        better, worse = (a, b) if before == "below" else (b, a)
-        for period in reversed(PERIODS if before != "undecided" else ()):
-            both = [evidence.at(metric, period, stepping, noisy=noisy) for noisy in (False, True)]
-            if all(judged(now(better, scenario, joint), now(worse, scenario, joint)) == "above" for now in both):
-                found[scenario, joint, better, worse] = period
-    return found
 
 
 def printed(scores: Scores) -> dict[str, set[Pair]]:

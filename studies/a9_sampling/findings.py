@@ -9,15 +9,12 @@ from studies.a9_sampling.evidence import (
     PERIODS,
     PLACES,
     QUIET,
-    SOME,
-    SWITCHING,
     Evidence,
-    flips,
     judged,
     printed,
     tally,
 )
-from studies.a9_sampling.loops import NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS, Computer
+from studies.a9_sampling.loops import NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
 from studies.a9_sampling.safe_periods import RULE
 from studies.a9_sampling.steps import Curve
 from studies.paper.card import LAWS
@@ -81,13 +78,14 @@ def unseen(evidence: Evidence) -> Verdict:
     """The share of what a computer does that the paper's own figure shows."""
     still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC)
     change = {(law, *at): abs(now(law, *at)[0] / still(law, *at)[0] - 1) for law in SEVEN for at in PLACES}
-    worst = max(change, key=change.get)
+    worst = law, scenario, joint = max(change, key=change.get)
     factor = {law: max(evidence.factor(law, *place) for place in PLACES) for law in SEVEN}
     return Verdict(
         "found",
         f"A computer of {MS} changes the RMSE (43) of a law by up to {100 * change[worst]:.2f} %, and the total "
         f"variation of its torque by a factor of up to {_round(max(factor.values()))}.",
-        f"The RMSE of {_at(*worst)} changes most, with an error of {100 * now(*worst)[1] / still(*worst)[0]:.2f} %; "
+        f"The RMSE of {law} ({scenario}, joint {joint + 1}) changes most, with an error of "
+        f"{100 * now(*worst)[1] / still(*worst)[0]:.2f} %; "
         f"the variation that of {max(factor, key=factor.get)}. Within {QUIET:g} times: "
         f"{', '.join(law for law in SEVEN if factor[law] <= QUIET) or 'none'}.",
         estimand=f"Each over continuous time, the largest of {len(SEVEN)} laws and {len(PLACES)} joints and scenarios, "
@@ -110,30 +108,6 @@ def survives(evidence: Evidence) -> Verdict:
         "twice the standard errors.",
         given=GIVEN,
         reversal="A longer period, or other numbers of the rivals, which the paper does not state (a6).",
-    )
-
-
-def places(evidence: Evidence) -> Verdict:
-    """The laws that change places by RMSE as the period grows."""
-    found, by_euler = flips(evidence, RMSE, "cayley"), flips(evidence, RMSE)
-    first = min(found.values(), default=np.inf)
-    before = max((T for T in PERIODS if first > T), default=0.0)
-    early = "; ".join(f"{a} and {b} ({place}, joint {j + 1})" for (place, j, a, b), T in found.items() if first == T)
-    ours, euler = (sum(PROPOSED in pair for pair in kind) for kind in (found, by_euler))
-    apart = printed(evidence.still(RMSE))
-    close = len(apart["undecided"])
-    pairs = len(apart["below"]) + len(apart["above"]) + close
-    return Verdict(
-        "found",
-        f"By RMSE (43) no pair of the {pairs - close} of the paper's laws that have an order changes places up to "
-        f"{1e3 * before:g} ms; by {1e3 * max(PERIODS):g} ms {len(found)} of {pairs - close} have.",
-        f"{close} of {pairs} pairs at a joint in a scenario are too close in continuous time to have an order. The "
-        f"first to change: {early or 'none'}. Pairs with AOSMC-RGS that change: {ours}, and with explicit Euler "
-        f"{euler}, as a run that diverges ranks above all others.",
-        estimand=f"Order in one run with exact readings and by the mean of {NOISY} with noise, where both agree, "
-        f"beyond {100 * MARGIN:g} % and both errors; {len(PERIODS)} periods without delay.",
-        given=f"{GIVEN} AOSMC-RGS steps by Cayley, all others by explicit Euler.",
-        reversal="Explicit Euler of (34), for the pairs with AOSMC-RGS.",
     )
 
 
@@ -205,73 +179,6 @@ def thumb(evidence: Evidence) -> Verdict:
     )
 
 
-def halved(evidence: Evidence) -> Verdict:
-    """The longest quiet period with a delay over that without."""
-    ratios = {  # by the safe ends, and the least and the largest that both searches leave
-        law: (late.safe / quiet.safe, late.safe / quiet.unsafe, late.unsafe / quiet.safe)
-        for law, (quiet, late) in ((law, safe.quiet) for law, safe in evidence.safe.items())
-        if quiet.safe and late.safe and np.isfinite([quiet.unsafe, late.unsafe]).all()
-    }
-    if not ratios:
-        return Verdict("open", "What a period of delay does to the longest period without chattering is not known.")
-    by_ends, least, largest = zip(*ratios.values(), strict=True)
-    return Verdict(
-        "found",
-        f"With a period of delay the longest period without chattering is {min(by_ends):.2f} to {max(by_ends):.2f} "
-        f"times as long by the safe ends of the searches, and {min(least):.2f} to {max(largest):.2f} by all that they "
-        "leave open.",
-        f"By law: {', '.join(f'{law} {one:.2f} ({a:.2f} to {b:.2f})' for law, (one, a, b) in ratios.items())}.",
-        estimand=f"The longest period with the delay over the longest without, of {len(ratios)} laws that have both, "
-        f"by a search by runs in both scenarios. {QUIETLY}",
-        given=GIVEN,
-    )
-
-
-def noisy(evidence: Evidence) -> Verdict:
-    """The runs whose layer suits the period and that chatter with noise."""
-    cells = [(law, *place, T) for law in SEVEN if law != "PID" for place in PLACES for T in PERIODS]
-    quiet = {cell: evidence.factor(*cell, noisy=True) for cell in cells if evidence.factor(*cell) <= QUIET}
-    if not quiet:
-        return Verdict("open", "No law with a layer is quiet with exact readings.")
-    worst = max(quiet, key=quiet.get)
-    return Verdict(
-        "found",
-        f"Of {len(quiet)} cases in which a law with a layer is quiet with exact readings, "
-        f"{sum(factor > QUIET for factor in quiet.values())} chatter with noise.",
-        f"The worst varies {_round(quiet[worst])} times as much as in continuous time ({_at(*worst)}). The slope K / "
-        "phi of a layer makes torque of noise.",
-        estimand=f"Cases: a law, joint, scenario and period without delay; with noise the mean of {NOISY} runs. "
-        f"{QUIETLY}",
-        given=GIVEN,
-        reversal="Readings with less noise than assumed, or a filter of the velocities: none is in these loops.",
-    )
-
-
-def implicit(evidence: Evidence) -> Verdict:
-    """The chattering of the implicit relay."""
-    laws, still = SWITCHING["implicit"], evidence.still(TV)
-    found = {(law, T): evidence.audits[law, "FS", Computer(T, switching="implicit")] for law in laws for T in SOME}
-    factors = {
-        (law, "FS", joint, T): one.score(TV, joint)[0] / still(law, "FS", joint)[0]
-        for (law, T), one in found.items()
-        for joint in (0, 1)
-    }
-    worst = max(factors, key=factors.get)
-    rough, loud = max((found[law, REALISTIC].score(TV, 0, noisy=True)[0], law) for law in laws)
-    return Verdict(
-        "found",
-        "With exact readings and the exact M a relay by backward Euler varies the torque in the first scenario at most "
-        f"{factors[worst]:.2f} times as much as the layer does in continuous time, at "
-        f"{', '.join(f'{1e3 * T:g}' for T in SOME)} ms.",
-        f"The most is that of {_at(*worst)}. With noise at {MS} it reaches {_round(rough)} N m/s ({loud}): its "
-        "slope is M / T, up to the limits of K.",
-        estimand=f"TV of one run for {len(laws)} laws, both joints and {len(SOME)} periods; with noise the mean "
-        f"of {NOISY} runs at joint 1.",
-        given=f"{', '.join(laws)}: positions and velocities, and the exact M, which backward Euler uses.",
-        reversal="Noise on the readings; a wrong M was not tried.",
-    )
-
-
 def computers(evidence: Evidence, curves: Sequence[Curve]) -> Verdict:
     """The parts of chattering that belong to the computer and to the simulation."""
     laws = " and ".join(sorted({c.law for c in curves}))
@@ -290,10 +197,6 @@ def computers(evidence: Evidence, curves: Sequence[Curve]) -> Verdict:
         "half the substep in place of the whole one, with the layer.",
         given=GIVEN,
     )
-
-
-def _at(law: str, scenario: str, joint: int, period: float | None = None) -> str:
-    return f"{law}, {scenario}, joint {joint + 1}" + (f", {1e3 * period:g} ms" if period else "")
 
 
 def _round(value: float) -> str:

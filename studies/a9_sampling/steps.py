@@ -1,12 +1,12 @@
 """Chattering over the step of the simulation: what belongs to the computer stays, what belongs to the step moves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from studies.a9_sampling.loops import TV, last, switched
-from studies.paper.linearization import PROPOSED
+from studies.a9_sampling.loops import TV, last
+from studies.paper.linearization import PROPOSED, loop_of
 from workbench.metrics import measured, total_variation
 from workbench.study.document.document import Figure, Panel, Series
 from workbench.validation.refusals import Array
@@ -36,7 +36,8 @@ def curves() -> tuple[Curve, ...]:
 
 def curve(law: str, switching: str, digital: bool) -> Curve:
     """One of them; the torque is looked at once a step, or once a period of the computer, which holds it."""
-    loop = switched(law, "FS", switching)
+    loop = loop_of(law, "FS")
+    loop = replace(loop, controller=replace(loop.controller, saturation=switching))
     equation = loop.digital(PERIOD) if digital else loop.ode()
     h = [PERIOD / m for m in SUBSTEPS] if digital else list(STEPS)
     grids = [(total_variation(PERIOD if digital else length),) for length in h]

@@ -19,7 +19,7 @@ from workbench.study.study import Case, Results, Study
 def continuous(scenario: str, law: str) -> Case:
     """A law without a computer, at the step of a1."""
     h = STEPS.get(law, PROPOSED_STEP) / 2
-    run = Run(loop_of(law, scenario), metrics(scenario, 1e-3), HORIZON[scenario], 0.01, h)
+    run = Run(loop_of(law, scenario), metrics(1e-3), HORIZON[scenario], 0.01, h)
     return Case(scenario, law, run, STYLES[law])
 
 
@@ -38,13 +38,9 @@ def sections(results: Results) -> Sequence[Section]:
         findings.integrator(found),
         findings.unseen(found),
         findings.survives(found),
-        findings.places(found),
         findings.quieter(found),
         findings.foreseen(found),
         findings.thumb(found),
-        findings.halved(found),
-        findings.noisy(found),
-        findings.implicit(found),
         findings.computers(found, curves),
     )
     return (
@@ -54,7 +50,6 @@ def sections(results: Results) -> Sequence[Section]:
         pages.apart_section(found),
         pages.places_section(found),
         pages.safe_section(found),
-        pages.switching_section(found),
         pages.trust_section(found, steps.figure(curves)),
     )
 
@@ -82,7 +77,7 @@ study = Study(
     method=(
         "Both scenarios with the numbers of a1. The law and its observer in a computer, the plant by RK4 in "
         "between, at two substeps; the memories by explicit Euler, those of AOSMC-RGS by Cayley steps beside it, "
-        "and near their exact flow; a layer, a relay and an implicit relay; delay and noise. Longest safe periods "
+        "and near their exact flow; delay and noise. Longest safe periods "
         "by bisection on runs, beside the multipliers of the frozen loops and a rule of thumb."
     ),
     cases=tuple(continuous(scenario, law) for scenario in SCENARIOS for law in SEVEN),
