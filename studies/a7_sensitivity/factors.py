@@ -114,11 +114,6 @@ def written(factor: str) -> Phrase:
     return ("model " if name != factor else "", letter, name.removeprefix(start))
 
 
-def labels(names: Sequence[str]) -> dict[str, Phrase]:
-    """The labels of factors in pictures."""
-    return {name: written(name) for name in names}
-
-
 def group_of(factor: str) -> str:
     """The group of a factor: gains, the arm with its disturbance, or the model."""
     if factor.startswith(MODEL):

@@ -1,11 +1,11 @@
 """The pictures of a7, and the tables that its numbers rest on: groups, ranges, the screening's rule, steps."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from studies.a7_sensitivity.factors import GROUPS, SPAN, TOLERANCE, factors, group_of, labels
-from studies.a7_sensitivity.results import FLOOR, LawResults, interval, middles, named, percent
+from studies.a7_sensitivity.factors import GROUPS, SPAN, TOLERANCE, factors, group_of, written
+from studies.a7_sensitivity.results import FLOOR, LawResults, interval, named, percent
 from studies.a7_sensitivity.sweeps import (
     CLEARED,
     EVERY,
@@ -17,12 +17,13 @@ from studies.a7_sensitivity.sweeps import (
     SEED,
     STEPS,
     UNTIL,
+    called,
     loop,
     metrics,
 )
 from workbench.metrics import measure
-from workbench.study.document.document import Cell, Column, Figure, Paragraph, Section, Table
-from workbench.study.pictures import indices_over_time, morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table
+from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.study.uncertainty import Estimate, SobolIndices
 from workbench.study.uncertainty.factors import Space
 
@@ -51,7 +52,7 @@ def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
         "bands",
         f"The error of joint 1 in each window of {EVERY:g} s, over random draws of all factors; errors below "
         f"{1e3 * FLOOR:g} mrad are drawn there, as the integrals behind them round.",
-        middles(first),
+        first.t - EVERY / 2,
         {law: one.bands(0) for law, one in laws.items()},
         f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED}). Failed runs: {lost}",
         "log10 of the error [rad]",
@@ -60,46 +61,29 @@ def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
 
 def proposed_section(one: LawResults) -> Section:
     """The proposed law in full."""
-    effects, over_time = one.effects_on([("RMSE", 0), ("RMSE", 1)]), one.shares_over_time(0)
-    gains = over_time.of_group("gains", total=True)
-    tornadoes = (
-        tornado_figure(
-            name,
-            f"The {metric} of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
-            one.tornado_of(metric, 0),
-            one.swings.note_of(metric, 0),
-            "rad",
-            labels=labels(one.swings.factors),
-        )
-        for name, metric in (("aosmc_rgs_tornado", "RMSE"), ("aosmc_rgs_tornado_late", "late error"))
+    effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
+    tornado = tornado_figure(
+        "aosmc_rgs_tornado",
+        f"The RMSE of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
+        one.tornado_of("RMSE", 0),
+        one.swings.note_of("RMSE", 0),
+        "rad",
+        labels=labels(one.swings.factors),
     )
-    return Section(
-        f"{PROPOSED} in full",
-        (
-            indices_figure(one, 1),
-            *tornadoes,
-            morris_plane(
-                "aosmc_rgs_morris",
-                f"Elementary effects on the RMSE of {PROPOSED}.",
-                effects,
-                one.screening.note_of("RMSE", 0),
-                "rad",
-                labels=labels(effects.factors),
-            ),
-            indices_over_time(
-                "aosmc_rgs_over_time",
-                f"Indices of the error of joint 1 of {PROPOSED}, its root mean square in each window of {EVERY:g} s.",
-                middles(one.indices),
-                over_time,
-                one.indices.note_of("ISE", 0),
-                labels=labels(one.indices.factors),
-            ),
-            Paragraph(
-                f"The total indices of all gains sum to {interval(gains[0])} in the first window, and to "
-                f"{interval(gains[-1])} in the last; what is left is the arm and its model. {acting_pairs(one.shares)}"
-            ),
-        ),
+    plane = morris_plane(
+        "aosmc_rgs_morris",
+        f"Elementary effects on the RMSE of {PROPOSED}.",
+        effects,
+        one.screening.note_of("RMSE", 0),
+        "rad",
+        labels=labels(effects.factors),
     )
+    return Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, Paragraph(acting_pairs(one.shares))))
+
+
+def labels(names: Sequence[str]) -> dict[str, Phrase]:
+    """The labels of factors in pictures."""
+    return {name: written(name) for name in names}
 
 
 def acting_pairs(indices: SobolIndices) -> str:
@@ -153,26 +137,14 @@ def varied_section(laws: Mapping[str, LawResults]) -> Section:
         "of AOSMC-RGS, believe in a wrong arm. Gravity is the exception, which all know. PID has no model; its gains "
         "follow from an assumed pole, and are as uncertain as that."
     )
-    return Section("What is varied", (Paragraph(text), ranges_table(), left_table(laws)))
+    return Section("What is varied", (Paragraph(text), left_table(laws), *map(ranges_table, laws)))
 
 
-def ranges_table() -> Table:
-    """The ranges of all factors, those that laws share first."""
-    shared = [factor for factor in factors(PROPOSED) if factor.name in {one.name for one in factors("SMC")}]
-    names = {factor.name for factor in shared}
-    of = {"all, as far as a law has them": shared}
-    of |= {law: [factor for factor in factors(law) if factor.name not in names] for law in STEPS}
-    rows: dict[tuple[str, str, str], list[str]] = {}
-    for law, some in of.items():
-        for factor in some:
-            rows.setdefault((law, factor.distribution.words(), factor.origin), []).append(factor.name)
-    return Table(
-        "ranges",
-        "What is varied. Lambda and phi are of the surface, K(0) and P(0) first values of what the law adapts, m1 to "
-        "l2 masses and lengths of the arm and of its model, D the amplitude of the disturbance.",
-        tuple(map(Column, ("law", "factors", "share of its own value", "origin"))),
-        tuple((law, ", ".join(some), words, origin) for (law, words, origin), some in rows.items()),
-    )
+def ranges_table(law: str) -> Table:
+    """The factors of a law, their ranges and origins."""
+    ode = loop(law).ode()
+    space = Space(factors(law), ode.parameters, ode.states)
+    return space.table(called(law, "ranges"), f"What is varied of {law}.")
 
 
 def left_table(laws: Mapping[str, LawResults]) -> Table:
@@ -208,40 +180,23 @@ def trust_section(laws: Mapping[str, LawResults]) -> Section:
 
 
 def steps_table(laws: Mapping[str, LawResults]) -> Table:
-    """Runs, failures, step, its limit, and the worst error of each metric, law by law."""
+    """Runs, failures, step and its error, its limit, and the error of the runs that chatter most, law by law."""
     rows = []
     for law, one in laws.items():
-        runs = " + ".join(str(len(sample)) for sample in one.samples)
-        lost = sum(sample.failed for sample in one.samples)
         limit, worst = stress(one)
         within = f"{1e3 * limit:.3g}{'' if STEPS[law] <= limit else ', passed'}"
-        errors = (f"{error:.1g}" for error in (*(largest_error(one, m.name) for m in METRICS), worst))
-        rows.append((law, runs, lost, f"{1e3 * STEPS[law]:.4g}", within, *errors))
-    columns = (
-        Column("law"),
-        Column("runs"),
-        Column("failed", align="right"),
-        Column("step", "ms", "right"),
+        rows.append((law, one.indices.note_of("TV"), sum(s.failed for s in one.samples), within, f"{worst:.1g}"))
+    heads = (
+        Column("failed of all runs", align="right"),
         Column("limit", "ms", "right"),
-        *(Column(f"error of {metric.name}", align="right") for metric in METRICS),
-        Column("of the largest TV", align="right"),
+        Column("error", align="right"),
     )
     return Table(
         "steps",
-        "Runs of screening, indices, random draws and tornado; the step, and the longest stable one along the runs "
-        "with the largest TV; the largest change of each metric at half of the step, relative to its standard "
-        "deviation over the runs, and that of the TV of those runs.",
-        columns,
+        "The runs of the indices, with the largest change of the TV of joint 1 at half of the step; the longest stable "
+        "step along the runs with the largest TV, and the change of that TV relative to the standard deviation.",
+        (Column("law"), Column("runs of the indices"), *heads),
         tuple(rows),
-    )
-
-
-def largest_error(one: LawResults, metric: str) -> float:
-    """The largest error of a metric, relative to its standard deviation over the runs of the indices."""
-    return max(
-        float(np.nanmax(sample.errors_of(metric, joint))) / float(one.indices.outputs(metric, joint).std())
-        for joint in (0, 1)
-        for sample in one.samples
     )
 
 

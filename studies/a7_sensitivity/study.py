@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.a7_sensitivity import findings
-from studies.a7_sensitivity.derivatives import Derivatives, derivatives, derivatives_section, foretold
 from studies.a7_sensitivity.pages import (
     bands_figure,
     groups_table,
@@ -16,7 +15,7 @@ from studies.a7_sensitivity.pages import (
     trust_section,
     varied_section,
 )
-from studies.a7_sensitivity.results import LawResults, results_of
+from studies.a7_sensitivity.results import Derivatives, LawResults, derivatives, results_of
 from studies.a7_sensitivity.sweeps import LAWS, PROPOSED, SEED, loop, sweeps
 from workbench.study.document.document import Section, Verdict
 from workbench.study.study import Results, Study
@@ -42,9 +41,8 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
         findings.idle_gains(ours),
         findings.late_error_of(ours),
         findings.chattering(ours),
-        findings.late_errors(laws),
         findings.strays(laws),
-        foretold(laws, near()),
+        findings.foretold(laws, near()),
     )
 
 
@@ -56,7 +54,6 @@ def sections(results: Results) -> Sequence[Section]:
         Section("What was found", (*pictures, *verdicts(results), findings.leaders_table(laws))),
         proposed_section(ours),
         Section("Gains, arm or model", (groups_table(laws),)),
-        derivatives_section(laws, near()),
         varied_section(laws),
         trust_section(laws),
     )

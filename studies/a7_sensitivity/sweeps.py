@@ -49,7 +49,6 @@ HELD = {
 
 
 def loop(law: str) -> ClosedLoop:
-    """The closed loop of a law in the first scenario."""
     return proposed_repaired(SCENARIO) if law == PROPOSED else rival(SCENARIO, law)
 
 
@@ -59,31 +58,26 @@ def metrics(law: str) -> tuple[AbstractMetric, ...]:
 
 
 def free(law: str) -> tuple[Factor, ...]:
-    """The factors of the Sobol indices."""
     return tuple(factor for factor in factors(law) if factor.name not in HELD[law])
 
 
 def called(law: str, kind: str) -> str:
-    """The name of a sweep of a law."""
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
 def sweeps(law: str) -> dict[str, Sweep]:
-    """The sweeps of a law by their kind; only the proposed one has a tornado."""
+    """The sweeps of a law by their kind, the bands over time; only the proposed one has a tornado."""
     every, some, ours = factors(law), free(law), law == PROPOSED
-    of = {
+    of: dict[str, tuple[tuple[Factor, ...], AbstractDesign]] = {
         "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
         "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
         "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
     }
     if ours:
         of["tornado"] = (every, OneAtATime(len(every), levels=(0.0, 1.0)))
-    return {kind: sweep(law, kind, *designed) for kind, designed in of.items()}
-
-
-def sweep(law: str, kind: str, moved: tuple[Factor, ...], design: AbstractDesign) -> Sweep:
-    """One sweep of a law, kept over time where a picture shows its course."""
-    timed = kind == "bands" or (kind == "indices" and law == PROPOSED)
-    measured = (*metrics(law), ise()) if timed else metrics(law)
-    run = Run(loop(law), measured, UNTIL, EVERY if timed else None, STEPS[law], seed=SEED)
-    return Sweep(called(law, kind), run, moved, design, halved=HALVED)
+    made = {}
+    for kind, (moved, design) in of.items():
+        measured, times = ((*metrics(law), ise()), EVERY) if kind == "bands" else (metrics(law), None)
+        run = Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
+        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED)
+    return made
