@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from studies.paper.card import CARD
+from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import REFERENCES
-from workbench.core import Sampled
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, Instruments
 from workbench.plants import Friction, Manipulator
 from workbench.robots.planar_arm import PlanarArm, PointMass
@@ -63,17 +63,14 @@ class Scenario:
 
     @property
     def period(self) -> float:
-        """Of the computer, in s."""
         return PERIOD * self.slow
 
     @property
     def jumps(self) -> bool:
-        """True if the reference does."""
         return isinstance(self.reference, SquareWave)
 
     @property
     def plant(self) -> Manipulator:
-        """The arm as it is."""
         paper = "SS" if self.jumps else "FS"
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
         disturbance = SineTorque(
@@ -89,7 +86,7 @@ class Scenario:
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
-    def loop(self, observer: AbstractObserver, controller: AbstractController) -> Computed:
+    def loop(self, observer: AbstractObserver, controller: AbstractController) -> ComputedLoop:
         """A law under these conditions."""
         closed = ClosedLoop(self.plant, observer, controller, self.reference)
         instruments = Instruments.of(
@@ -98,27 +95,7 @@ class Scenario:
             quantum={"q": self.quantum},
             limit={"tau": (-np.array(self.limit), np.array(self.limit))},
         )
-        return Computed(closed, self.period, instruments, self.slow > 1)
-
-
-@dataclass(frozen=True)
-class Computed:
-    """A loop that a computer closes."""
-
-    loop: ClosedLoop
-    period: float
-    instruments: Instruments
-    delay: bool
-    integrator: str = "declared"
-
-    def ode(self, name: str = "loop") -> Sampled:
-        """The loop between instants, and at them."""
-        how = {"delay": self.delay, "integrator": self.integrator, "name": name}
-        return self.loop.digital(self.period, self.instruments, **how)
-
-    def ablations(self) -> dict[str, Computed]:
-        """The loop less each of its parts."""
-        return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}
+        return ComputedLoop(closed, self.period, instruments, self.slow > 1)
 
 
 FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
@@ -161,7 +138,7 @@ def first_estimates(observer: AbstractObserver) -> list[str]:
     return [name for name in observer.memory.names if name.split(".")[-1] == "q_hat"]
 
 
-def uncertain(scenario: Scenario, loop: Computed) -> tuple[Factor, ...]:
+def uncertain(scenario: Scenario, loop: ComputedLoop) -> tuple[Factor, ...]:
     """The factors that are drawn anew in each run of a loop."""
     starts = ("plant.q", *(f"observer.{path}" for path in first_estimates(loop.loop.observer)))
     return (

@@ -9,13 +9,14 @@ from typing import TypeVar
 
 import numpy as np
 
-from studies.a8_fair_comparison.conditions import Computed, Scenario, first_estimates
+from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.a8_fair_comparison.laws import DIAGONAL, LAWS, PROPOSED, Law, Sought, one
 from studies.paper.card import CARD
+from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import ARM
 from workbench.controllers import WithCompensation
 from workbench.loop import AbstractObserver
-from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, VelocityFilter, WithDisturbance
+from workbench.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
 
 T = TypeVar("T")
 
@@ -63,13 +64,6 @@ BOTH = Given(
     WithDisturbance(LUENBERGER, MomentumObserver(ARM, CARD["l"])),
     ALL_GAINS,
 )
-ORACLE = Given(
-    "oracle",
-    "oracle",
-    "positions, observer (10), and the true disturbance through a filter: (24) as repaired",
-    WithDisturbance(LUENBERGER, OracleFilter(2, CARD["l"])),
-    ALL_GAINS,
-)
 GIVEN = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
 
 
@@ -87,7 +81,6 @@ class Entrant:
 
     @property
     def key(self) -> str:
-        """Part of the names of files."""
         return f"{''.join(c if c.isalnum() else '_' for c in self.law.name.lower())}_{self.given.key}"
 
     @property
@@ -107,10 +100,9 @@ class Entrant:
 
     @property
     def card(self) -> dict[str, float]:
-        """The numbers of the card."""
         return {sought.name: sought.card for sought in self.tuned}
 
-    def loop(self, scenario: Scenario, numbers: Mapping[str, float]) -> Computed:
+    def loop(self, scenario: Scenario, numbers: Mapping[str, float]) -> ComputedLoop:
         """The law with these numbers in a scenario."""
         law = WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer
@@ -138,5 +130,4 @@ def with_number(block: T, path: str, value: float | tuple[float, ...]) -> T:
 
 ENTRANTS = {given.key: tuple(Entrant(law, given) for law in LAWS) for given in GIVEN}
 PROPOSAL = next(entrant for entrant in ENTRANTS[BOTH.key] if entrant.name == PROPOSED)
-TOLD = Entrant(PROPOSAL.law, ORACLE)
-ALL = (*(entrant for entrants in ENTRANTS.values() for entrant in entrants), TOLD)
+ALL = tuple(entrant for entrants in ENTRANTS.values() for entrant in entrants)

@@ -8,10 +8,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, Scenario, uncertain
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD, Entrant
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Scenario, uncertain
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, Entrant
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.a8_fair_comparison.objective import TERMS, Term, cost, metrics
+from studies.paper.computed_loop import ComputedLoop
 from workbench.study.contract import Run
 from workbench.study.evidence import (
     Judgement,
@@ -35,7 +36,6 @@ from workbench.study.uncertainty import MonteCarlo
 
 Samples = Mapping[str, Sample]  # by the names of laws
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
-CARD, CARDED = "_card", "paper"  # a kind of sweeps, and the scenario in which the numbers of the card are tried
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
 ASKED = Mean()
 OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
@@ -81,7 +81,7 @@ def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple
     return tuple(one for one in entrants if one in least or one.name == PROPOSED)
 
 
-def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
+def sweep(name: str, loop: ComputedLoop, scenario: Scenario) -> Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
     design = MonteCarlo(len(factors), DRAWS, DRAWN)
@@ -134,10 +134,6 @@ class Evidence:
         By the same key and by what was done: the laws of least training cost, as tuned and otherwise.
     weighted
         The cost of the laws behind both observers with other weights, of runs that were tuned for the first ones.
-    told
-        The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
-    card
-        The cost of the laws behind both observers with the numbers of the card, in one scenario.
     causes
         The causes of lost runs, by scenario, name of the law and words of what it was given.
     parts
@@ -149,8 +145,6 @@ class Evidence:
     together: Mapping[str, Judgement]
     again: Mapping[str, Mapping[str, Standings]]
     weighted: Mapping[str, Standings]
-    told: Mapping[str, Judgement]
-    card: Judgement
     causes: Mapping[tuple[str, str, str], Causes]
     parts: Mapping[str, tuple[Judgement, ...]]
 
@@ -169,11 +163,6 @@ def evidence(results: Results) -> Evidence:
     kinds = {AS_TUNED: ""} | {words: kind for kind, (words, _) in AGAIN.items()}
     runs = {key: {s.name: samples(s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
     ours = runs[BOTH.key]
-    told = {
-        s.name: {PROPOSED: ours[s.name][PROPOSED], f"{PROPOSED}, oracle": results.sample(name_of(s, TOLD.key))}
-        for s in HELD_OUT
-    }
-    carded = next(s for s in HELD_OUT if s.name == CARDED)
     return Evidence(
         runs,
         {key: standings(entrants) for key, entrants in ENTRANTS.items()},
@@ -186,8 +175,6 @@ def evidence(results: Results) -> Evidence:
             words: Standings({s: judge_laws(weighted(held, weights), ()) for s, held in ours.items()})
             for words, weights in WEIGHTS.items()
         },
-        {s: judge_laws(cost_of(held), ()) for s, held in told.items()},
-        judge_laws(cost_of(samples(carded, ENTRANTS[BOTH.key], CARD))),
         causes_of_losses(results, runs),
         {s.name: without_parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
     )

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from studies.a8_fair_comparison import findings as findings
+from studies.a8_fair_comparison import findings
 from studies.a8_fair_comparison.conditions import (
     HELD_OUT,
     HORIZON,
@@ -18,13 +16,12 @@ from studies.a8_fair_comparison.conditions import (
     TRAINING,
     uncertain,
 )
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSAL, READINGS, TOLD, Given
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSAL, READINGS, Given
 from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, CONTENDERS, FAMILY, Evidence, evidence
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.a8_fair_comparison.objective import TERMS
-from studies.a8_fair_comparison.published_numbers import order_of_six, published_section
 from studies.a8_fair_comparison.searches import tuned_numbers, tuning
-from workbench.study.document.document import Column, Emphasis, Figure, Paragraph, Reference, Section, Table
+from workbench.study.document.document import Column, Figure, Paragraph, Reference, Section, Table
 from workbench.study.evidence import Standings, ablation_table, statistics_table
 from workbench.study.evidence.law_tables import information_table
 from workbench.study.pictures import standings_figure
@@ -36,12 +33,11 @@ def sections(results: Results) -> Sequence[Section]:
     """The page."""
     held = evidence(results)
     return (
-        answer(results, held),
+        answer(held),
         dependence(held),
         conditions(),
-        causes(held),
+        parts(held),
         tuning(results),
-        published_section(results),
         trust(results),
     )
 
@@ -53,7 +49,7 @@ def headlines(results: Results) -> Sequence[str]:
     return [str(one.statement) for one in verdicts]
 
 
-def answer(results: Results, held: Evidence) -> Section:
+def answer(held: Evidence) -> Section:
     """The answers first."""
     return Section(
         "What was found",
@@ -65,7 +61,6 @@ def answer(results: Results, held: Evidence) -> Section:
             *findings.tails(held),
             findings.diverged(held),
             findings.parts_matter(held),
-            order_of_six(results),
             short(standings(held, FILTER)),
             short(standings(held, OBSERVER)),
         ),
@@ -114,7 +109,13 @@ def dependence(held: Evidence) -> Section:
         tuple((words, findings.counts(one)) for words, one in held.weighted.items()),
         ("The runs are those of laws tuned for the first row. Open: no law is significantly best.",),
     )
-    return Section("What the verdicts depend on", (table, worth(held), weights))
+    together = (
+        statistics_table(
+            f"together_{given.key}", f"Cost over all scenarios together, given {given.words}.", held.together[given.key]
+        )
+        for given in GIVEN
+    )
+    return Section("What the verdicts depend on", (table, *together, weights))
 
 
 def most(held: Standings, words: str) -> str:
@@ -122,29 +123,6 @@ def most(held: Standings, words: str) -> str:
     tally = findings.tally(held, words)
     shown = ", ".join(f"{law} {count}" for law, count in tally.items() if count == max(tally.values()))
     return shown if findings.champion(held, words) else f"({shown})" if shown else "open everywhere"
-
-
-def worth(held: Evidence) -> Table:
-    """The mean cost of each law behind all that it is given."""
-    columns = []
-    for given in GIVEN:
-        one = held.together[given.key].by[ASKED.words]
-        ends = zip(one.paired.laws, one.level.value, one.level.low, one.level.high, strict=True)
-        cells = {law: f"{value:.3g} ({low:.3g} to {high:.3g})" for law, value, low, high in ends if np.isfinite(value)}
-        columns.append(cells | ({one.best: Emphasis(cells[one.best])} if one.best else {}))
-    laws = (one.name for one in ENTRANTS[BOTH.key])
-    return Table(
-        "worth",
-        "Mean cost over all scenarios together.",
-        (Column("law"), *(Column(given.name, align="right") for given in GIVEN)),
-        tuple((law, *(cells.get(law, "infinite: a run diverged") for cells in columns)) for law in laws),
-        (
-            "Over all draws and scenarios, these with equal weight, with its interval; each pair tuned by itself. "
-            "Bold: significantly less than for each other law of the column. Columns tell what an observer is worth "
-            "to a law, not which law is better. One scenario may decide: 'slow' costs some laws thirty times what "
-            "the others do.",
-        ),
-    )
 
 
 def conditions() -> Section:
@@ -187,7 +165,7 @@ def conditions() -> Section:
 
 def information() -> Table:
     """The information of each law."""
-    entrants = {one.name: one for one in ENTRANTS[BOTH.key]} | {f"{PROPOSED}, oracle": TOLD}
+    entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
     others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
     return information_table(
@@ -219,9 +197,14 @@ def scenarios() -> Table:
     )
 
 
-def causes(held: Evidence) -> Section:
-    """The parts that make the difference, an oracle, and what tuning is worth."""
-    parts = [
+def parts(held: Evidence) -> Section:
+    """The parts of AOSMC-RGS that make the difference."""
+    words = (
+        "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse for a part "
+        "alone, but for the part at these numbers. Without its state observer it takes the noisy readings; without its "
+        "boundary layer it switches once a period."
+    )
+    tables = (
         ablation_table(
             f"parts_{key}",
             f"AOSMC-RGS less each of its parts, scenario '{key}'.",
@@ -229,38 +212,8 @@ def causes(held: Evidence) -> Section:
             PROPOSED,
         )
         for key, judgements in held.parts.items()
-    ]
-    return Section(
-        "What makes the difference",
-        (
-            Paragraph(
-                "'AOSMC-RGS, oracle' has (24) as repaired: a filter of the true disturbance, which no instrument "
-                "gives. It does not know of friction or wrong masses, which an observer of the momentum takes for "
-                "disturbance too."
-            ),
-            short(
-                standings_figure(
-                    "told",
-                    "Cost of AOSMC-RGS behind an observer of the momentum, and with the oracle.",
-                    {scenario: one.by for scenario, one in held.told.items()},
-                    ASKED.words,
-                )
-            ),
-            Paragraph(
-                "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse "
-                "for a part alone, but for the part at these numbers. Without its state observer it takes the noisy "
-                "readings; without its boundary layer it switches once a period."
-            ),
-            parts[0],
-            *(replace(table, notes=table.notes[2:-1]) for table in parts[1:]),
-            statistics_table(
-                "card",
-                "What tuning is worth: cost with the numbers of a1's card, behind both observers, scenario 'paper'.",
-                held.card,
-                ("The card's layers of 0.01 rad/s are the paper's, for continuous time and exact readings.",),
-            ),
-        ),
     )
+    return Section("What makes the difference", (Paragraph(words), *tables))
 
 
 def trust(results: Results) -> Section:

@@ -2,102 +2,63 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, TOLD, Given
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, Given
 from studies.a8_fair_comparison.objective import LATE, both
 from workbench.notation.formula import symbol
 from workbench.study.document.document import Column, Measured, Phrase, Section, Table
 from workbench.study.document.phrases import raised
 from workbench.study.pictures import budget_curves, pareto_fronts
-from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 from workbench.validation.refusals import Array
 
-COLUMNS = (
-    Column("law"),
-    Column("numbers", align="right"),
-    Column("least cost", align="right"),
-    Column("by noise", align="right"),
-    Column("of each search"),
-    Column("apart", "%", "right"),
-    Column("evaluations"),
-    Column("at most", align="right"),
-    Column("not admissible", align="right"),
-    Column("at a limit"),
-)
 NOTE = (
     "Here and in the tables below. Least cost: the mean over both training scenarios and the training noises of all "
-    "searches, at half the step; in brackets its change from the step. By noise: how far it varies between the "
-    "training noises. Of each search: its least cost at the step under its own noise; apart: by how much the worst is "
-    "above the best. *: not settled, as its last quarter of the evaluations allowed gained more than 1 %. Not "
-    "admissible: a run diverged. A search ends from 40 % of its evaluations on, once it has settled."
+    "searches, at half the step; in brackets its change from the step. Of each search: its least cost at the step "
+    "under its own noise."
 )
 
 
 def tuning(results: Results) -> Section:
     """The searches."""
     shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
-    asked = next(iter(shown.values())).tuning
-    note = (
-        f"{len(asked.seeds)} searches a law of at most {asked.evaluations_per_number:.3g} evaluations a number; seeds "
-        f"{', '.join(map(str, asked.seeds))}; step {2e3 * asked.trials[0].run.h:g} ms, at half of which the least cost "
-        f"changes by at most {max(one.step_error for one in shown.values()):.1g}"
+    note = next(iter(shown.values())).note
+    budget = budget_curves(
+        "budget",
+        "The least cost so far, all laws behind both observers. Bands: between the searches.",
+        {name: curves(one) for name, one in shown.items()},
+        f"Of {next(iter(shown))}: {note}",
+        "cost",
     )
-    return Section(
-        "Tuning with the same budget",
-        (
-            budget_curves(
-                "budget",
-                "The least cost so far, all laws behind both observers. Bands: between the searches.",
-                {name: curves(one) for name, one in shown.items()},
-                note,
-                "cost",
-            ),
-            pareto_fronts(
-                "front_chattering",
-                "Error against chattering in the training scenarios: points of the searches that none beats in both.",
-                {name: one.measures(late_error, chattering) for name, one in shown.items()},
-                note,
-                "late RMSE [rad]",
-                "TV [N m/s]",
-            ),
-            *(searches(results, given, (NOTE,) if given == GIVEN[0] else ()) for given in GIVEN),
-        ),
+    late_error, chattering = (
+        lambda runs, metric=metric: np.mean([both(sample, metric) for sample in runs.values()], axis=0)
+        for metric in (LATE, "TV")
     )
+    front = pareto_fronts(
+        "front_chattering",
+        "Error against chattering in the training scenarios: points of the searches that none beats in both.",
+        {name: one.measures(late_error, chattering) for name, one in shown.items()},
+        "The runs of the figure above",
+        "late RMSE [rad]",
+        "TV [N m/s]",
+    )
+    tables = (searches(results, given, (NOTE,) if given == GIVEN[0] else ()) for given in GIVEN)
+    return Section("Tuning with the same budget", (budget, front, *tables))
 
 
 def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
-    """The result of each search."""
+    """The result of each search, and the doubts about it."""
     rows = []
-    for entrant in (*ENTRANTS[given.key], *((TOLD,) if given == BOTH else ())):
+    for entrant in ENTRANTS[given.key]:
         tuned = results.tuned(entrant.key)
-        spent = zip(tuned.used, tuned.settled, strict=True)
-        rows.append(
-            (
-                f"{entrant.name}, oracle" if entrant == TOLD else entrant.name,
-                len(entrant.tuned),
-                Measured(tuned.objective, tuned.step_error),
-                tuned.spread,
-                ", ".join(f"{best:.4g}" for best in tuned.bests),
-                f"{100 * (tuned.bests.max() / tuned.bests.min() - 1):.2g}",
-                ", ".join(f"{used:,}{'' if settled else '*'}" for used, settled in spent),
-                tuned.tuning.evaluations,
-                tuned.failed,
-                remarks(tuned),
-            )
-        )
-    return Table(f"searches_{given.key}", f"The searches of all laws given {given.words}.", COLUMNS, tuple(rows), notes)
-
-
-def remarks(tuned: Tuned) -> str:
-    """The numbers that lie at a limit, and the trials in which the step is not known to be stable."""
-    edge = [*tuned.at_edge, *(f"{name} ({why})" for name, why in tuned.at_physical.items())]
-    unstable = [t.name for t in tuned.tuning.trials if not 2 * t.run.h <= tuned.stable_steps[t.name]]
-    return "; ".join([*edge, *(f"step not known to be stable in {name}" for name in unstable)])
+        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:.4g}" for best in tuned.bests)
+        physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
+        rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
+    heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
+    columns = (*heads, Column("of each search"), Column("doubts, and limits"))
+    return Table(f"searches_{given.key}", f"The searches of all laws given {given.words}.", columns, tuple(rows), notes)
 
 
 def tuned_numbers(results: Results, given: Given) -> Table:
@@ -128,13 +89,3 @@ def curves(one: Tuned) -> tuple[Array, Array]:
     longest = max(one.searches, key=lambda search: len(search.bests)).spent
     bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
     return longest, np.stack(bests)
-
-
-def late_error(held: Mapping[str, Sample]) -> Array:
-    """The late error of both joints, the mean over the training scenarios."""
-    return np.mean([both(sample, LATE) for sample in held.values()], axis=0)
-
-
-def chattering(held: Mapping[str, Sample]) -> Array:
-    """The chattering of both joints, the mean over the training scenarios."""
-    return np.mean([both(sample, "TV") for sample in held.values()], axis=0)
