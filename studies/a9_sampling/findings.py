@@ -9,21 +9,18 @@ from studies.a9_sampling.evidence import (
     PERIODS,
     PLACES,
     QUIET,
+    RULE,
+    Curve,
     Evidence,
-    judged,
     printed,
     tally,
 )
 from studies.a9_sampling.loops import NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
-from studies.a9_sampling.safe_periods import RULE
-from studies.a9_sampling.steps import Curve
-from studies.paper.card import LAWS
 from studies.paper.comparison import MARGIN
 from studies.paper.linearization import PROPOSED, SEVEN
 from workbench.study.document.document import Verdict
 
 MS = f"{1e3 * REALISTIC:g} ms"
-FORESEEN = 1.15  # the factor within which a foreseen period is right: searches end 1.12 apart, if they resolve
 GIVEN = "AOSMC-RGS: positions and the true disturbance. Others: positions and velocities. All: exact model."
 QUIETLY = f"Quiet: at most {QUIET:g} times the total variation of continuous time."
 
@@ -108,51 +105,6 @@ def survives(evidence: Evidence) -> Verdict:
         "twice the standard errors.",
         given=GIVEN,
         reversal="A longer period, or other numbers of the rivals, which the paper does not state (a6).",
-    )
-
-
-def quieter(evidence: Evidence) -> Verdict:
-    """The paper's claim of reduced chattering, in a sampled-data loop."""
-    now, rivals = evidence.at(TV, REALISTIC), [law for law in LAWS if law != PROPOSED]
-    stands, by_cayley = (
-        [judged(at(PROPOSED, *place), at(rival, *place)) for place in PLACES for rival in rivals]
-        for at in (now, evidence.at(TV, REALISTIC, "cayley"))
-    )
-    largest = max(now(PROPOSED, *place)[0] for place in PLACES)
-    return Verdict(
-        "found",
-        f"At {MS} AOSMC-RGS has a smaller total variation than the rival in {stands.count('below')} of {len(stands)} "
-        f"comparisons, and a larger one in {stands.count('above')}.",
-        f"By Cayley steps it is smaller in {by_cayley.count('below')}, larger in {by_cayley.count('above')}. Its "
-        f"torque varies by up to {_round(largest)} N m/s: by {_round(largest * REALISTIC)} N m each period. The paper "
-        "claims reduced chattering.",
-        estimand="TV of the held torque of one run with exact readings, without delay, at each joint in each scenario.",
-        given=GIVEN,
-        reversal="A wider layer, or other gains of the rivals, which the paper does not state.",
-    )
-
-
-def foreseen(evidence: Evidence) -> Verdict:
-    """Multipliers against runs."""
-    asked = {
-        f"{law}{late}": (safe.multipliers[k], safe.quiet[k])
-        for k, late in enumerate(("", " late"))
-        for law, safe in evidence.safe.items()
-    }
-    told = {name for name, (_, seen) in asked.items() if 0 < seen.unsafe <= FORESEEN * seen.safe}
-    right = {name for name in told if asked[name][1].meets(asked[name][0], FORESEEN)}
-    agreed = {name for name in asked.keys() - told if asked[name][1].safe <= asked[name][0] <= asked[name][1].unsafe}
-    return Verdict(
-        "found",
-        f"The multipliers of the frozen loop foretell the longest period without chattering within a factor "
-        f"{FORESEEN:g} in {len(right)} of {len(told)} cases that the search by runs resolves; in {len(agreed)} of "
-        f"{len(asked) - len(told)} others they lie where it leaves it.",
-        f"They do not for: {', '.join(name for name in asked if name not in right | agreed) or 'none'}.",
-        estimand=f"{len(SEVEN)} laws, with a period of delay and without, beside a search by runs in both scenarios. A "
-        f"case is resolved where the ends of the search are a factor {FORESEEN:g} apart or less; a foretold period is "
-        f"right where it lies within this factor of both. {QUIETLY}",
-        given=GIVEN,
-        reversal="Noise, which no multiplier knows of.",
     )
 
 

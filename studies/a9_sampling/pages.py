@@ -1,6 +1,6 @@
 """The pictures and tables of a9 after its findings."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from studies.a9_sampling.evidence import (
     PLACES,
     QUIET,
     ROWS,
+    RULE,
+    SWITCHING,
+    Curve,
     Evidence,
     Score,
     Scores,
@@ -18,7 +21,6 @@ from studies.a9_sampling.evidence import (
 )
 from studies.a9_sampling.findings import MS
 from studies.a9_sampling.loops import CARD, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
-from studies.a9_sampling.safe_periods import RULE
 from studies.paper.comparison import SCENARIOS as TITLES
 from studies.paper.linearization import PROPOSED
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
@@ -140,26 +142,40 @@ def places_section(evidence: Evidence) -> Section:
 
 def safe_section(evidence: Evidence) -> Section:
     """The longest safe periods."""
-    heads = (f"{what}{when}" for when in ("", ", late") for what in ("multipliers", "quiet"))
-    columns = (Column("law"), Column("rule of thumb", "ms", digits=2), *(Column(h, "ms", digits=2) for h in heads))
-    rows: list[tuple[Cell, ...]] = []
-    for law, safe in evidence.safe.items():
-        ends = ((1e3 * limit, found.text) for limit, found in zip(safe.multipliers, safe.quiet, strict=True))
-        rows.append((law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *(one for end in ends for one in end)))
+    rows = [
+        (law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *(found.text for found in safe.quiet))
+        for law, safe in evidence.safe.items()
+    ]
     words = (
         f"Quiet: TV at most {QUIET:g} times that in continuous time, at both joints, in both scenarios, by bisection "
         "on runs over the periods 10 ms / m from 0.02 ms on, to 12 % or two neighbours; it takes for granted that "
         "every period shorter than a safe one is safe. All memories step by explicit Euler. The rule of thumb is the "
         "least ",
         RULE,
-        " along the runs in continuous time, of the least eigenvalue of M and the largest gain. The multipliers are "
-        "those of the exact Jacobian along them, where the law is within its layer and its gains are frozen: the plant "
-        "by exp(A T), the law and its observer by explicit Euler; the longest period at which no mode faster than an "
-        "eighth of the sampling rate grows.",
+        " along the runs in continuous time, of the least eigenvalue of M and the largest gain.",
     )
     caption = "The longest safe period of each law, without delay and with a torque that is a period late."
-    table = Table("safe", caption, columns, tuple(rows), ("A dash: no gain K. With exact readings.",))
+    heads = (Column(name, "ms", digits=2) for name in ("rule of thumb", "quiet", "quiet, late"))
+    table = Table("safe", caption, (Column("law"), *heads), tuple(rows), ("A dash: no gain K. With exact readings.",))
     return Section("The longest safe period", (Paragraph(words), table))
+
+
+def steps_figure(curves: Sequence[Curve]) -> Figure:
+    """Total variation over the step of the simulation."""
+    panels = []
+    for law in dict.fromkeys(one.law for one in curves):
+        series = []
+        for style, one in enumerate(curve for curve in curves if curve.law == law):
+            label = f"{SWITCHING[one.switching]}, {f'computer of {MS}' if one.digital else 'continuous time'}"
+            points = label, 1e3 * one.h, one.TV[:, 0], style
+            series += [Series(*points), Series(*points, look="marks")]
+        axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
+        panels.append(Panel(*axes, xscale="log", yscale="log", title=law))
+    caption = (
+        "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
+        "step of the loop, with the computer a step of the plant within its period."
+    )
+    return Figure("tv_steps", caption, tuple(panels), columns=2)
 
 
 def trust_section(evidence: Evidence, steps: Figure) -> Section:

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS, STYLES
-from studies.a9_sampling import findings, pages, steps
-from studies.a9_sampling.evidence import Evidence, gathered, printed, tally
+from studies.a9_sampling import findings, pages
+from studies.a9_sampling.evidence import Evidence, curves, gathered, printed, tally
 from studies.a9_sampling.loops import HORIZON, REALISTIC, RMSE, SCENARIOS, SEED, TV, metrics
 from studies.paper.linearization import SEVEN, loop_of
 from workbench.study.contract import Run
@@ -31,17 +31,15 @@ def evidence(results: Results) -> Evidence:
 
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
-    found, curves = evidence(results), steps.curves()
+    found, by_step = evidence(results), curves()
     pictures = (pages.over_periods(found, TV, "tv_periods"), pages.over_periods(found, RMSE, "rmse_periods"))
     verdicts = (
         findings.finite(found),
         findings.integrator(found),
         findings.unseen(found),
         findings.survives(found),
-        findings.quieter(found),
-        findings.foreseen(found),
         findings.thumb(found),
-        findings.computers(found, curves),
+        findings.computers(found, by_step),
     )
     return (
         Section("What was found", (*pictures, *verdicts)),
@@ -50,7 +48,7 @@ def sections(results: Results) -> Sequence[Section]:
         pages.apart_section(found),
         pages.places_section(found),
         pages.safe_section(found),
-        pages.trust_section(found, steps.figure(curves)),
+        pages.trust_section(found, pages.steps_figure(by_step)),
     )
 
 
@@ -77,8 +75,7 @@ study = Study(
     method=(
         "Both scenarios with the numbers of a1. The law and its observer in a computer, the plant by RK4 in "
         "between, at two substeps; the memories by explicit Euler, those of AOSMC-RGS by Cayley steps beside it, "
-        "and near their exact flow; delay and noise. Longest safe periods "
-        "by bisection on runs, beside the multipliers of the frozen loops and a rule of thumb."
+        "and near their exact flow; delay and noise. Longest safe periods by bisection on runs, beside a rule of thumb."
     ),
     cases=tuple(continuous(scenario, law) for scenario in SCENARIOS for law in SEVEN),
     sections=sections,
