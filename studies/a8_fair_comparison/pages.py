@@ -17,12 +17,12 @@ from studies.a8_fair_comparison.conditions import (
     uncertain,
 )
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSAL, READINGS, Given
-from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, CONTENDERS, FAMILY, Evidence, evidence
+from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, FAMILY, Evidence, evidence
 from studies.a8_fair_comparison.laws import PROPOSED
 from studies.a8_fair_comparison.objective import TERMS
 from studies.a8_fair_comparison.searches import tuned_numbers, tuning
 from workbench.study.document.document import Column, Figure, Paragraph, Reference, Section, Table
-from workbench.study.evidence import Standings, ablation_table, statistics_table
+from workbench.study.evidence import ablation_table, statistics_table
 from workbench.study.evidence.law_tables import information_table
 from workbench.study.pictures import standings_figure
 from workbench.study.study import Results
@@ -58,7 +58,6 @@ def answer(held: Evidence) -> Section:
             short(standings(held, READINGS)),
             *(findings.winner(held, given) for given in reversed(GIVEN)),
             findings.proposed(held),
-            *findings.tails(held),
             findings.diverged(held),
             findings.parts_matter(held),
             short(standings(held, FILTER)),
@@ -84,24 +83,7 @@ def short(shown: Figure) -> Figure:
 
 
 def dependence(held: Evidence) -> Section:
-    """All that could turn a verdict round."""
-    rows = []
-    for given in GIVEN:
-        pairs = findings.alternatives(held, given.key)
-        rows.append((given.name, *(most(*pair) for pair in pairs.values()), held.together[given.key].best or "open"))
-    table = Table(
-        "dependence",
-        "What the verdict depends on.",
-        tuple(map(Column, ("given", *pairs, findings.TOGETHER))),
-        tuple(rows),
-        (
-            "The law that is best in most held-out scenarios, with their number; where none is, those that are best "
-            f"most often, in brackets. First by each statistic; then by the mean the {CONTENDERS} laws of least "
-            f"training cost and {PROPOSED} alone, as tuned, as another search tuned them, and with the best of as many "
-            "first evaluations as half of the shortest search, under the noise of their own search; last all "
-            "scenarios together.",
-        ),
-    )
+    """The laws over all scenarios together by each statistic, and with other weights of the cost."""
     weights = Table(
         "weights",
         f"In how many held-out scenarios each law has the least {findings.MEASURE}, with other weights of the terms.",
@@ -115,14 +97,7 @@ def dependence(held: Evidence) -> Section:
         )
         for given in GIVEN
     )
-    return Section("What the verdicts depend on", (table, *together, weights))
-
-
-def most(held: Standings, words: str) -> str:
-    """The laws that are best most often, in brackets if that is in no more than half of the scenarios."""
-    tally = findings.tally(held, words)
-    shown = ", ".join(f"{law} {count}" for law, count in tally.items() if count == max(tally.values()))
-    return shown if findings.champion(held, words) else f"({shown})" if shown else "open everywhere"
+    return Section("What the verdicts depend on", (*together, weights))
 
 
 def conditions() -> Section:
