@@ -291,26 +291,6 @@ def test_the_verdicts_on_the_fits_turn_with_their_misses():
     assert "at the step of the search 2 of its choices come" in bad[2].evidence
 
 
-def test_the_verdict_on_what_is_determined_turns_with_the_spread():
-    def kind_and_count(spread):
-        close = {}
-        for law in LAWS:
-            ends = [f.distribution.quantile(np.array([0.05, 0.05 + spread])) for f in loops.factors_of(law, "FS")]
-            close[law] = np.stack(ends, axis=1)
-        verdict = findings.determined(close)
-        return verdict.kind, verdict.statement.split(" of the ")[:2]
-
-    # two of the four shapes of (33) are no more than half of them
-    assert kind_and_count(0.9) == ("found", ["31", "32 numbers and readings"])
-    assert kind_and_count(0.001)[1][0] == "0"
-
-
-def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():
-    factor = next(f for f in loops.factors_of("AOSMC-RGS", "FS") if f.name == "Q")
-    # 0.01 to 1000 are five decades, of which 1 to 100 are two
-    assert abs(findings.span_of(factor, np.array([1.0, 100.0])) - 0.4) < 1e-3
-
-
 def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_layer():
     gentle, factors, layer = np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]]), loops.FACTORS["SMC"], loops.loop("SMC", "FS")
 

@@ -195,6 +195,7 @@ class Fit:
 def fit(results: Results, law: str, target: str) -> Fit:
     """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
     tuned = results.tuned(slug("search", law))
+    random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
     places = reduce(np.intersect1d, (checked(law, tuned, scenario) for scenario in TARGETS[target]))
     samples, sizes = {}, {}
     for scenario, joints in TARGETS[target].items():
@@ -210,20 +211,8 @@ def fit(results: Results, law: str, target: str) -> Fit:
         {scenario: samples[scenario].values[one, i] for scenario, i in at.items()},
         {scenario: samples[scenario].errors[one, i] for scenario, i in at.items()},
         float(worst[one]),
-        *(int((sizes <= CLOSE).sum()) for sizes in near(results, law, target)),
+        *(int((nearest(law, target, runs) <= CLOSE).sum()) for runs in (random, by_scenario(tuned.samples))),
     )
-
-
-def near(results: Results, law: str, target: str) -> tuple[Array, Array]:
-    """The misses of a target by the independent draws, and by the points of the search."""
-    random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
-    return nearest(law, target, random), nearest(law, target, by_scenario(results.tuned(slug("search", law)).samples))
-
-
-def close(results: Results, law: str, target: str) -> Array:
-    """The values (n, d) of the factors in all choices within 1 % of a target, of draws and search together."""
-    both = [at_draws(results, "random", law, "SS").drawn, results.tuned(slug("search", law)).numbers]
-    return np.concatenate(both)[np.concatenate(near(results, law, target)) <= CLOSE]
 
 
 def own(law: str) -> tuple[Factor, ...]:

@@ -18,7 +18,6 @@ from studies.a6_unstated_choices.fits import (
     TARGETS,
     Fit,
     Shared,
-    close,
     fit,
     shared,
 )
@@ -45,7 +44,6 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
         ranking.pairs_verdict(every, step),
         ranking.deciding_verdict(ranking.indices(results)),
         *findings.fit_verdicts(fits(results)),
-        findings.determined({law: close(results, law, "FS") for law in LAWS}),
         findings.horizon_verdict(results),
         findings.shared_verdict(shared(results)),
     )

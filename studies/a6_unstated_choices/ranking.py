@@ -173,20 +173,16 @@ def first_verdict(every: Ranked, step: str) -> Verdict:
 
 def pairs_verdict(every: Ranked, step: str) -> Verdict:
     """The share of draws in which the proposed law is below each rival, in one sentence for all."""
-    ours = {
-        rival: {column: [ahead(by[column], rival) for by in every.values()] for column in columns}
-        for columns in [next(iter(every.values()))]
-        for rival in LAWS[1:]
-    }
-    flat = {rival: [part for parts in by.values() for part in parts] for rival, by in ours.items()}
+    ours = {rival: [[ahead(by[column], rival) for by in every.values()] for column in COLUMNS] for rival in LAWS[1:]}
+    flat = {rival: [part for parts in by_column for part in parts] for rival, by_column in ours.items()}
     shares = ", ".join(f"{rival} in {percent(min(p)[0])} to {percent(max(p)[0])}" for rival, p in flat.items())
     ends = "; ".join(f"{rival} {interval(min(p))} to {interval(max(p))}" for rival, p in flat.items())
     words = "; ".join(f"{rival} {majority(parts)}" for rival, parts in flat.items())
     # two priors whose intervals of one share have nothing in common
     apart = any(
         max(low for _, low, _ in parts) > min(high for _, _, high in parts)
-        for by in ours.values()
-        for parts in by.values()
+        for by_column in ours.values()
+        for parts in by_column
     )
     return Verdict(
         "depends" if apart else "found",
