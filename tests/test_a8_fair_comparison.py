@@ -44,7 +44,7 @@ REST = Signals({name: ca.SX.zeros(2) for name in ("q", "qd", "qdd")})
 @pytest.fixture(scope="module")
 def loops():
     """All laws with the numbers of the card in the scenario 'paper'."""
-    return {one.key: one.loop(PAPER, one.card) for one in ALL}
+    return {one.key: one.loop(PAPER) for one in ALL}
 
 
 @pytest.mark.parametrize("entrant", ALL, ids=lambda one: one.key)
@@ -64,7 +64,7 @@ def test_a_number_reaches_the_loop_as_the_search_sets_it(entrant, loops):
 
 @pytest.mark.parametrize("scenario", [*TRAINING, *HELD_OUT], ids=lambda one: one.name)
 def test_all_laws_face_the_same_arm_and_the_same_instruments(scenario):
-    loops = [entrant.loop(scenario, entrant.card) for entrant in ALL]
+    loops = [entrant.loop(scenario) for entrant in ALL]
     arms = [lift(loop.loop.plant).layout.default for loop in loops]
     instruments = [lift(loop.instruments).layout.default for loop in loops]
     for loop, arm, reading in zip(loops, arms, instruments, strict=True):

@@ -59,8 +59,8 @@ def fit_verdicts(fits: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if met == len(cells) else "open",
             f"{met} of the {len(cells)} printed cells are met within {100 * CLOSE:g} %, each taken alone.",
-            f"The farthest is missed by {100 * max(cells):.2g} %. Of the {RANDOM.runs} draws {min(draws)} to {max(draws)} "
-            "meet a cell within 1 % at some horizon.",
+            f"The farthest is missed by {100 * max(cells):.2g} %. Of the {RANDOM.runs} draws {min(draws)} to "
+            f"{max(draws)} meet a cell within {100 * CLOSE:g} % at some horizon.",
             OF_A_FIT,
             f"{RANGES}; numbers, a square wave and a horizon of its own for each cell.",
             OF_A_WITNESS if met == len(cells) else LONGER,

@@ -31,30 +31,25 @@ class Given:
     observer: AbstractObserver
     tuned: tuple[Sought, ...] = ()
 
-    @property
-    def estimates_d(self) -> bool:
-        """True if D_hat is estimated, and therefore added to the torque of each law."""
-        return isinstance(self.observer, WithDisturbance)
-
 
 def gains(path: str) -> tuple[Sought, Sought]:
     """The gains of (10) below a path."""
     return (
-        one(f"{path}.L1", 1.0, 400.0, 30.0, "1/s", DIAGONAL),
-        one(f"{path}.L2", 50.0, 40000.0, 50.0, "1/s^2", DIAGONAL),
+        one(f"{path}.L1", 1.0, 400.0, "1/s", DIAGONAL),
+        one(f"{path}.L2", 50.0, 40000.0, "1/s^2", DIAGONAL),
     )
 
 
 PASSES = "the filter passes what it reads on"
-LUENBERGER = Luenberger(ARM, np.eye(2), np.eye(2), q_hat=(0.0, 0.0), integrator="cayley")
-ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, CARD["l"], "1/s"))
+LUENBERGER = Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
+ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
 READINGS = Given("readings", "raw readings", "positions and velocities as read", FullState(2))
 FILTER = Given(
     "filter",
     "filtered velocity",
     "positions as read, velocities through a filter of first order",
     VelocityFilter(2, 200.0),
-    (one("observer.omega", 10.0, 1000.0, 200.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
+    (one("observer.omega", 10.0, 1000.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
 OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
 BOTH = Given(
@@ -85,8 +80,8 @@ class Entrant:
 
     @property
     def compensated(self) -> bool:
-        """True if D_hat is added to the torque of the law from outside."""
-        return self.given.estimates_d and not self.law.counts_on_d
+        """True if D_hat is estimated, and added to the torque of the law from outside."""
+        return isinstance(self.given.observer, WithDisturbance) and not self.law.counts_on_d
 
     @property
     def tuned(self) -> tuple[Sought, ...]:
@@ -98,18 +93,14 @@ class Entrant:
         )
         return (*own, *self.given.tuned)
 
-    @property
-    def card(self) -> dict[str, float]:
-        return {sought.name: sought.card for sought in self.tuned}
-
-    def loop(self, scenario: Scenario, numbers: Mapping[str, float]) -> ComputedLoop:
-        """The law with these numbers in a scenario."""
+    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> ComputedLoop:
+        """The law with these numbers in a scenario, or with those that a1 assumes."""
         law = WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer
         for path in first_estimates(observer):
             observer = with_number(observer, path, scenario.start)
         blocks = {"controller": law, "observer": observer}
-        for sought in self.tuned:
+        for sought in self.tuned if numbers else ():
             for path in sought.paths:
                 block, _, inside = path.partition(".")
                 blocks[block] = with_number(blocks[block], inside, numbers[sought.name])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -33,8 +34,6 @@ class Sought:
     ----------
     low, high
         The ends between which the search begins, on a scale of logarithms.
-    card
-        The number that a1 assumes, or a usual one where a1 has no such law.
     ends, why
         Physical limits with their reason in words, where there are any.
     """
@@ -43,7 +42,6 @@ class Sought:
     paths: tuple[str, ...]
     low: float
     high: float
-    card: float
     unit: str
     ends: tuple[float, float] | None = None
     why: str = ""
@@ -65,28 +63,15 @@ class Law:
 
 
 def one(
-    path: str,
-    low: float,
-    high: float,
-    card: float,
-    unit: str,
-    at: tuple[str, ...] = ("",),
-    name: str = "",
-    ends: tuple[float, float] | None = None,
-    why: str = "",
+    path: str, low: float, high: float, unit: str, at: tuple[str, ...] = ("",), name: str = "", **physical: Any
 ) -> Sought:
     """One number of a loop, at one or several places of a field."""
-    field = path.split(".")[-1]
-    return Sought(name or field, tuple(f"{path}{place}" for place in at), low, high, card, unit, ends, why)
+    return Sought(name or path.split(".")[-1], tuple(f"{path}{place}" for place in at), low, high, unit, **physical)
 
 
-def two(
-    field: str, low: float, high: float, card: tuple[float, ...], unit: str, at: tuple[str, str] = EACH
-) -> tuple[Sought, ...]:
+def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EACH) -> tuple[Sought, ...]:
     """A number of a law for each joint."""
-    return tuple(
-        one(f"controller.{field}", low, high, card[j], unit, (at[j],), name=f"{field}_{j + 1}") for j in (0, 1)
-    )
+    return tuple(one(f"controller.{field}", low, high, unit, (at[j],), f"{field}_{j + 1}") for j in (0, 1))
 
 
 LAYER = "s stays within so wide a layer, where the gain over phi alone counts"
@@ -95,61 +80,61 @@ ORDER = "the law asks for 1 < gamma < 2"
 GAIN = (1.0, 500.0)  # N m, of a switching torque
 STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
 SURFACE = (
-    *two("Lambda", 1.0, 40.0, CARD["Lambda"], "1/s"),
-    one("controller.phi", 0.01, 10.0, CARD["phi"], "rad/s", ends=(1e-5, 100.0), why=LAYER),
+    *two("Lambda", 1.0, 40.0, "1/s"),
+    one("controller.phi", 0.01, 10.0, "rad/s", ends=(1e-5, 100.0), why=LAYER),
 )
 OF_PROPOSED = (
     *SURFACE,
-    one("controller.K", *GAIN, 5.0, "N m", DIAGONAL, "K(0)"),
-    one("controller.P", 0.1, 1000.0, 10.0, "N m/rad", DIAGONAL, "P(0)"),
-    one("controller.Q", 0.01, 1000.0, 599.0, "N m/(rad s)", DIAGONAL),
-    one("controller.R", 0.001, 1000.0, 6.43, "N m/(rad s)", DIAGONAL),
+    one("controller.K", *GAIN, "N m", DIAGONAL, "K(0)"),
+    one("controller.P", 0.1, 1000.0, "N m/rad", DIAGONAL, "P(0)"),
+    one("controller.Q", 0.01, 1000.0, "N m/(rad s)", DIAGONAL),
+    one("controller.R", 0.001, 1000.0, "N m/(rad s)", DIAGONAL),
 )
 LEARNED = (
     *SURFACE,
-    one("controller.K", *GAIN, 5.0, "N m", name="K(0)"),
-    one("controller.gamma", 0.1, 100.0, CARD["ASMC: gamma"], "N m/rad"),
+    one("controller.K", *GAIN, "N m", name="K(0)"),
+    one("controller.gamma", 0.1, 100.0, "N m/rad"),
 )
 OF_FUZZY = (
     *LEARNED,
-    one("controller.lag", 0.005, 0.5, CARD["Fuzzy-ASMC: lag"], "s", ends=(5e-6, 500.0), why=LAG),
+    one("controller.lag", 0.005, 0.5, "s", ends=(5e-6, 500.0), why=LAG),
 )
 OF_RBF = (
     *LEARNED,
-    one("controller.Gamma", 0.1, 1000.0, CARD["RBF-ASMC: Gamma"], "N m/rad"),
-    one("controller.sigma", 0.01, 10.0, CARD["RBF-ASMC: sigma"], "1/s"),
+    one("controller.Gamma", 0.1, 1000.0, "N m/rad"),
+    one("controller.sigma", 0.01, 10.0, "1/s"),
 )
 OF_PID = (
-    *two("Kp", *STIFF, CARD["PID: Kp"], "N m/rad"),
-    *two("Ki", 5.0, 5000.0, CARD["PID: Ki"], "N m/(rad s)"),
-    *two("Kd", *DAMPED, CARD["PID: Kd"], "N m s/rad"),
+    *two("Kp", *STIFF, "N m/rad"),
+    *two("Ki", 5.0, 5000.0, "N m/(rad s)"),
+    *two("Kd", *DAMPED, "N m s/rad"),
 )
-OF_SMC = (*SURFACE, *two("K", *GAIN, CARD["SMC: K"], "N m"))
+OF_SMC = (*SURFACE, *two("K", *GAIN, "N m"))
 OF_SUPER_TWISTING = (
     *SURFACE,
-    one("controller.k1", 1.0, 100.0, CARD["super-twisting: k1"][0], "(rad/s^3)^(1/2)"),
-    one("controller.k2", 1.0, 1000.0, CARD["super-twisting: k2"][0], "rad/s^3"),
+    one("controller.k1", 1.0, 100.0, "(rad/s^3)^(1/2)"),
+    one("controller.k2", 1.0, 1000.0, "rad/s^3"),
 )
 OF_FEEDFORWARD = (
-    *two("Kp", *STIFF, CARD["PID: Kp"], "N m/rad", DIAGONAL),
-    *two("Kd", *DAMPED, CARD["PID: Kd"], "N m s/rad", DIAGONAL),
+    *two("Kp", *STIFF, "N m/rad", DIAGONAL),
+    *two("Kd", *DAMPED, "N m s/rad", DIAGONAL),
 )
 OF_COMPUTED_TORQUE = (
-    *two("Kp", 10.0, 2000.0, (36.0, 36.0), "1/s^2"),
-    *two("Kd", 2.0, 200.0, (12.0, 12.0), "1/s"),
+    *two("Kp", 10.0, 2000.0, "1/s^2"),
+    *two("Kd", 2.0, 200.0, "1/s"),
 )
 OF_RISE = (
     *SURFACE,
-    one("controller.ks", 1.0, 300.0, 20.0, "N m s/rad", EACH),
-    one("controller.alpha", 0.01, 40.0, 2.0, "1/s", EACH),
-    one("controller.beta", 0.1, 1000.0, 10.0, "N m/s", EACH),
+    one("controller.ks", 1.0, 300.0, "N m s/rad", EACH),
+    one("controller.alpha", 0.01, 40.0, "1/s", EACH),
+    one("controller.beta", 0.1, 1000.0, "N m/s", EACH),
 )
 OF_TERMINAL = (
-    one("controller.beta", 1.0, 200.0, 10.0, "rad^(gamma-1)/s^gamma", EACH),
-    one("controller.gamma", 1.1, 1.9, 5 / 3, "", ends=(1.01, 1.99), why=ORDER),
-    one("controller.k1", 1.0, 1000.0, 50.0, "1/s^2", EACH),
-    one("controller.k2", 1.0, 1000.0, 50.0, "rad^(1/2)/s^2", EACH),
-    one("controller.phi", 0.001, 1.0, 0.05, "rad"),
+    one("controller.beta", 1.0, 200.0, "rad^(gamma-1)/s^gamma", EACH),
+    one("controller.gamma", 1.1, 1.9, "", ends=(1.01, 1.99), why=ORDER),
+    one("controller.k1", 1.0, 1000.0, "1/s^2", EACH),
+    one("controller.k2", 1.0, 1000.0, "rad^(1/2)/s^2", EACH),
+    one("controller.phi", 0.001, 1.0, "rad"),
 )
 
 I = np.eye(2)

@@ -103,7 +103,7 @@ def dependence(held: Evidence) -> Section:
 def conditions() -> Section:
     """All that is the same for all laws, and what each is given."""
     first = HELD_OUT[0]
-    loop = PROPOSAL.loop(first, PROPOSAL.card)
+    loop = PROPOSAL.loop(first)
     equation = loop.ode()
     drawn = Space(uncertain(first, loop), equation.parameters, equation.states)
     return Section(
@@ -146,7 +146,7 @@ def information() -> Table:
     return information_table(
         "information",
         "Who is given what: all laws behind both observers, and two of them behind the rest.",
-        {name: one.loop(HELD_OUT[0], one.card).loop for name, one in entrants.items()},
+        {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
         {name: len(one.tuned) for name, one in entrants.items()},
     )
 

@@ -68,11 +68,11 @@ def tuned_numbers(results: Results, given: Given) -> Table:
         best = results.tuned(entrant.key).best
         for one in entrant.tuned:
             spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
-            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, f"{one.card:.4g}", tuned))
-    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as assumed", "as tuned")))
+            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, tuned))
+    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as tuned")))
     note = (
         "Sought on a scale of logarithms, from where a search begins to a thousandth of its lower and a thousand times "
-        "its upper end, where no physical limit comes before. As assumed: the card of a1, or a usual number."
+        "its upper end, where no physical limit comes before."
     )
     notes = (note,) if given == GIVEN[0] else ()
     return Table(f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", heads, tuple(rows), notes)
