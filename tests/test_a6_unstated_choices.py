@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from studies.a6_unstated_choices import draws, findings, fits, loops, ranking
+from studies.a6_unstated_choices import findings, fits, loops, ranking
 from studies.a6_unstated_choices.blocks import chosen
 from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
@@ -106,11 +106,11 @@ def test_readings_are_equally_likely_and_casadi_takes_the_one_that_is_named():
     assert [float(pick(place)) for place in (0, 1, 2)] == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize("kind", draws.DESIGNS)
+@pytest.mark.parametrize("kind", loops.DESIGNS)
 def test_a_part_of_a_design_gives_back_the_whole_of_it(kind):
-    whole, factors = draws.DESIGNS[kind], loops.factors_of("SMC", "FS")
-    part, places = draws.part(kind, factors)
-    columns = [draws.NAMES.index(factor.name) for factor in factors]
+    whole, factors = loops.DESIGNS[kind], loops.factors_of("SMC", "FS")
+    part, places = loops.part(kind, factors)
+    columns = [loops.NAMES.index(factor.name) for factor in factors]
     np.testing.assert_array_equal(part.points()[places], whole.points()[:, columns])
     # three factors change a run: A, B and what takes one of the three from the other
     assert part.size == (whole.runs if kind == "random" else whole.base * (2 + 3))
@@ -155,7 +155,7 @@ def test_the_margin_is_below_one_half_where_the_proposed_law_is_first():
     ours = np.array([[1.0, 1.0], [np.nan, 1.0], [1.0, 3.0]])
     rivals = {law: np.full((3, 2), 2.0) for law in LAWS[1:]} | {"PID": np.full((3, 2), np.nan)}
     assert np.allclose(
-        draws.margin({"AOSMC-RGS": ours} | rivals), [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15
+        loops.margin({"AOSMC-RGS": ours} | rivals), [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15
     )
 
 
@@ -230,9 +230,9 @@ def test_the_verdict_on_what_decides_is_open_where_two_indices_cannot_be_told_ap
         assert f"FS, q1: b (0.60 ± {half:.2f}), c (0.30 ± {half:.2f}), a" in verdict.evidence
 
 
-@pytest.mark.parametrize("name", draws.PRIORS)
+@pytest.mark.parametrize("name", loops.PRIORS)
 def test_a_prior_draws_numbers_evenly_on_its_scales(name):
-    prior = draws.PRIORS[name]
+    prior = loops.PRIORS[name]
     middle = {"linear": lambda low, high: (low + high) / 2, "log": lambda low, high: (low * high) ** 0.5}
     for law in LAWS:
         for factor in prior.factors(law, "SS"):
@@ -243,16 +243,16 @@ def test_a_prior_draws_numbers_evenly_on_its_scales(name):
             expected = middle[scale](spread.low, spread.high)
             assert spread.quantile(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-12)  # rounding
     seconds = prior.horizons(np.array([1e-9, 1 - 1e-9]))
-    assert seconds.tolist() == [draws.SHORTEST, draws.LONGEST]
+    assert seconds.tolist() == [loops.SHORTEST, loops.LONGEST]
 
 
 def test_the_prior_of_the_card_is_that_of_the_factors_and_priors_of_the_same_scales_share_runs():
     for law in LAWS:
         for scenario in loops.SCENARIOS:
-            assert draws.OF_CARD.factors(law, scenario) == loops.factors_of(law, scenario)
-    names = {draws.named("random", law, "FS", prior) for law in LAWS for prior in draws.PRIORS.values()}
+            assert loops.OF_CARD.factors(law, scenario) == loops.factors_of(law, scenario)
+    names = {loops.named("random", law, "FS", prior) for law in LAWS for prior in loops.PRIORS.values()}
     assert len(names) == 2 * len(LAWS)
-    assert len({draws.named("random", "AOSMC-RGS", "SS", prior) for prior in draws.PRIORS.values()}) == 4
+    assert len({loops.named("random", "AOSMC-RGS", "SS", prior) for prior in loops.PRIORS.values()}) == 4
 
 
 def test_the_one_experiment_is_the_same_for_all_laws_and_leaves_open_only_what_is_their_own():
@@ -295,7 +295,7 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
     gentle, factors, layer = np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]]), loops.FACTORS["SMC"], loops.loop("SMC", "FS")
 
     def rmse(loop, h):
-        one = compile_sweep(Sweep("x", Run(loop, (draws.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
+        one = compile_sweep(Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
         return one.sample([one.chunk(0, 2)]).values
 
     # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface

@@ -6,12 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studies.a7_sensitivity import factors as sensitivity_factors
-from studies.a7_sensitivity import findings
-from studies.a7_sensitivity.factors import SPAN, TOLERANCE, factors, group_of
-from studies.a7_sensitivity.pages import acting_pairs, left_table
+from studies.a7_sensitivity import findings, sweeps
 from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
-from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
+from studies.a7_sensitivity.study import acting_pairs, left_table
+from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.factors import Space
@@ -70,7 +68,7 @@ def test_every_factor_moves_numbers_of_its_loop_within_the_stated_shares(law):
     ode = loop(law).ode()
     p, _ = Space(factors(law), ode.parameters, ode.states).rows(np.array([np.zeros(len(factors(law)))]))
     ratio = p[0][ode.parameters.default != 0] / ode.parameters.default[ode.parameters.default != 0]
-    assert f"within a factor of {SPAN:g} of" in sensitivity_factors.__doc__
+    assert f"within a factor of {SPAN:g} of" in sweeps.__doc__
     least = {"stated": 1 - TOLERANCE, "derived": 1 - TOLERANCE, "assumed": 1 / SPAN}
     for factor in factors(law):
         assert factor.distribution.reach()[0] >= least[factor.origin] - 1e-12

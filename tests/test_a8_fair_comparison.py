@@ -8,8 +8,17 @@ import pytest
 from tunings import tuning
 
 from studies.a8_fair_comparison import findings
-from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING, first_estimates, uncertain
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS
+from studies.a8_fair_comparison.conditions import (
+    HELD_OUT,
+    TERMS,
+    TRAINING,
+    cost,
+    first_estimates,
+    metrics,
+    objective,
+    uncertain,
+)
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, LAWS, PROPOSAL, PROPOSED, READINGS
 from studies.a8_fair_comparison.evidence import (
     AGAIN,
     AS_TUNED,
@@ -24,8 +33,6 @@ from studies.a8_fair_comparison.evidence import (
     judge_laws,
     other_search,
 )
-from studies.a8_fair_comparison.laws import LAWS, PROPOSED
-from studies.a8_fair_comparison.objective import TERMS, cost, metrics, objective
 from studies.a8_fair_comparison.study import study
 from workbench.core import Signals, grouped, lift
 from workbench.loop import roles

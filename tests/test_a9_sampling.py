@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a9_sampling import findings
+from studies.a9_sampling import study as findings
 from studies.a9_sampling.evidence import PERIODS, Curve, Evidence, Longest, Safe, curve, longest, plan, printed
 from studies.a9_sampling.loops import NOISY, RMSE, SCENARIOS, TV, Audit, Computer, audit, exact
 from studies.paper.card import LAWS, PUBLISHED

@@ -11,17 +11,21 @@ from functools import cache, reduce
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import LONGEST, RMSE, SHORTEST, at_draws, slug
 from studies.a6_unstated_choices.loops import (
+    LONGEST,
     MEASURED,
     PROPOSED,
+    RMSE,
     SCENARIOS,
+    SHORTEST,
     SQUARE,
     STEPS,
+    at_draws,
     factors_of,
     in_words,
     loop,
     relayed,
+    slug,
 )
 from studies.paper.card import CARD, LAWS, PUBLISHED
 from workbench.loop import ClosedLoop

@@ -7,9 +7,8 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import NAMES, PAIRED, PRIORS, RANDOM, drawn, margin, named
 from studies.a6_unstated_choices.fits import CLOSE
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS
+from studies.a6_unstated_choices.loops import NAMES, PAIRED, PRIORS, PROPOSED, RANDOM, SCENARIOS, drawn, margin, named
 from studies.paper.card import LAWS, PUBLISHED
 from workbench.study.document.document import Column, Figure, Table, Verdict
 from workbench.study.evidence import Ranks, paired, ranks

@@ -4,9 +4,20 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a7_sensitivity.factors import SPAN, group_of, written
 from studies.a7_sensitivity.results import Derivatives, LawResults, interval, leaders, named, narrow, percent
-from studies.a7_sensitivity.sweeps import HELD, LATE, METRICS, NARROW, OF_LATE, PROPOSED, SAMPLE, UNTIL
+from studies.a7_sensitivity.sweeps import (
+    HELD,
+    LATE,
+    METRICS,
+    NARROW,
+    OF_LATE,
+    PROPOSED,
+    SAMPLE,
+    SPAN,
+    UNTIL,
+    group_of,
+    written,
+)
 from workbench.study.document.document import Column, Phrase, Table, Verdict
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, share

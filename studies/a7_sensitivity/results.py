@@ -7,8 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from studies.a7_sensitivity.factors import GROUPS, group_of
-from studies.a7_sensitivity.sweeps import EVERY, METRICS, NARROW, PROPOSED, STEPS, UNTIL, called, free, loop, metrics
+from studies.a7_sensitivity.sweeps import (
+    EVERY,
+    GROUPS,
+    METRICS,
+    NARROW,
+    PROPOSED,
+    STEPS,
+    UNTIL,
+    called,
+    free,
+    group_of,
+    loop,
+    metrics,
+)
 from workbench.core import Ode
 from workbench.study.sample import Sample
 from workbench.study.study import Results

@@ -8,10 +8,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Scenario, uncertain
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, Entrant
-from studies.a8_fair_comparison.laws import PROPOSED
-from studies.a8_fair_comparison.objective import TERMS, Term, cost, metrics
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
 from studies.paper.computed_loop import ComputedLoop
 from workbench.study.contract import Run
 from workbench.study.evidence import (

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 from studies.a8_fair_comparison.conditions import HELD_OUT
-from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, READINGS, Given
+from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import AS_TUNED, ASKED, DRAWS, FAMILY, MARGIN, Evidence
-from studies.a8_fair_comparison.laws import PROPOSED
 from workbench.study.document.document import Verdict
 from workbench.study.evidence import Standings
 

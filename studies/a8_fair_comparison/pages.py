@@ -5,28 +5,32 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from studies.a8_fair_comparison import findings
-from studies.a8_fair_comparison.conditions import (
-    HELD_OUT,
-    HORIZON,
-    LIMIT,
-    NOISE_Q,
-    NOISE_QD,
-    PERIOD,
-    TRAINING,
-    uncertain,
+import numpy as np
+
+from studies.a8_fair_comparison import conditions, findings
+from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, TERMS, both
+from studies.a8_fair_comparison.entrants import (
+    BOTH,
+    ENTRANTS,
+    FILTER,
+    GIVEN,
+    OBSERVER,
+    PROPOSAL,
+    PROPOSED,
+    READINGS,
+    Given,
 )
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSAL, READINGS, Given
 from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, FAMILY, Evidence, evidence
-from studies.a8_fair_comparison.laws import PROPOSED
-from studies.a8_fair_comparison.objective import TERMS
-from studies.a8_fair_comparison.searches import tuned_numbers, tuning
-from workbench.study.document.document import Column, Figure, Paragraph, Reference, Section, Table
+from workbench.notation.formula import symbol
+from workbench.study.document.document import Column, Figure, Measured, Paragraph, Phrase, Reference, Section, Table
+from workbench.study.document.phrases import raised
 from workbench.study.evidence import ablation_table, statistics_table
 from workbench.study.evidence.law_tables import information_table
-from workbench.study.pictures import standings_figure
+from workbench.study.pictures import budget_curves, pareto_fronts, standings_figure
 from workbench.study.study import Results
+from workbench.study.tuning import Tuned
 from workbench.study.uncertainty.factors import Space
+from workbench.validation.refusals import Array
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -35,7 +39,7 @@ def sections(results: Results) -> Sequence[Section]:
     return (
         answer(held),
         dependence(held),
-        conditions(),
+        conditions_section(),
         parts(held),
         tuning(results),
         trust(results),
@@ -100,12 +104,12 @@ def dependence(held: Evidence) -> Section:
     return Section("What the verdicts depend on", (*together, weights))
 
 
-def conditions() -> Section:
+def conditions_section() -> Section:
     """All that is the same for all laws, and what each is given."""
     first = HELD_OUT[0]
     loop = PROPOSAL.loop(first)
     equation = loop.ode()
-    drawn = Space(uncertain(first, loop), equation.parameters, equation.states)
+    drawn = Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
     return Section(
         "What is the same for all laws",
         (
@@ -154,8 +158,8 @@ def information() -> Table:
 def scenarios() -> Table:
     """Training and held-out ones, and what differs."""
     usual = HELD_OUT[0]
-    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (LIMIT, usual.viscous, usual.coulomb))
-    rows = [(one.name, "training", one.words) for one in TRAINING]
+    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
+    rows = [(one.name, "training", one.words) for one in conditions.TRAINING]
     rows += [(one.name, "held out", one.words) for one in HELD_OUT]
     return Table(
         "scenarios",
@@ -163,11 +167,11 @@ def scenarios() -> Table:
         (Column("name"), Column("for"), Column("what is wanted, and what is unusual")),
         tuple(rows),
         (
-            f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of {1e3 * PERIOD:g} ms, "
-            f"friction of {viscous} N m s/rad and {coulomb} N m, the paper's disturbance, and normal noise of "
-            f"{NOISE_Q:g} rad and {NOISE_QD:g} rad/s, fresh at each reading. 'A slower motion' has amplitudes of 0.6 "
-            "and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' 0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes "
-            f"{HORIZON:g} s.",
+            f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of "
+            f"{1e3 * conditions.PERIOD:g} ms, friction of {viscous} N m s/rad and {coulomb} N m, the paper's "
+            f"disturbance, and normal noise of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s, fresh at "
+            "each reading. 'A slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' "
+            f"0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
         ),
     )
 
@@ -210,3 +214,80 @@ def trust(results: Results) -> Section:
             *(tuned_numbers(results, given) for given in GIVEN),
         ),
     )
+
+
+NOTE = (
+    "Here and in the tables below. Least cost: the mean over both training scenarios and the training noises of all "
+    "searches, at half the step; in brackets its change from the step. Of each search: its least cost at the step "
+    "under its own noise."
+)
+
+
+def tuning(results: Results) -> Section:
+    """The searches."""
+    shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
+    note = next(iter(shown.values())).note
+    budget = budget_curves(
+        "budget",
+        "The least cost so far, all laws behind both observers. Bands: between the searches.",
+        {name: curves(one) for name, one in shown.items()},
+        f"Of {next(iter(shown))}: {note}",
+        "cost",
+    )
+    late_error, chattering = (
+        lambda runs, metric=metric: np.mean([both(sample, metric) for sample in runs.values()], axis=0)
+        for metric in (LATE, "TV")
+    )
+    front = pareto_fronts(
+        "front_chattering",
+        "Error against chattering in the training scenarios: points of the searches that none beats in both.",
+        {name: one.measures(late_error, chattering) for name, one in shown.items()},
+        "The runs of the figure above",
+        "late RMSE [rad]",
+        "TV [N m/s]",
+    )
+    tables = (searches(results, given, (NOTE,) if given == GIVEN[0] else ()) for given in GIVEN)
+    return Section("Tuning with the same budget", (budget, front, *tables))
+
+
+def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
+    """The result of each search, and the doubts about it."""
+    rows = []
+    for entrant in ENTRANTS[given.key]:
+        tuned = results.tuned(entrant.key)
+        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:.4g}" for best in tuned.bests)
+        physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
+        rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
+    heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
+    columns = (*heads, Column("of each search"), Column("doubts, and limits"))
+    return Table(f"searches_{given.key}", f"The searches of all laws given {given.words}.", columns, tuple(rows), notes)
+
+
+def tuned_numbers(results: Results, given: Given) -> Table:
+    """All numbers as tuned."""
+    rows = []
+    for entrant in ENTRANTS[given.key]:
+        best = results.tuned(entrant.key).best
+        for one in entrant.tuned:
+            spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
+            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, tuned))
+    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as tuned")))
+    note = (
+        "Sought on a scale of logarithms, from where a search begins to a thousandth of its lower and a thousand times "
+        "its upper end, where no physical limit comes before."
+    )
+    notes = (note,) if given == GIVEN[0] else ()
+    return Table(f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", heads, tuple(rows), notes)
+
+
+def letter(name: str) -> Phrase:
+    """A number's name as it is printed: K(0) by its letter too."""
+    stem, bracket, rest = name.partition("(")
+    return (symbol(stem), bracket + rest) if bracket else name if name == "lag" else symbol(name)
+
+
+def curves(one: Tuned) -> tuple[Array, Array]:
+    """The evaluations, and the best so far of each search; one that ended early stays where it was."""
+    longest = max(one.searches, key=lambda search: len(search.bests)).spent
+    bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
+    return longest, np.stack(bests)

@@ -5,10 +5,9 @@ Runs in about six minutes on two cores.
 
 from collections.abc import Mapping
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, ENTRANTS, PROPOSAL, Entrant
 from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, DRAWN, contenders, name_of, sweep
-from studies.a8_fair_comparison.objective import metrics, objective
 from studies.a8_fair_comparison.pages import headlines, sections
 from workbench.study.contract import Run
 from workbench.study.study import Study

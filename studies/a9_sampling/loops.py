@@ -28,6 +28,7 @@ CARD = Card(
     )
 )
 REALISTIC = float(CARD["realistic period"])
+MS = f"{1e3 * REALISTIC:g} ms"
 NOISY = 7  # runs with noise, beside the one without: what a vector register or two holds
 SEED = 20_09
 SUBSTEP = 2.5e-3  # s, at most: between two instants the plant is smooth

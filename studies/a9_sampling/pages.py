@@ -19,8 +19,7 @@ from studies.a9_sampling.evidence import (
     Scores,
     printed,
 )
-from studies.a9_sampling.findings import MS
-from studies.a9_sampling.loops import CARD, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
+from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
 from studies.paper.comparison import SCENARIOS as TITLES
 from studies.paper.linearization import PROPOSED
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
