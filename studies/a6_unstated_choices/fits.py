@@ -225,7 +225,6 @@ def own(law: str) -> tuple[Factor, ...]:
 
 
 def shared_loop(law: str) -> ClosedLoop:
-    """A law in the one experiment."""
     one = loop(law, "SS")
     square = replace(one.reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
     seen = 1.0 if MEASURED in factors_of(law, "SS") else one.observer.inside

@@ -41,12 +41,10 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
     return tuple(f"{one.kind}: {one.statement}" for one in verdicts(results))
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The report."""
     every, met = ranking.ranked(results), all_fits(results)
     pictures = (
         ranking.ranks_figure(results, every["of the card"]),
@@ -128,7 +126,6 @@ def together(met: Fits) -> Table:
 
 
 def shared_table(one: Shared) -> Table:
-    """The numbers of each law in the one experiment."""
     return Table(
         "shared",
         "One experiment for the second scenario: by how much the rows of the laws are off, and with which numbers.",
@@ -139,14 +136,12 @@ def shared_table(one: Shared) -> Table:
 
 
 def open_table(law: str) -> Table:
-    """The unstated numbers and readings of a law, with their ranges."""
     equations = loops.loop(law, "SS").ode()
     space = Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
     return space.table(slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario.")
 
 
 def trust_table(results: Results) -> Table:
-    """Runs, those that diverged, steps and their errors."""
     rows = []
     for law in LAWS:
         for scenario in SCENARIOS:

@@ -105,7 +105,6 @@ def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output])
 
 
 def results_of(results: Results, law: str) -> LawResults:
-    """The results of a study for a law."""
     kinds = ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
     return LawResults(law, *(results.sample(called(law, kind)) for kind in kinds))
 

@@ -31,7 +31,6 @@ SHOWN = ("RMSE", "late error", "TV")
 
 
 def indices_figure(one: LawResults, joint: int) -> Figure:
-    """The indices of the metrics of one joint."""
     return sobol_bars(
         f"aosmc_rgs_sobol_q{joint + 1}",
         f"Indices of {one.law}, joint {joint + 1}.",
@@ -42,7 +41,6 @@ def indices_figure(one: LawResults, joint: int) -> Figure:
 
 
 def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
-    """The error of every law over time."""
     first = laws[PROPOSED].random
     lost = ", ".join(f"{law} {one.random.failed}" for law, one in laws.items())
     return quantile_bands(
@@ -57,7 +55,6 @@ def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
 
 
 def proposed_section(one: LawResults) -> Section:
-    """The proposed law in full."""
     effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
     tornado = tornado_figure(
         "aosmc_rgs_tornado",
@@ -79,7 +76,6 @@ def proposed_section(one: LawResults) -> Section:
 
 
 def labels(names: Sequence[str]) -> dict[str, Phrase]:
-    """The labels of factors in pictures."""
     return {name: sweeps.written(name) for name in names}
 
 
@@ -138,7 +134,6 @@ def varied_section(laws: Mapping[str, LawResults]) -> Section:
 
 
 def ranges_table(law: str) -> Table:
-    """The factors of a law, their ranges and origins."""
     ode = loop(law).ode()
     space = Space(factors(law), ode.parameters, ode.states)
     return space.table(called(law, "ranges"), f"What is varied of {law}.")
@@ -165,7 +160,6 @@ def left_table(laws: Mapping[str, LawResults]) -> Table:
 
 
 def trust_section(laws: Mapping[str, LawResults]) -> Section:
-    """Runs, failures, steps and their errors."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
         f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {sweeps.SEED}. A sample with a failed run has no indices. One run "
@@ -180,18 +174,15 @@ def trust_section(laws: Mapping[str, LawResults]) -> Section:
 
 @cache
 def near() -> dict[str, Derivatives]:
-    """The derivatives of every law."""
     return {law: derivatives(law) for law in sweeps.LAWS}
 
 
 @cache
 def laws_of(results: Results) -> dict[str, LawResults]:
-    """The results of every law."""
     return {law: results_of(results, law) for law in sweeps.LAWS}
 
 
 def verdicts(results: Results) -> tuple[Verdict, ...]:
-    """The findings."""
     laws, ours = laws_of(results), laws_of(results)[PROPOSED]
     return (
         findings.deciding_gain(ours),
@@ -204,7 +195,6 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The sections of the report."""
     laws, ours = laws_of(results), laws_of(results)[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
     return (
@@ -217,7 +207,6 @@ def sections(results: Results) -> Sequence[Section]:
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
     return tuple(f"{verdict.kind}: {verdict.statement}" for verdict in verdicts(results))
 
 

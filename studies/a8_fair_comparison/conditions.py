@@ -93,7 +93,6 @@ class Scenario:
         )
 
     def loop(self, observer: AbstractObserver, controller: AbstractController) -> ComputedLoop:
-        """A law under these conditions."""
         closed = ClosedLoop(self.plant, observer, controller, self.reference)
         instruments = Instruments.of(
             closed.plant,

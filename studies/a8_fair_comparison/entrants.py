@@ -187,7 +187,6 @@ class Given:
 
 
 def gains(path: str) -> tuple[Sought, Sought]:
-    """The gains of (10) below a path."""
     return (
         one(f"{path}.L1", 1.0, 400.0, "1/s", DIAGONAL),
         one(f"{path}.L2", 50.0, 40000.0, "1/s^2", DIAGONAL),

@@ -34,7 +34,6 @@ from workbench.validation.refusals import Array
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The page."""
     held = evidence(results)
     return (
         answer(held),
@@ -47,14 +46,12 @@ def sections(results: Results) -> Sequence[Section]:
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The winners, and what that depends on."""
     held = evidence(results)
     verdicts = (*(findings.winner(held, given) for given in GIVEN), findings.proposed(held), findings.diverged(held))
     return [str(one.statement) for one in verdicts]
 
 
 def answer(held: Evidence) -> Section:
-    """The answers first."""
     return Section(
         "What was found",
         (
@@ -71,7 +68,6 @@ def answer(held: Evidence) -> Section:
 
 
 def standings(held: Evidence, given: Given) -> Figure:
-    """Laws by scenarios, given the same."""
     judgements = held.cost[given.key].judgements
     return standings_figure(
         f"standings_{given.key}",
@@ -143,7 +139,6 @@ def conditions_section() -> Section:
 
 
 def information() -> Table:
-    """The information of each law."""
     entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
     others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
@@ -156,7 +151,6 @@ def information() -> Table:
 
 
 def scenarios() -> Table:
-    """Training and held-out ones, and what differs."""
     usual = HELD_OUT[0]
     limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
     rows = [(one.name, "training", one.words) for one in conditions.TRAINING]
@@ -177,7 +171,6 @@ def scenarios() -> Table:
 
 
 def parts(held: Evidence) -> Section:
-    """The parts of AOSMC-RGS that make the difference."""
     words = (
         "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse for a part "
         "alone, but for the part at these numbers. Without its state observer it takes the noisy readings; without its "
@@ -196,7 +189,6 @@ def parts(held: Evidence) -> Section:
 
 
 def trust(results: Results) -> Section:
-    """The limits of all this, and the numbers as tuned."""
     return Section(
         "How far to trust this",
         (
@@ -224,7 +216,6 @@ NOTE = (
 
 
 def tuning(results: Results) -> Section:
-    """The searches."""
     shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
     note = next(iter(shown.values())).note
     budget = budget_curves(
@@ -251,7 +242,6 @@ def tuning(results: Results) -> Section:
 
 
 def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
-    """The result of each search, and the doubts about it."""
     rows = []
     for entrant in ENTRANTS[given.key]:
         tuned = results.tuned(entrant.key)
@@ -264,7 +254,6 @@ def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
 
 
 def tuned_numbers(results: Results, given: Given) -> Table:
-    """All numbers as tuned."""
     rows = []
     for entrant in ENTRANTS[given.key]:
         best = results.tuned(entrant.key).best

@@ -28,7 +28,6 @@ def trials(entrant: Entrant) -> tuple[Trial, ...]:
 
 
 def tunings() -> tuple[Tuning, ...]:
-    """The same search for all."""
     return equal_budget(
         {one.key: (trials(one), tuple(number.factor for number in one.tuned)) for one in ALL},
         objective,

@@ -31,7 +31,6 @@ ROUGH = {"late": (True, False), "noisy": (False, True), "both": (True, True)}  #
 
 
 def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
-    """A metric over the sampling period."""
     panels, x, what = [], 1e3 * np.array(PERIODS), metric if metric == RMSE else "Total variation (TV) of the torque"
     for scenario, joint in PLACES:
         series = []
@@ -83,7 +82,6 @@ def periods_section(evidence: Evidence) -> Section:
 
 
 def computer_section() -> Section:
-    """The computer and its instruments."""
     words = (
         "Once in a period it reads q and qd, steps the memories of law and observer, and holds the torque until the "
         "next; the plant moves by Runge-Kutta steps of at most 2.5 ms in between. All memories step by explicit Euler; "
@@ -99,7 +97,6 @@ def computer_section() -> Section:
 
 
 def apart_section(evidence: Evidence) -> Section:
-    """Integrator and law, told apart."""
     rows: list[tuple[Cell, ...]] = []
     for scenario, period, way in ((s, T, way) for s in SCENARIOS for T in APART for way in WAYS):
         found = evidence.found(PROPOSED, scenario, period, way)
@@ -140,7 +137,6 @@ def places_section(evidence: Evidence) -> Section:
 
 
 def safe_section(evidence: Evidence) -> Section:
-    """The longest safe periods."""
     rows = [
         (law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *(found.text for found in safe.quiet))
         for law, safe in evidence.safe.items()
@@ -160,7 +156,6 @@ def safe_section(evidence: Evidence) -> Section:
 
 
 def steps_figure(curves: Sequence[Curve]) -> Figure:
-    """Total variation over the step of the simulation."""
     panels = []
     for law in dict.fromkeys(one.law for one in curves):
         series = []
@@ -178,7 +173,6 @@ def steps_figure(curves: Sequence[Curve]) -> Figure:
 
 
 def trust_section(evidence: Evidence, steps: Figure) -> Section:
-    """Steps and errors."""
     shares = (
         f"{100 * evidence.worst_step(RMSE, T):.2g} and {100 * evidence.worst_step(TV, T):.2g} % at {1e3 * T:g} ms"
         for T in PERIODS

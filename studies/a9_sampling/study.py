@@ -118,7 +118,6 @@ def survives(evidence: Evidence) -> Verdict:
 
 
 def thumb(evidence: Evidence) -> Verdict:
-    """The rule of thumb against runs."""
     ruled = {law: safe for law, safe in evidence.safe.items() if np.isfinite(safe.rule)}
     ratios = {law: (safe.quiet[0].safe / safe.rule, safe.quiet[0].unsafe / safe.rule) for law, safe in ruled.items()}
     listed = ", ".join(f"{law} {low:.2f} to {high:.2f}" for law, (low, high) in ratios.items())
@@ -173,12 +172,10 @@ def continuous(scenario: str, law: str) -> Case:
 
 @cache
 def evidence(results: Results) -> Evidence:
-    """All that was measured, once for sections and headlines."""
     return gathered(results)
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The whole page."""
     found, by_step = evidence(results), curves()
     pictures = (pages.over_periods(found, TV, "tv_periods"), pages.over_periods(found, RMSE, "rmse_periods"))
     verdicts = (
@@ -201,7 +198,6 @@ def sections(results: Results) -> Sequence[Section]:
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
     found = evidence(results)
     rough = printed(found.at(RMSE, REALISTIC, delay=True, noisy=True))
     quiet = ", ".join(f"{law} {safe.quiet[0].text}" for law, safe in found.safe.items())
