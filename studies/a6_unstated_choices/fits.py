@@ -172,27 +172,15 @@ def check(law: str, tuned: Tuned, scenario: str) -> Sweep:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The nearest to a target, by runs at a fine step.
+    """The nearest to a target, by runs at a fine step."""
 
-    Attributes
-    ----------
-    numbers
-        The value of each factor, in the order of `factors_of`.
-    horizon, values, errors
-        By scenario: in s; RMSE (2,) in rad, and its change to half the step.
-    miss
-        The largest miss of the cells with the error added.
-    of_draws, of_search
-        How many of the independent draws and of the points of the search come within 1 % at their steps.
-    """
-
-    numbers: Array
-    horizon: Mapping[str, float]
-    values: Mapping[str, Array]
-    errors: Mapping[str, Array]
-    miss: float
-    of_draws: int
-    of_search: int
+    numbers: Array  # the value of each factor, in the order of `factors_of`
+    horizon: Mapping[str, float]  # by scenario, in s
+    values: Mapping[str, Array]  # by scenario: RMSE (2,) in rad
+    errors: Mapping[str, Array]  # its change to half the step
+    miss: float  # the largest of the cells, with the error added
+    of_draws: int  # how many of the independent draws come within 1 % at their steps
+    of_search: int  # and of the points of the search
 
 
 @cache

@@ -111,20 +111,12 @@ def results_of(results: Results, law: str) -> LawResults:
 
 @dataclass(frozen=True, eq=False)
 class Derivatives:
-    """Derivatives at the numbers of the card with respect to d factors that are shares of m numbers.
-
-    Attributes
-    ----------
-    moves
-        (d, m): by how much a factor moves each number, where it rises by its whole value.
-    deviations
-        (d,), the standard deviations of the factors.
-    """
+    """Derivatives at the numbers of the card with respect to d factors that are shares of m numbers."""
 
     factors: tuple[str, ...]
     sensitivities: LocalSensitivities
-    moves: Array
-    deviations: Array
+    moves: Array  # (d, m): by how much a factor moves each number, where it rises by its whole value
+    deviations: Array  # (d,): the standard deviations of the factors
 
     def shares(self, metric: str, joint: int) -> Array:
         """The parts of the variance (d,) if the metric were linear."""

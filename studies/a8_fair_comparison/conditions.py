@@ -31,41 +31,21 @@ LEVEL = 2.0  # s, that a level of a square wave lasts
 
 @dataclass(frozen=True)
 class Scenario:
-    """A wanted motion, and the conditions under which it is wanted.
-
-    Attributes
-    ----------
-    start
-        (2,), the arm's position at first, in rad.
-    mass
-        (2,), the true masses as shares of the model's; a payload is part of the second.
-    viscous, coulomb
-        (2,), friction that no model knows, in N m s/rad and N m.
-    push, pace
-        The amplitude and the frequency of the disturbance, as shares of the paper's.
-    noise
-        As a share of the usual one.
-    quantum
-        Of the positions read, in rad.
-    limit
-        (2,), of the torque, in N m.
-    slow
-        The milliseconds of a period of the computer; from 2 on its torque comes a period late.
-    """
+    """A wanted motion, and the conditions under which it is wanted."""
 
     name: str
     words: str
     reference: AbstractReference
-    start: tuple[float, float]
-    mass: tuple[float, float] = (1.0, 1.0)
-    viscous: tuple[float, float] = (0.1, 0.1)
-    coulomb: tuple[float, float] = (0.2, 0.2)
-    push: float = 1.0
-    pace: float = 1.0
-    noise: float = 1.0
-    quantum: float = 0.0
-    limit: tuple[float, float] = LIMIT
-    slow: int = 1
+    start: tuple[float, float]  # rad, of the arm
+    mass: tuple[float, float] = (1.0, 1.0)  # true masses as shares of the model's, a payload in the second
+    viscous: tuple[float, float] = (0.1, 0.1)  # N m s/rad, friction that no model knows
+    coulomb: tuple[float, float] = (0.2, 0.2)  # N m
+    push: float = 1.0  # amplitude of the disturbance as a share of the paper's
+    pace: float = 1.0  # its frequency, the same
+    noise: float = 1.0  # as a share of the usual one
+    quantum: float = 0.0  # rad, of the positions read
+    limit: tuple[float, float] = LIMIT  # N m, of the torque
+    slow: int = 1  # ms, the period of the computer; from 2 on its torque comes a period late
 
     @property
     def period(self) -> float:

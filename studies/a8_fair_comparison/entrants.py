@@ -34,23 +34,15 @@ EACH, DIAGONAL = ("[0]", "[1]"), ("[0,0]", "[1,1]")  # the places of both joints
 
 @dataclass(frozen=True)
 class Sought:
-    """A number that is tuned.
-
-    Attributes
-    ----------
-    low, high
-        The ends between which the search begins, on a scale of logarithms.
-    ends, why
-        Physical limits with their reason in words, where there are any.
-    """
+    """A number that is tuned."""
 
     name: str
     paths: tuple[str, ...]
-    low: float
+    low: float  # the ends between which the search begins, on a scale of logarithms
     high: float
     unit: str
-    ends: tuple[float, float] | None = None
-    why: str = ""
+    ends: tuple[float, float] | None = None  # physical limits, where there are any
+    why: str = ""  # their reason in words
 
     @property
     def factor(self) -> Factor:

@@ -118,33 +118,15 @@ def judge_laws(values: Paired, others: Sequence[Median | Quantile | Tail | Succe
 
 @dataclass(frozen=True)
 class Evidence:
-    """All judgements, made once from the runs.
+    """All judgements, made once from the runs."""
 
-    Attributes
-    ----------
-    runs
-        By the key of what a law is given and by scenario.
-    cost
-        The same, judged by cost.
-    together
-        By the same key: the cost of each draw, the mean over the scenarios.
-    again
-        By the same key and by what was done: the laws of least training cost, as tuned and otherwise.
-    weighted
-        The cost of the laws behind both observers with other weights, of runs that were tuned for the first ones.
-    causes
-        The causes of lost runs, by scenario, name of the law and words of what it was given.
-    parts
-        By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
-    """
-
-    runs: Mapping[str, Mapping[str, Samples]]
-    cost: Mapping[str, Standings]
-    together: Mapping[str, Judgement]
-    again: Mapping[str, Mapping[str, Standings]]
-    weighted: Mapping[str, Standings]
-    causes: Mapping[tuple[str, str, str], Causes]
-    parts: Mapping[str, tuple[Judgement, ...]]
+    runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
+    cost: Mapping[str, Standings]  # by the same key
+    together: Mapping[str, Judgement]  # the cost of each draw, the mean over the scenarios
+    again: Mapping[str, Mapping[str, Standings]]  # by key and by what was done: the laws of least training cost
+    weighted: Mapping[str, Standings]  # behind both observers, tuned for the first weights
+    causes: Mapping[tuple[str, str, str], Causes]  # of lost runs, by scenario, law and words of what it is given
+    parts: Mapping[str, tuple[Judgement, ...]]  # by scenario: the cost and each metric, without each part
 
 
 @lru_cache(maxsize=1)

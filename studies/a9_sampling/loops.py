@@ -68,19 +68,11 @@ class Computer:
 
 @dataclass(frozen=True, eq=False)
 class Audit:
-    """One law in one scenario, run by one computer.
+    """One law in one scenario, run by one computer."""
 
-    Attributes
-    ----------
-    values, errors
-        By metric (2,): with exact readings, and by how much half the substep changes them. NaN if the run diverged.
-    noisy
-        By metric (runs, 2): the same with noise and steps in the readings, fresh ones in each run.
-    """
-
-    values: Values
-    errors: Values
-    noisy: Values
+    values: Values  # by metric (2,): with exact readings; NaN if the run diverged
+    errors: Values  # by how much half the substep changes them
+    noisy: Values  # by metric (runs, 2): with noise and steps in the readings, fresh ones in each run
 
     @property
     def lost(self) -> Integers:

@@ -133,7 +133,7 @@ def places_section(evidence: Evidence) -> Section:
         tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
         ("Euler, Cayley: the steps of AOSMC-RGS. Open: closer than 2 % or both errors. Diverged: above all others.",),
     )
-    return Section("Who changes places", (pairs,))
+    return Section("The published order over the period", (pairs,))
 
 
 def safe_section(evidence: Evidence) -> Section:
