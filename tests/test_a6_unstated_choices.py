@@ -1,12 +1,13 @@
 """The study of what the paper does not state: its readings as numbers, its fits and its verdicts."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import casadi as ca
 import numpy as np
 import pytest
 
-from studies.a6_unstated_choices import draws, findings, fits, loops, one_experiment, ranking
+from studies.a6_unstated_choices import findings, fits, loops, ranking
 from studies.a6_unstated_choices.blocks import chosen
 from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
@@ -15,10 +16,11 @@ from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run, Sweep
+from workbench.study.contract import Run
 from workbench.study.evidence import paired
 from workbench.study.sample import Sample
-from workbench.study.uncertainty import Estimate, Listed, MonteCarlo, SobolDesign, SobolIndices, share
+from workbench.study.sweep import Sweep
+from workbench.study.uncertainty import Estimate, Listed, SobolIndices, share
 
 
 def rates(loop, x, p=None):
@@ -57,7 +59,7 @@ def test_each_reading_as_a_number_is_the_law_with_that_reading(proposed, shape, 
         model,
         *(CARD[name] for name in ("Lambda", "phi", "K(0)", "P(0)", "Q", "R")),
         velocity="printed" if printed else "reference",
-        gain_sign="printed" if printed else "raised",
+        gain_sign="raised",
         gain_shape=shape,
     )
     filter_ = PrintedFilter(2, CARD["l"]) if printed else OracleFilter(2, CARD["l"])
@@ -66,7 +68,7 @@ def test_each_reading_as_a_number_is_the_law_with_that_reading(proposed, shape, 
     hidden = {"observer.disturbance.D_hat": z if printed else eta, "observer.disturbance.eta": eta}
     expected = rates(genuine, own | alone | hidden)
 
-    places = {"controller.shape": list(SHAPES).index(shape), "controller.minus": printed, "controller.printed": printed}
+    places = {"controller.shape": list(SHAPES).index(shape), "controller.printed": printed}
     places |= {"observer.d_hat": 1 + printed, "observer.inside": 1}
     places |= {"controller.model.misprint": printed, "observer.state.model.misprint": printed}
     got = rates(proposed, own | wide, places)
@@ -104,13 +106,14 @@ def test_readings_are_equally_likely_and_casadi_takes_the_one_that_is_named():
     assert [float(pick(place)) for place in (0, 1, 2)] == [1.0, 2.0, 3.0]
 
 
-@pytest.mark.parametrize("whole", [MonteCarlo(6, 40, 1), SobolDesign(6, 8, seed=1)])
-def test_a_part_of_a_design_gives_back_the_whole_of_it(whole):
-    part = draws.Part(whole, (4, 1))
-    np.testing.assert_array_equal(part.points()[part.places], whole.points()[:, [4, 1]])
-    np.testing.assert_array_equal(part.points(3, 9), part.points()[3:9])
-    # of six factors two change a run: A, B and what takes one of the two from the other
-    assert part.size == (40 if isinstance(whole, MonteCarlo) else 8 * (2 + 2))
+@pytest.mark.parametrize("kind", loops.DESIGNS)
+def test_a_part_of_a_design_gives_back_the_whole_of_it(kind):
+    whole, factors = loops.DESIGNS[kind], loops.factors_of("SMC", "FS")
+    part, places = loops.part(kind, factors)
+    columns = [loops.NAMES.index(factor.name) for factor in factors]
+    np.testing.assert_array_equal(part.points()[places], whole.points()[:, columns])
+    # three factors change a run: A, B and what takes one of the three from the other
+    assert part.size == (whole.runs if kind == "random" else whole.base * (2 + 3))
 
 
 def test_an_error_that_dies_out_gives_its_rmse_at_every_horizon():
@@ -152,7 +155,7 @@ def test_the_margin_is_below_one_half_where_the_proposed_law_is_first():
     ours = np.array([[1.0, 1.0], [np.nan, 1.0], [1.0, 3.0]])
     rivals = {law: np.full((3, 2), 2.0) for law in LAWS[1:]} | {"PID": np.full((3, 2), np.nan)}
     assert np.allclose(
-        draws.margin({"AOSMC-RGS": ours} | rivals), [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15
+        loops.margin({"AOSMC-RGS": ours} | rivals), [[1 / 3, 1 / 3], [1, 1 / 3], [1 / 3, 3 / 5]], rtol=1e-15
     )
 
 
@@ -169,9 +172,8 @@ def of_columns(*parts):
 
 
 def test_the_verdict_on_who_is_first_turns_with_the_draws_of_any_prior_and_tells_of_the_step():
-    most = share(np.arange(400) < 60)
     for part, kind in ((0.1, "found"), (0.9, "depends"), (0.5, "open")):
-        verdict = ranking.first_verdict(of_columns(0.1, part), most, "The step moves one.")
+        verdict = ranking.first_verdict(of_columns(0.1, part), "The step moves one.")
         assert verdict.kind == kind
         assert verdict.evidence.endswith("The step moves one.")
 
@@ -228,9 +230,9 @@ def test_the_verdict_on_what_decides_is_open_where_two_indices_cannot_be_told_ap
         assert f"FS, q1: b (0.60 ± {half:.2f}), c (0.30 ± {half:.2f}), a" in verdict.evidence
 
 
-@pytest.mark.parametrize("name", draws.PRIORS)
+@pytest.mark.parametrize("name", loops.PRIORS)
 def test_a_prior_draws_numbers_evenly_on_its_scales(name):
-    prior = draws.PRIORS[name]
+    prior = loops.PRIORS[name]
     middle = {"linear": lambda low, high: (low + high) / 2, "log": lambda low, high: (low * high) ** 0.5}
     for law in LAWS:
         for factor in prior.factors(law, "SS"):
@@ -241,24 +243,24 @@ def test_a_prior_draws_numbers_evenly_on_its_scales(name):
             expected = middle[scale](spread.low, spread.high)
             assert spread.quantile(np.array([0.5]))[0] == pytest.approx(expected, rel=1e-12)  # rounding
     seconds = prior.horizons(np.array([1e-9, 1 - 1e-9]))
-    assert seconds.tolist() == [draws.SHORTEST, draws.LONGEST]
+    assert seconds.tolist() == [loops.SHORTEST, loops.LONGEST]
 
 
 def test_the_prior_of_the_card_is_that_of_the_factors_and_priors_of_the_same_scales_share_runs():
     for law in LAWS:
         for scenario in loops.SCENARIOS:
-            assert draws.OF_CARD.factors(law, scenario) == loops.factors_of(law, scenario)
-    names = {draws.named("random", law, "FS", prior) for law in LAWS for prior in draws.PRIORS.values()}
+            assert loops.OF_CARD.factors(law, scenario) == loops.factors_of(law, scenario)
+    names = {loops.named("random", law, "FS", prior) for law in LAWS for prior in loops.PRIORS.values()}
     assert len(names) == 2 * len(LAWS)
-    assert len({draws.named("random", "AOSMC-RGS", "SS", prior) for prior in draws.PRIORS.values()}) == 4
+    assert len({loops.named("random", "AOSMC-RGS", "SS", prior) for prior in loops.PRIORS.values()}) == 4
 
 
 def test_the_one_experiment_is_the_same_for_all_laws_and_leaves_open_only_what_is_their_own():
     for law in LAWS:
-        loop = one_experiment.shared_loop(law)
+        loop = fits.shared_loop(law)
         square = loop.reference.square
-        assert (tuple(square.amplitude), square.frequency) == (one_experiment.AMPLITUDES, one_experiment.FREQUENCY)
-        names = {factor.name for factor in one_experiment.own(law)}
+        assert (tuple(square.amplitude), square.frequency) == (fits.AMPLITUDES, fits.FREQUENCY)
+        names = {factor.name for factor in fits.own(law)}
         assert not names & {"a1", "a2", "f", "rivals' measurements"}
         if law not in (loops.PROPOSED, loops.PID):
             assert loop.observer.inside == 1.0
@@ -266,48 +268,34 @@ def test_the_one_experiment_is_the_same_for_all_laws_and_leaves_open_only_what_i
 
 def test_the_verdict_on_one_experiment_holds_only_if_all_rows_are_met():
     near, numbers = dict.fromkeys(LAWS, 0.004), dict.fromkeys(LAWS, "")
-    assert findings.shared_verdict(one_experiment.Shared(9.0, near, numbers)).kind == "found"
-    verdict = findings.shared_verdict(one_experiment.Shared(9.0, near | {"PID": 0.02}, numbers))
+    assert findings.shared_verdict(fits.Shared(9.0, near, numbers)).kind == "found"
+    verdict = findings.shared_verdict(fits.Shared(9.0, near | {"PID": 0.02}, numbers))
     assert verdict.kind == "open"
     assert "5 of 6 rows" in verdict.statement
     assert "+0.5 % and -0.3 %" in verdict.evidence  # by how much the amplitudes were moved by hand
 
 
-def fitted(miss, spread):
-    """Fits of each law with this miss, and the values of its factors that fit from one end to `spread`."""
-    laws = {}
-    for law in LAWS:
-        factors = loops.factors_of(law, "SS")
-        numbers = np.array([factor.distribution.high for factor in factors])
-        close = np.stack([f.distribution.quantile(np.array([0.05, 0.05 + spread])) for f in factors], axis=1)
-        both = dict.fromkeys(loops.SCENARIOS, np.full(2, 0.3))
-        one = fits.Fit(numbers, dict.fromkeys(both, 20.0), both, both, miss, miss / 2)
-        sought = dict.fromkeys(fits.TARGETS, np.array([0.002, 0.005, 0.3]))
-        laws[law] = fits.Fits(dict.fromkeys(fits.TARGETS, one), {}, sought, dict.fromkeys(fits.TARGETS, close))
-    return laws
+def fitted(miss):
+    """Fits of each law to each target with this miss."""
+    numbers = {law: np.array([one.distribution.high for one in loops.factors_of(law, "SS")]) for law in LAWS}
+    both = dict.fromkeys(loops.SCENARIOS, np.full(2, 0.3))
+    one = fits.Fit(np.empty(0), dict.fromkeys(both, 20.0), both, both, miss, 0, 2)
+    return {(law, target): replace(one, numbers=numbers[law]) for law in LAWS for target in fits.TARGETS}
 
 
-def test_the_verdicts_on_the_fits_turn_with_their_misses_and_their_spread():
-    good, bad = findings.fit_verdicts(fitted(0.002, 0.9)), findings.fit_verdicts(fitted(0.2, 0.001))
-    assert [verdict.kind for verdict in good] == ["found"] * 4
-    assert [verdict.kind for verdict in bad] == ["open", "open", "open", "found"]
-    # two of the four shapes of (33) are no more than half of them
-    assert [verdict.statement.split(" of ")[0] for verdict in good[1:]] == ["24", "For 6", "31"]
-    assert bad[3].statement.startswith("0 of the 32 ")
-    assert "a choice of it misses by 10 %. At the step of the search 2 of its choices come" in bad[2].evidence
-
-
-def test_what_is_searched_over_orders_of_magnitude_is_spread_over_its_logarithm():
-    factor = next(f for f in loops.factors_of("AOSMC-RGS", "FS") if f.name == "Q")
-    # 0.01 to 1000 are five decades, of which 1 to 100 are two
-    assert abs(findings.span_of(factor, np.array([1.0, 100.0])) - 0.4) < 1e-3
+def test_the_verdicts_on_the_fits_turn_with_their_misses():
+    good, bad = findings.fit_verdicts(fitted(0.002)), findings.fit_verdicts(fitted(0.2))
+    assert [verdict.kind for verdict in good] == ["found"] * 3
+    assert [verdict.kind for verdict in bad] == ["open"] * 3
+    assert [verdict.statement.split(" of ")[0] for verdict in good[1:]] == ["24", "For 6"]
+    assert "at the step of the search 2 of its choices come" in bad[2].evidence
 
 
 def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_layer():
     gentle, factors, layer = np.array([[0.2, 0.2, 0.1], [0.6, 0.4, 0.1]]), loops.FACTORS["SMC"], loops.loop("SMC", "FS")
 
     def rmse(loop, h):
-        one = compile_sweep(Sweep("x", Run(loop, (draws.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
+        one = compile_sweep(Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
         return one.sample([one.chunk(0, 2)]).values
 
     # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface

@@ -6,13 +6,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from studies.a7_sensitivity import factors as sensitivity_factors
-from studies.a7_sensitivity import findings
-from studies.a7_sensitivity.derivatives import Derivatives, foretold, numbers_of
-from studies.a7_sensitivity.factors import SPAN, TOLERANCE, factors, group_of
-from studies.a7_sensitivity.pages import acting_pairs, left_table
-from studies.a7_sensitivity.results import LawResults, leaders
-from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, free, loop, metrics
+from studies.a7_sensitivity import findings, sweeps
+from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
+from studies.a7_sensitivity.study import acting_pairs, left_table
+from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.factors import Space
@@ -71,7 +68,7 @@ def test_every_factor_moves_numbers_of_its_loop_within_the_stated_shares(law):
     ode = loop(law).ode()
     p, _ = Space(factors(law), ode.parameters, ode.states).rows(np.array([np.zeros(len(factors(law)))]))
     ratio = p[0][ode.parameters.default != 0] / ode.parameters.default[ode.parameters.default != 0]
-    assert f"within a factor of {SPAN:g} of" in sensitivity_factors.__doc__
+    assert f"within a factor of {SPAN:g} of" in sweeps.__doc__
     least = {"stated": 1 - TOLERANCE, "derived": 1 - TOLERANCE, "assumed": 1 / SPAN}
     for factor in factors(law):
         assert factor.distribution.reach()[0] >= least[factor.origin] - 1e-12
@@ -158,28 +155,6 @@ def test_chattering_is_that_of_the_model_or_of_the_gains_as_the_figures_say():
         assert f"all gains together {figures[1]}." in verdict.statement
 
 
-def test_late_errors_are_judged_by_the_quantiles_of_each_law():
-    one = usual()
-    small = replace(one, random=replace(one.random, values=one.random.values * 1e-4))
-    laws = {law: small if law.endswith("ASMC") else one for law in LAWS}
-    verdict = findings.late_errors(laws)
-    assert verdict.kind == "found"
-    assert "e-" not in verdict.evidence  # small errors read as numbers, in mrad
-    assert "largest |e| from 3 to 5 s" in verdict.estimand
-    assert findings.late_errors(laws | {"ASMC": one}).kind == "open"
-    assert findings.late_errors(laws | {PROPOSED: small}).kind == "open"
-
-
-def test_late_errors_of_all_laws_are_those_of_the_worse_joint():
-    def change(values, place):
-        values[..., place] *= 1e2
-
-    verdict = findings.late_errors(dict.fromkeys(LAWS, with_values(usual(), "random", change)))
-    low = verdict.evidence.split(f"{PROPOSED} ")[1].split("(")[1].split(" to")[0]
-    assert f"is at least {low} mrad" in verdict.statement
-    assert "10,000" in low  # 0.1 rad, a hundredfold
-
-
 def test_runs_that_stray_are_counted_and_a_lost_one_among_them():
     def change(values, place):
         values[3, -1, place], values[4, -1] = 2.0, np.nan
@@ -221,7 +196,7 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
         return Derivatives(tuple(SOME), found, np.eye(d), np.full(d, 0.1))
 
     def said(local):
-        verdict = foretold({PROPOSED: usual()}, {PROPOSED: local})
+        verdict = findings.foretold({PROPOSED: usual()}, {PROPOSED: local})
         assert verdict.kind == "found"
         assert f"{PROPOSED} in {local.slopes('RMSE')}." in verdict.evidence
         return verdict.statement
@@ -233,4 +208,4 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
     half = {"RMSE": whole.sensitivities.gradient["RMSE"] * np.array([[1.0], [np.nan]])}  # no gradient of joint 2
     second = replace(whole, sensitivities=replace(whole.sensitivities, gradient=half))
     assert said(second).startswith("For 1 of 2 pairs")
-    assert foretold({PROPOSED: widened(usual())}, {PROPOSED: whole}).kind == "open"
+    assert findings.foretold({PROPOSED: widened(usual())}, {PROPOSED: whole}).kind == "open"

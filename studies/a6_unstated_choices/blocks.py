@@ -1,7 +1,6 @@
 """Blocks whose readings are numbers: each slip and each gap of the print as a parameter that a sweep can vary.
 
-All readings are so one equation, and one compiled loop runs them side by side. Tests hold each of them against the
-block that has this reading alone.
+All readings are so one equation, and one compiled loop runs them side by side.
 """
 
 from __future__ import annotations
@@ -39,11 +38,9 @@ class EitherArm(AbstractArm):
 
     @property
     def dof(self) -> int:
-        """Two joints."""
         return self.repaired.dof
 
     def mass_matrix(self, q: ca.SX) -> ca.SX:
-        """Equation (2)."""
         return self.repaired.mass_matrix(q)
 
     def coriolis_matrix(self, q: ca.SX, qd: ca.SX) -> ca.SX:
@@ -51,7 +48,6 @@ class EitherArm(AbstractArm):
         return chosen(self.misprint, *(arm.coriolis_matrix(q, qd) for arm in (self.repaired, self.printed)))
 
     def gravity_vector(self, q: ca.SX) -> ca.SX:
-        """Equation (4)."""
         return self.repaired.gravity_vector(q)
 
 
@@ -72,7 +68,6 @@ class EitherObserver(AbstractArmObserver):
 
     @property
     def model(self) -> AbstractArm:
-        """The model of (10)."""
         return self.state.model
 
     @property
@@ -82,7 +77,6 @@ class EitherObserver(AbstractArmObserver):
         return self.state.memory + Layout((Entry("eta", zero, "N m"), Entry("z", zero, "N m s")))
 
     def estimate(self, t: ca.SX, z: Parts, y: Signals) -> Signals:
-        """The chosen measurements and D_hat."""
         seen = self.state.estimate(t, z, y)
         d = chosen(self.d_hat, ca.SX.zeros(self.dof), z["eta"], z["z"])
         return Signals(q=chosen(self.inside, y.q, seen.q), qd=chosen(self.inside, y.qd, seen.qd), d=d)
@@ -96,9 +90,8 @@ class EitherObserver(AbstractArmObserver):
 class EitherAosmcRgs(AbstractSlidingMode):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
-    K' = -P s sign(s) where `minus` is 1, with a plus where it is 0; P s sign(s) outer, elementwise, diagonal or
-         norm where `shape` is 0, 1, 2 or 3                                               (33)
-    tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0    (28)
+    K' = P s sign(s), which is outer, elementwise, diagonal or norm where `shape` is 0, 1, 2 or 3    (33)
+    tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0               (28)
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
@@ -111,7 +104,6 @@ class EitherAosmcRgs(AbstractSlidingMode):
     Q: Scalar = parameter(unit="N m/(rad s)", low=0, symbol="Q")
     R: Scalar = parameter(unit="N m/(rad s)", low=0, strict=True, symbol="R")
     shape: Scalar = parameter(default=0.0, unit="", low=0, high=3)
-    minus: Scalar = parameter(default=0.0, unit="", low=0, high=1)
     printed: Scalar = parameter(default=0.0, unit="", low=0, high=1)
 
     def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
@@ -128,7 +120,7 @@ class EitherAosmcRgs(AbstractSlidingMode):
         growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
         A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
         return {
-            "K": growth * (1 - 2 * self.minus),
+            "K": growth,
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
 
@@ -158,7 +150,6 @@ class PlacedPid(AbstractArmController):
         return self.lifted * self.model.gravity_vector(est.q) - feedback
 
     def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
-        """The integral grows by e."""
         return {"integral": est.q - ref.q}
 
 
@@ -172,15 +163,12 @@ class EitherReference(AbstractReference):
 
     @property
     def says(self) -> Layout:
-        """Positions, velocities and accelerations."""
         return self.sines.says
 
     @property
     def primary(self) -> tuple[str, ...]:
-        """The positions."""
         return self.sines.primary
 
     def at(self, t: ca.SX) -> Signals:
-        """The chosen one, with its derivatives."""
         square = self.square.at(t)
         return Signals({name: chosen(self.jumps, part, square[name]) for name, part in self.sines.at(t).items()})

@@ -1,49 +1,33 @@
-"""The findings of a6: who is first, what decides it, what fits, and what one experiment gives."""
+"""The findings of a6 on what fits: the nearest choices, how far they lie apart, and one experiment for all laws."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a6_unstated_choices import fits, ranking
-from studies.a6_unstated_choices.draws import LONGEST, OF_CARD, PRIORS, SHORTEST, named, slug
-from studies.a6_unstated_choices.fits import CELLS, CLOSE, COMMON, EVALUATIONS, FINE, SEED, Fits, horizons, misses
-from studies.a6_unstated_choices.loops import PROPOSED, STIFF, Reading, factors_of, in_words
-from studies.a6_unstated_choices.one_experiment import AGAIN, AMPLITUDES, BY_HAND, FREQUENCY, HORIZON, Shared, shared
+from studies.a6_unstated_choices import fits, loops
+from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, Fit, Shared, horizons, misses
+from studies.a6_unstated_choices.loops import PROPOSED, factors_of, in_words, named, slug
 from studies.paper.card import LAWS
 from workbench.study.document.document import Verdict
 from workbench.study.study import Results
-from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array
 
-WIDE = 0.5  # of a range: a number that takes values from more of it is not determined
 OF_A_FIT = (
-    f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * FINE:.3g} ms, their change "
-    f"to half of it added; searches of {EVALUATIONS} choices, whatever the prior."
+    f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms, their "
+    f"change to half of it added; searches of {EVALUATIONS} choices, whatever the prior."
 )
-RANGES = f"A plus in (33), R from {STIFF:g} on, any horizon from {SHORTEST} to {LONGEST} s"
+RANGES = f"A plus in (33), R from {loops.STIFF:g} on, any horizon from {loops.SHORTEST} to {loops.LONGEST} s"
 OF_A_WITNESS = "A run of the printed numbers at a finer step that misses by more."
 LONGER = "A longer search: what was not found may be there."
 FINER = "A finer step for the runs of what is near, or a longer search."
 
 
-def findings(results: Results) -> tuple[Verdict, ...]:
-    """All of them, who is first before what fits."""
-    every, step = ranking.ranked(results), ranking.step_words(results)
-    return (
-        ranking.first_verdict(every, ranking.favoured(results), step),
-        ranking.pairs_verdict(every, step),
-        ranking.deciding_verdict(ranking.indices(results)),
-        *fit_verdicts({law: fits.fits_of(results, law) for law in LAWS}),
-        horizon_verdict(results),
-        shared_verdict(shared(results)),
-    )
-
-
-def fit_verdicts(every: Mapping[str, Fits]) -> tuple[Verdict, ...]:
+def fit_verdicts(fits_of: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
     """The fits of the proposed row, of each cell and of each law; a search may miss what is there all the same."""
-    ours = every[PROPOSED].fits["FS"]
-    cells = [every[law].fits[cell].miss for law in LAWS for cell in CELLS]
-    both = {law: every[law].fits["both"].miss for law in LAWS}
+    ours = fits_of[PROPOSED, "FS"]
+    cells = [fits_of[law, cell].miss for law in LAWS for cell in fits.CELLS]
+    draws = [fits_of[law, cell].of_draws for law in LAWS for cell in fits.CELLS]
+    both = {law: fits_of[law, "both"].miss for law in LAWS}
     worst = max(both, key=both.__getitem__)
     met, together = sum(miss <= CLOSE for miss in cells), sum(miss <= CLOSE for miss in both.values())
     return (
@@ -59,7 +43,8 @@ def fit_verdicts(every: Mapping[str, Fits]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if met == len(cells) else "open",
             f"{met} of the {len(cells)} printed cells are met within {100 * CLOSE:g} %, each taken alone.",
-            f"The farthest is missed by {100 * max(cells):.2g} %.",
+            f"The farthest is missed by {100 * max(cells):.2g} %. Of the {loops.RANDOM.runs} draws {min(draws)} to "
+            f"{max(draws)} meet a cell within {100 * CLOSE:g} % at some horizon.",
             OF_A_FIT,
             f"{RANGES}; numbers, a square wave and a horizon of its own for each cell.",
             OF_A_WITNESS if met == len(cells) else LONGER,
@@ -67,15 +52,13 @@ def fit_verdicts(every: Mapping[str, Fits]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if together == len(both) else "open",
             f"For {together} of {len(both)} laws one choice meets all four cells of the law within {100 * CLOSE:g} %.",
-            f"{worst} misses most, by {100 * both[worst]:.2g} %; without the change to half of the fine step, which "
-            f"is added, a choice of it misses by {100 * every[worst].fits['both'].at_step:.2g} %. At the step of the "
-            f"search {(every[worst].sought['both'] <= CLOSE).sum()} of its choices come within {100 * CLOSE:g} %.",
+            f"{worst} misses most, by {100 * both[worst]:.2g} % with the change to half of the fine step; at the step "
+            f"of the search {fits_of[worst, 'both'].of_search} of its choices come within {100 * CLOSE:g} %.",
             OF_A_FIT,
             f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
             "law.",
             OF_A_WITNESS if together == len(both) else FINER,
         ),
-        _determined(every),
     )
 
 
@@ -85,46 +68,14 @@ def fit_words(law: str, target: str, numbers: Array) -> str:
     return in_words(factors, numbers[: len(factors)])
 
 
-def _determined(every: Mapping[str, Fits]) -> Verdict:
-    """The number of unstated values that differ widely among the choices that meet the first scenario."""
-    wide = {
-        law: [f.name for f, v in zip(factors_of(law, "FS"), one.close["FS"].T, strict=False) if span_of(f, v) > WIDE]
-        for law, one in every.items()
-    }
-    known = all(len(one.close["FS"]) > 1 for one in every.values())
-    return Verdict(
-        "found" if any(wide.values()) or known else "open",
-        f"{sum(map(len, wide.values()))} of the {sum(len(factors_of(law, 'FS')) for law in every)} numbers and "
-        "readings of the six laws take values from more than half of their ranges among the choices that meet the "
-        f"first scenario within {100 * CLOSE:g} %.",
-        f"They are {'; '.join(f'of {law} ' + (', '.join(names) or 'none') for law, names in wide.items())}.",
-        "The distance from the least to the largest value in all choices within 1 % of both joints, of draws and "
-        "searches together, at the steps of the search.",
-        f"{RANGES}; each law by itself.",
-        "A table with more digits, or with a second statistic beside RMSE.",
-    )
-
-
-def span_of(factor: Factor, values: Array) -> float:
-    """The part of its range that values of a factor span: of the logarithms, or of the readings, where it has these."""
-    spread = factor.distribution
-    if not len(values):
-        return 0.0
-    if isinstance(spread, Reading):
-        return len(np.unique(values)) / len(spread.names)
-    u = np.linspace(0, 1, 2001)
-    ends = np.interp([values.min(), values.max()], spread.quantile(u), u)
-    return float(ends[1] - ends[0])
-
-
 def horizon_verdict(results: Results) -> Verdict:
     """The laws that one horizon brings near in the first scenario, as one experiment must."""
     least = []
-    sets = {("random", prior) for prior in PRIORS.values()} | {("paired", OF_CARD)}
+    sets = {("random", prior) for prior in loops.PRIORS.values()} | {("paired", loops.OF_CARD)}
     for law in LAWS:
-        drawn = [results.sample(named(kind, law, "FS", prior)) for kind, prior in sets]
-        sought = [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
-        least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in (*drawn, *sought)], axis=0))
+        runs = [results.sample(named(kind, law, "FS", prior)) for kind, prior in sets]
+        runs += [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
+        least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in runs], axis=0))
     worst = np.max(least, axis=0)
     at = int(np.argmin(worst))
     law = LAWS[int(np.argmax([one[at] for one in least]))]
@@ -137,7 +88,7 @@ def horizon_verdict(results: Results) -> Verdict:
         f"{law} is the farthest, within {100 * worst[at]:.2g} %.",
         "The larger miss of the two cells of a law, the least over all runs of draws and searches, at their steps and "
         f"without a run at a finer one; among them a search of {EVALUATIONS // 2} choices for each law at "
-        f"{COMMON:g} s (seed {SEED}), where a longer one by hand had found all laws nearest.",
+        f"{fits.COMMON:g} s (seed {fits.SEED}), where a longer one by hand had found all laws nearest.",
         "The same horizon, and gains of its own for each law.",
         f"{LONGER[:-1]}; runs at a finer step, for rows that are met.",
     )
@@ -147,20 +98,22 @@ def shared_verdict(one: Shared) -> Verdict:
     """The rows of the second scenario that one experiment gives."""
     met = sum(miss <= CLOSE for miss in one.miss.values())
     listed = ", ".join(f"{law} {100 * miss:.2g} %" for law, miss in one.miss.items())
-    moved = " and ".join(f"{100 * (now / then - 1):+.1f} %" for now, then in zip(AMPLITUDES, BY_HAND, strict=True))
+    moved = " and ".join(
+        f"{100 * (now / then - 1):+.1f} %" for now, then in zip(fits.AMPLITUDES, fits.BY_HAND, strict=True)
+    )
     return Verdict(
         "found" if met == len(LAWS) else "open",
         f"With one square wave and one horizon for all laws {met} of {len(LAWS)} rows of the second scenario come "
         f"within {100 * CLOSE:g} %.",
         f"The larger miss of each: {listed}. The square wave was found by hand, not by this study: a search of 32 of "
         "them at once, each with gains for every law, over 194 generations (seed 0) ended at "
-        f"a1 = {BY_HAND[0]:g} rad, a2 = {BY_HAND[1]:g} rad, f = {FREQUENCY:g} Hz. Both amplitudes were then moved by "
-        f"hand, by {moved}, to a1 = {AMPLITUDES[0]:g} rad, a2 = {AMPLITUDES[1]:g} rad. There, and at the horizon of "
-        f"{HORIZON:g} s that the search by hand had used, this study seeks the gains of each law; of the runs at the "
-        f"fine step {one.horizon:.1f} s is the best.",
-        f"The larger miss of the two cells of a law, the nearest of {AGAIN} points of a search of {EVALUATIONS} "
-        f"choices for each law (seed {SEED}), run again with the boundary layer at {1e3 * FINE:.3g} ms and at half of "
-        "it, the change added.",
+        f"a1 = {fits.BY_HAND[0]:g} rad, a2 = {fits.BY_HAND[1]:g} rad, f = {fits.FREQUENCY:g} Hz. Both amplitudes were "
+        f"then moved by hand, by {moved}, to a1 = {fits.AMPLITUDES[0]:g} rad, a2 = {fits.AMPLITUDES[1]:g} rad. There, "
+        f"and at the horizon of {fits.HORIZON:g} s that the search by hand had used, this study seeks the gains of "
+        f"each law; of the runs at the fine step {one.horizon:.1f} s is the best.",
+        f"The larger miss of the two cells of a law, the nearest of {fits.SHARED_AGAIN} points of a search of "
+        f"{EVALUATIONS} choices for each law (seed {fits.SEED}), run again with the boundary layer at "
+        f"{1e3 * fits.FINE:.3g} ms and at half of it, the change added.",
         "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "
         f"{PROPOSED} with its own readings, that of its observer among them; gains of its own for each law, which may "
         "differ from those of the first scenario.",

@@ -7,19 +7,17 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import NAMES, PAIRED, PRIORS, RANDOM, drawn, margin, named
 from studies.a6_unstated_choices.fits import CLOSE
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, Reading, factors_of
+from studies.a6_unstated_choices.loops import NAMES, PAIRED, PRIORS, PROPOSED, RANDOM, SCENARIOS, drawn, margin, named
 from studies.paper.card import LAWS, PUBLISHED
 from workbench.study.document.document import Column, Figure, Table, Verdict
 from workbench.study.evidence import Ranks, paired, ranks
 from workbench.study.pictures import rank_figure, sobol_bars
 from workbench.study.study import Results
-from workbench.study.uncertainty import Estimate, Share, SobolIndices, share, sobol
+from workbench.study.uncertainty import Estimate, SobolIndices, sobol
 
 COLUMNS = {(scenario, joint): f"{scenario}, q{joint}" for scenario in SCENARIOS for joint in (1, 2)}
 SHOWN = 8  # factors of a figure
-MOST = 50  # draws, without which a share given a reading says nothing
 SHARES = len(COLUMNS) * len(PRIORS)  # of one question, which a sentence on it rests on together
 TOGETHER = 1 - 0.05 / SHARES  # Bonferroni
 INTERVALS = f"intervals of Clopper and Pearson, which for the {SHARES} shares of one question hold together, 95 %"
@@ -76,16 +74,12 @@ def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
 
 def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> Figure:
     """The ranks of the laws in the four columns, a panel each."""
-    samples = {
-        (law, scenario): results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS
-    }
+    samples = [results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS]
     lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
-    late = sum(sample.failed for sample in samples.values()) - lost
-    errors = [sample.step_error("RMSE (43)", joint) for sample in samples.values() for joint in (0, 1)]
+    error = np.nanmax([sample.step_error("RMSE (43)", joint) for sample in samples for joint in (0, 1)])
     note = (
         f"{RANDOM.runs} draws for each scenario, prior of the card, seed {RANDOM.seed}; runs that diverge before the "
-        f"horizon of their draw: {lost}, each taken as worse than any other, and between it and 30 s: {late}, which "
-        f"count as any other; error of the step at most {np.nanmax(errors):.2g} rad"
+        f"horizon of their draw: {lost}, each taken as worse than any other; error of the step at most {error:.2g} rad"
     )
     caption = "How often each law has which rank by RMSE, over all that the paper leaves open, in its four columns."
     one = {
@@ -99,16 +93,22 @@ def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> 
     return replace(first, panels=panels, columns=2, numbers=numbers)
 
 
-def favoured(results: Results) -> Share:
-    """The largest share of draws, over priors and columns, in which the proposed law is first given one reading."""
-    points, shares = RANDOM.points(), []
-    for prior in PRIORS.values():
-        for scenario, joint in COLUMNS:
-            first = margin(drawn(results, "random", scenario, prior))[:, joint - 1] < 0.5
-            for factor in (one for one in factors_of(PROPOSED, "FS") if isinstance(one.distribution, Reading)):
-                reading = factor.distribution.quantile(points[:, NAMES.index(factor.name)])
-                shares += [share(first[reading == place]) for place in np.unique(reading)]
-    return max((one for one in shares if one.runs >= MOST), key=lambda one: one.value)
+def priors_table(every: Ranked) -> Table:
+    """Of a hundred draws how many have the proposed law below each rival, and first, by column and prior."""
+    rows = []
+    for rival in (*LAWS[1:], None):
+        for column, title in COLUMNS.items():
+            parts = [ahead(columns[column], rival) for columns in every.values()]
+            shown = (f"{100 * value:.0f} ({100 * low:.0f} to {100 * high:.0f})" for value, low, high in parts)
+            words = "first" if rival is None else f"below {rival}"
+            rows.append((f"{PROPOSED} {words}", title, *shown, majority(parts)))
+    return Table(
+        "priors",
+        f"Of a hundred draws how many have {PROPOSED} below a rival, or first, under four priors.",
+        (Column("is"), Column("column"), *(Column(name, "%", "right") for name in every), Column("in most draws")),
+        tuple(rows),
+        (f"In brackets {INTERVALS}; one question has four lines. Seed {RANDOM.seed}.",),
+    )
 
 
 def indices(results: Results) -> SobolIndices:
@@ -133,12 +133,6 @@ def deciding_figure(results: Results, every: SobolIndices) -> Figure:
     )
 
 
-def largest(every: SobolIndices, name: str) -> Sequence[tuple[str, float, float]]:
-    """The three factors with the largest ST of a column, with value and half-width."""
-    ST = every[name].ST
-    return [(every.factors[i], float(ST.value[i]), float(ST.half[i])) for i in np.argsort(-ST.value)[:3]]
-
-
 def step_words(results: Results) -> str:
     """The change of the proposed law at half the step, which the intervals leave out."""
     moves: list[tuple[float, str]] = []
@@ -158,7 +152,7 @@ def step_words(results: Results) -> str:
     )
 
 
-def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
+def first_verdict(every: Ranked, step: str) -> Verdict:
     """The share of draws in which the proposed law is first, under each prior and in each column."""
     parts = {name: [ahead(one) for one in columns.values()] for name, columns in every.items()}
     shares = [part for held in parts.values() for part in held]
@@ -168,9 +162,8 @@ def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
         f"{PROPOSED} has the smallest RMSE of the six laws in {percent(min(shares)[0])} to {percent(max(shares)[0])} "
         "of the choices drawn of what is not stated, by column of the tables and prior; the paper prints it first in "
         "all four columns.",
-        f"From the least to the largest of the four columns: {ends}. Given the reading, the prior and the column that "
-        f"favour it most, it is first in {interval((most.value, most.low, most.high))}, the largest of many shares, "
-        f"its interval by itself, and so an optimistic one. {printed_words(next(iter(every.values())))} {step}",
+        f"From the least to the largest of the four columns: {ends}. {printed_words(next(iter(every.values())))} "
+        f"{step}",
         SAMPLE,
         GIVEN,
         "Ranges about a few of the choices that meet the tables: there it is first by construction.",
@@ -179,20 +172,16 @@ def first_verdict(every: Ranked, most: Share, step: str) -> Verdict:
 
 def pairs_verdict(every: Ranked, step: str) -> Verdict:
     """The share of draws in which the proposed law is below each rival, in one sentence for all."""
-    ours = {
-        rival: {column: [ahead(by[column], rival) for by in every.values()] for column in columns}
-        for columns in [next(iter(every.values()))]
-        for rival in LAWS[1:]
-    }
-    flat = {rival: [part for parts in by.values() for part in parts] for rival, by in ours.items()}
+    ours = {rival: [[ahead(by[column], rival) for by in every.values()] for column in COLUMNS] for rival in LAWS[1:]}
+    flat = {rival: [part for parts in by_column for part in parts] for rival, by_column in ours.items()}
     shares = ", ".join(f"{rival} in {percent(min(p)[0])} to {percent(max(p)[0])}" for rival, p in flat.items())
     ends = "; ".join(f"{rival} {interval(min(p))} to {interval(max(p))}" for rival, p in flat.items())
     words = "; ".join(f"{rival} {majority(parts)}" for rival, parts in flat.items())
     # two priors whose intervals of one share have nothing in common
     apart = any(
         max(low for _, low, _ in parts) > min(high for _, _, high in parts)
-        for by in ours.values()
-        for parts in by.values()
+        for by_column in ours.values()
+        for parts in by_column
     )
     return Verdict(
         "depends" if apart else "found",
@@ -206,12 +195,10 @@ def pairs_verdict(every: Ranked, step: str) -> Verdict:
 
 
 def interval(part: Triple) -> str:
-    """A share with its interval."""
     return f"{100 * part[0]:.0f} % ({100 * part[1]:.0f} to {100 * part[2]:.0f})"
 
 
 def percent(part: float) -> str:
-    """A share."""
     return f"{100 * part:.0f} %"
 
 
@@ -227,7 +214,11 @@ def majority(parts: Sequence[Triple]) -> str:
 
 def deciding_verdict(every: SobolIndices) -> Verdict:
     """The number that decides who wins, where one has an index above all others."""
-    top = {name: largest(every, name) for name in every.names if name not in every.refused}
+    top = {}
+    for name in every.names:
+        if name not in every.refused:
+            ST = every[name].ST
+            top[name] = [(every.factors[i], float(ST.value[i]), float(ST.half[i])) for i in np.argsort(-ST.value)[:3]]
     clear = sum(first[1] - first[2] > second[1] + second[2] for first, second, _ in top.values())
     words = "; ".join(
         f"{name}: " + ", ".join(f"{factor} ({ST:.2f} \N{PLUS-MINUS SIGN} {half:.2f})" for factor, ST, half in three)

@@ -1,4 +1,4 @@
-"""The samples of a law, with the effects, indices and quantiles of its outputs."""
+"""The samples of a law, with the effects, indices and quantiles of its outputs, and its exact derivatives."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -7,8 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from studies.a7_sensitivity.factors import GROUPS, group_of
-from studies.a7_sensitivity.sweeps import EVERY, NARROW, PROPOSED, called, metrics
+from studies.a7_sensitivity.sweeps import (
+    EVERY,
+    GROUPS,
+    METRICS,
+    NARROW,
+    PROPOSED,
+    STEPS,
+    UNTIL,
+    called,
+    free,
+    group_of,
+    loop,
+    metrics,
+)
+from workbench.core import Ode
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import (
@@ -22,6 +35,8 @@ from workbench.study.uncertainty import (
     sobol,
     tornado,
 )
+from workbench.study.uncertainty.factors import Factor
+from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
 from workbench.validation.refusals import Array
 
 LEVELS = (0.05, 0.5, 0.95)
@@ -41,12 +56,10 @@ class LawResults:
 
     @property
     def outputs(self) -> tuple[Output, ...]:
-        """The metrics at the horizon, joint by joint."""
         return tuple((metric.name, joint) for metric in metrics(self.law) for joint in (0, 1))
 
     @property
     def samples(self) -> tuple[Sample, ...]:
-        """All samples of the law."""
         return self.screening, self.indices, self.random, *(() if self.swings is None else (self.swings,))
 
     @cached_property
@@ -55,7 +68,6 @@ class LawResults:
         return self.effects_on(self.outputs)
 
     def effects_on(self, outputs: Sequence[Output]) -> MorrisEffects:
-        """The effects of every factor on some outputs."""
         return _judged(morris, self.screening, outputs)
 
     @cached_property
@@ -64,34 +76,25 @@ class LawResults:
         return self.shares_of(self.outputs)
 
     def shares_of(self, outputs: Sequence[Output]) -> SobolIndices:
-        """The indices of the free factors in the variance of some outputs."""
         return _judged(partial(sobol, groups=self.groups, control=True), self.indices, outputs)
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
         """The free factors by group, and all of them."""
-        free = self.indices.factors
-        return {**{group: tuple(f for f in free if group_of(f) == group) for group in GROUPS}, "all": free}
+        names = self.indices.factors
+        return {**{group: tuple(f for f in names if group_of(f) == group) for group in GROUPS}, "all": names}
 
     def tornado_of(self, metric: str, joint: int) -> Tornado:
         """The swing of an output with each factor by itself."""
         sample = self.swings
         return tornado(sample.design, sample.outputs(metric, joint), [named(metric, joint)], factors=sample.factors)
 
-    def shares_over_time(self, joint: int) -> SobolIndices:
-        """The indices of the free factors in the variance of the error of each window of time."""
-        names = [f"{t:g} s" for t in middles(self.indices)]
-        design, factors = self.indices.design, self.indices.factors
-        return sobol(design, windows(self.indices, joint), names, factors=factors, groups=self.groups, control=True)
-
     def bands(self, joint: int) -> Quantiles:
-        """Quantiles of the decimal logarithm of the error of each window, at least `FLOOR`, over random runs."""
-        errors = np.log10(np.maximum(windows(self.random, joint), FLOOR))
-        return quantiles(self.random.design, errors, levels=LEVELS)
-
-    def spread(self, metric: str, joint: int) -> Quantiles:
-        """Quantiles of an output over random runs."""
-        return quantiles(self.random.design, self.random.outputs(metric, joint), levels=LEVELS)
+        """Quantiles over random runs of the decimal logarithm of the root mean square error of each window of time."""
+        total = self.random.over_time("ISE", joint)
+        inside = np.diff(total, axis=1, prepend=np.zeros((len(total), 1)))
+        errors = np.sqrt(np.maximum(inside, 0.0) / EVERY)
+        return quantiles(self.random.design, np.log10(np.maximum(errors, FLOOR)), levels=LEVELS)
 
 
 def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output]) -> Any:
@@ -102,26 +105,51 @@ def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output])
 
 
 def results_of(results: Results, law: str) -> LawResults:
-    """The results of a study for a law."""
     kinds = ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
     return LawResults(law, *(results.sample(called(law, kind)) for kind in kinds))
+
+
+@dataclass(frozen=True, eq=False)
+class Derivatives:
+    """Derivatives at the numbers of the card with respect to d factors that are shares of m numbers."""
+
+    factors: tuple[str, ...]
+    sensitivities: LocalSensitivities
+    moves: Array  # (d, m): by how much a factor moves each number, where it rises by its whole value
+    deviations: Array  # (d,): the standard deviations of the factors
+
+    def shares(self, metric: str, joint: int) -> Array:
+        """The parts of the variance (d,) if the metric were linear."""
+        moved = self.deviations[:, np.newaxis] * self.moves
+        return np.asarray(self.sensitivities.linear_shares(metric, moved)[joint])
+
+    def slopes(self, metric: str) -> str:
+        """The number of derivatives whose gradient is the slope of the runs, and that of all."""
+        holds = self.sensitivities.holds(metric)
+        return f"{holds.sum()} of {holds.size}"
+
+
+def derivatives(law: str) -> Derivatives:
+    """The derivatives of a law with respect to the factors of its Sobol indices."""
+    ode, moved = loop(law).ode(), free(law)
+    labels = [numbers_of(ode, factor) for factor in moved]
+    names = [name for some in labels for name in some]
+    found = local_sensitivities(ode, METRICS, names, until=UNTIL, h=STEPS[law])
+    moves = np.array([np.where(np.isin(found.labels, some), found.at, 0.0) for some in labels])
+    u = (np.arange(4000) + 0.5) / 4000
+    deviations = np.array([factor.distribution.quantile(u).std() for factor in moved])
+    return Derivatives(tuple(factor.name for factor in moved), found, moves, deviations)
+
+
+def numbers_of(ode: Ode, factor: Factor) -> Sequence[str]:
+    """The numbers of a loop that a share of them moves: not the zeros of a matrix."""
+    layouts = [(path, ode.parameters if path in ode.parameters else ode.states) for path in factor.paths]
+    return [of.labels[i] for path, of in layouts for i in of.indices(path) if of.default[i] != 0]
 
 
 def named(metric: str, joint: int) -> str:
     """An output as tables call it."""
     return f"{metric} of joint {joint + 1}"
-
-
-def windows(sample: Sample, joint: int) -> Array:
-    """The root mean square error of each window of time, (N, T), in rad, from the integrals up to each time."""
-    total = sample.over_time("ISE", joint)
-    inside = np.diff(total, axis=1, prepend=np.zeros((len(total), 1)))
-    return np.asarray(np.sqrt(np.maximum(inside, 0.0) / EVERY))
-
-
-def middles(sample: Sample) -> Array:
-    """The middles of the windows, (T,), in s."""
-    return np.asarray(sample.t - EVERY / 2)
 
 
 def leaders(factors: Sequence[str], total: Estimate) -> tuple[str, ...]:
@@ -143,5 +171,4 @@ def interval(one: Estimate, digits: int = 2) -> str:
 
 
 def percent(share: float) -> str:
-    """A share in whole percents."""
     return f"{100 * share:.0f} %"

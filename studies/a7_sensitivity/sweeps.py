@@ -1,13 +1,132 @@
-"""The runs of a7: of each law a screening, those behind its Sobol indices, and random ones for bands."""
+"""The factors that a7 varies of each law: its gains, the arm that is simulated, and the arm that the law believes in.
 
-from studies.a7_sensitivity.factors import factors
+One rule for all laws. A number that the paper states, or that follows from one, is off by up to 10 % either way. A
+number that is assumed lies within a factor of 1.5 of its value, and within the range on the card where that is
+narrower. All are shares of the loop's own numbers, so that what belongs together moves together.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.paper.card import CARD
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
-from workbench.study.contract import Run, Sweep
+from workbench.notation.formula import symbol
+from workbench.study.contract import Run
+from workbench.study.document.phrases import Phrase
+from workbench.study.provenance import Given
+from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.designs import AbstractDesign
+from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+
+TOLERANCE = 0.1  # of what is stated or derived
+SPAN = 1.5  # of what is assumed, either way
+ARM = "plant.arm"
+PARTS = {
+    "m1": ("masses", "links[0].mass"),
+    "m2": ("masses", "links[1].mass"),
+    "l1": ("lengths", "links[0].length"),
+    "l2": ("lengths", "links[1].length"),
+}
+MODEL = "model "  # before the name of a part of the arm: as the law believes it to be
+OF_MODEL = ("controller.model",)
+OF_BOTH_MODELS = ("controller.model", "observer.state.model")
+
+GROUPS = ("gains", "arm", "model")
+WORDS = ("Kp", "Ki", "Kd", "lag", "width of |s|", "width of the trend", "centres", "widths")  # no symbols
+SURFACE = (("Lambda", "Lambda", ("controller.Lambda",)), ("phi", "phi", ("controller.phi",)))
+LEARNING = (("K(0)", "ASMC: K(0)", ("controller.K",)), ("gamma", "ASMC: gamma", ("controller.gamma",)))
+# Of each law: what it is called here, its name on the card, and what it moves.
+GAINS: dict[str, Sequence[tuple[str, str, tuple[str, ...]]]] = {
+    "AOSMC-RGS": (
+        *SURFACE,
+        ("K(0)", "K(0)", ("controller.K",)),
+        ("P(0)", "P(0)", ("controller.P",)),
+        ("Q", "Q", ("controller.Q",)),
+        ("R", "R", ("controller.R",)),
+        ("L1", "L1", ("observer.state.L1",)),
+        ("L2", "L2", ("observer.state.L2",)),
+        ("l", "l", ("observer.disturbance.l",)),
+    ),
+    "PID": (
+        ("Kp", "PID: poles", ("controller.Kp",)),
+        ("Ki", "PID: poles", ("controller.Ki",)),
+        ("Kd", "PID: poles", ("controller.Kd",)),
+    ),
+    "SMC": (*SURFACE, ("K", "SMC: K", ("controller.K",))),
+    "ASMC": (*SURFACE, *LEARNING),
+    "Fuzzy-ASMC": (
+        *SURFACE,
+        *LEARNING,
+        ("lag", "Fuzzy-ASMC: lag", ("controller.lag",)),
+        ("width of |s|", "Fuzzy-ASMC: width of |s|", ("controller.rules.size_width",)),
+        ("width of the trend", "Fuzzy-ASMC: width of the trend", ("controller.rules.trend_width",)),
+    ),
+    "RBF-ASMC": (
+        *SURFACE,
+        *LEARNING,
+        ("Gamma", "RBF-ASMC: Gamma", ("controller.Gamma",)),
+        ("sigma", "RBF-ASMC: sigma", ("controller.sigma",)),
+        ("centres", "RBF-ASMC: centres", ("controller.centres",)),
+        ("widths", "RBF-ASMC: widths", ("controller.widths",)),
+    ),
+    "super-twisting": (
+        *SURFACE,
+        ("k1", "super-twisting: k1", ("controller.k1",)),
+        ("k2", "super-twisting: k2", ("controller.k2",)),
+    ),
+}
+
+
+def factors(law: str) -> tuple[Factor, ...]:
+    """All factors of a law: its gains, the arm and the disturbance, and the model where the law has one."""
+    models = () if law == "PID" else OF_BOTH_MODELS if law == "AOSMC-RGS" else OF_MODEL
+    gains = (factor(name, card, paths) for name, card, paths in GAINS[law])
+    arm = (factor(name, card, (f"{ARM}.{part}",)) for name, (card, part) in PARTS.items())
+    gravity = factor("g", "gravity", tuple(f"{place}.gravity" for place in (ARM, *models)))
+    disturbance = factor("D", "FS: disturbance amplitude", ("plant.disturbance.amplitude",))
+    model = (
+        factor(MODEL + name, card, tuple(f"{place}.{part}" for place in models))
+        for name, (card, part) in PARTS.items()
+        if models
+    )
+    return (*gains, *arm, gravity, disturbance, *model)
+
+
+def factor(name: str, card: str, paths: tuple[str, ...]) -> Factor:
+    """The factor of a number on the card, as a share of that number."""
+    given = next(given for given in CARD if given.name == card)
+    return Factor(name, paths, spread(given), given.mark, share=True)
+
+
+def spread(given: Given) -> AbstractDistribution:
+    """The distribution of a number's share, by the mark of the number."""
+    if given.mark != "assumed":
+        return Uniform(1 - TOLERANCE, 1 + TOLERANCE)
+    largest = float(np.abs(given.value).max())
+    low = max(1 / SPAN, (given.low or 0.0) / largest) if (given.low or 0.0) > 0 else 1 / SPAN
+    high = SPAN if given.high is None else min(SPAN, given.high / largest)
+    return LogUniform(low, high)
+
+
+def written(factor: str) -> Phrase:
+    """A factor as a page prints it."""
+    name = factor.removeprefix(MODEL)
+    start = name.removesuffix("(0)")
+    letter = start if start in WORDS else symbol(start)
+    return ("model " if name != factor else "", letter, name.removeprefix(start))
+
+
+def group_of(factor: str) -> str:
+    """The group of a factor: gains, the arm with its disturbance, or the model."""
+    if factor.startswith(MODEL):
+        return "model"
+    return "arm" if factor in (*PARTS, "g", "D") else "gains"
+
 
 PROPOSED = "AOSMC-RGS"
 LAWS = (PROPOSED, *RIVALS)
@@ -48,7 +167,6 @@ HELD = {
 
 
 def loop(law: str) -> ClosedLoop:
-    """The closed loop of a law in the first scenario."""
     return proposed_repaired(SCENARIO) if law == PROPOSED else rival(SCENARIO, law)
 
 
@@ -58,31 +176,26 @@ def metrics(law: str) -> tuple[AbstractMetric, ...]:
 
 
 def free(law: str) -> tuple[Factor, ...]:
-    """The factors of the Sobol indices."""
     return tuple(factor for factor in factors(law) if factor.name not in HELD[law])
 
 
 def called(law: str, kind: str) -> str:
-    """The name of a sweep of a law."""
     return f"{law.lower().replace('-', '_')}_{kind}"
 
 
 def sweeps(law: str) -> dict[str, Sweep]:
-    """The sweeps of a law by their kind; only the proposed one has a tornado."""
+    """The sweeps of a law by their kind, the bands over time; only the proposed one has a tornado."""
     every, some, ours = factors(law), free(law), law == PROPOSED
-    of = {
+    of: dict[str, tuple[tuple[Factor, ...], AbstractDesign]] = {
         "screening": (every, MorrisDesign(len(every), TRAJECTORIES.get(law, 50), seed=SEED)),
         "indices": (some, SobolDesign(len(some), BASE.get(law, 1024), ours, seed=SEED)),
         "bands": (every, MonteCarlo(len(every), RANDOM, SEED)),
     }
     if ours:
         of["tornado"] = (every, OneAtATime(len(every), levels=(0.0, 1.0)))
-    return {kind: sweep(law, kind, *designed) for kind, designed in of.items()}
-
-
-def sweep(law: str, kind: str, moved: tuple[Factor, ...], design: AbstractDesign) -> Sweep:
-    """One sweep of a law, kept over time where a picture shows its course."""
-    timed = kind == "bands" or (kind == "indices" and law == PROPOSED)
-    measured = (*metrics(law), ise()) if timed else metrics(law)
-    run = Run(loop(law), measured, UNTIL, EVERY if timed else None, STEPS[law], seed=SEED)
-    return Sweep(called(law, kind), run, moved, design, halved=HALVED)
+    made = {}
+    for kind, (moved, design) in of.items():
+        measured, times = ((*metrics(law), ise()), EVERY) if kind == "bands" else (metrics(law), None)
+        run = Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
+        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED)
+    return made

@@ -1,20 +1,26 @@
-"""The conditions of every law of a8: an arm that is not the model's, instruments with noise, a computer, scenarios."""
+"""The conditions of every law of a8, an arm that is not the model's, a computer, scenarios, and the cost of a run."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 
+import casadi as ca
 import numpy as np
 
 from studies.paper.card import CARD
+from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import REFERENCES
-from workbench.core import Sampled
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, Instruments
+from workbench.metrics import AbstractMetric, effort, rmse, total_variation
+from workbench.metrics.integral import Integral
 from workbench.plants import Friction, Manipulator
 from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.study.sample import Sample
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array
 
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s
@@ -25,55 +31,32 @@ LEVEL = 2.0  # s, that a level of a square wave lasts
 
 @dataclass(frozen=True)
 class Scenario:
-    """A wanted motion, and the conditions under which it is wanted.
-
-    Attributes
-    ----------
-    start
-        (2,), the arm's position at first, in rad.
-    mass
-        (2,), the true masses as shares of the model's; a payload is part of the second.
-    viscous, coulomb
-        (2,), friction that no model knows, in N m s/rad and N m.
-    push, pace
-        The amplitude and the frequency of the disturbance, as shares of the paper's.
-    noise
-        As a share of the usual one.
-    quantum
-        Of the positions read, in rad.
-    limit
-        (2,), of the torque, in N m.
-    slow
-        The milliseconds of a period of the computer; from 2 on its torque comes a period late.
-    """
+    """A wanted motion, and the conditions under which it is wanted."""
 
     name: str
     words: str
     reference: AbstractReference
-    start: tuple[float, float]
-    mass: tuple[float, float] = (1.0, 1.0)
-    viscous: tuple[float, float] = (0.1, 0.1)
-    coulomb: tuple[float, float] = (0.2, 0.2)
-    push: float = 1.0
-    pace: float = 1.0
-    noise: float = 1.0
-    quantum: float = 0.0
-    limit: tuple[float, float] = LIMIT
-    slow: int = 1
+    start: tuple[float, float]  # rad, of the arm
+    mass: tuple[float, float] = (1.0, 1.0)  # true masses as shares of the model's, a payload in the second
+    viscous: tuple[float, float] = (0.1, 0.1)  # N m s/rad, friction that no model knows
+    coulomb: tuple[float, float] = (0.2, 0.2)  # N m
+    push: float = 1.0  # amplitude of the disturbance as a share of the paper's
+    pace: float = 1.0  # its frequency, the same
+    noise: float = 1.0  # as a share of the usual one
+    quantum: float = 0.0  # rad, of the positions read
+    limit: tuple[float, float] = LIMIT  # N m, of the torque
+    slow: int = 1  # ms, the period of the computer; from 2 on its torque comes a period late
 
     @property
     def period(self) -> float:
-        """Of the computer, in s."""
         return PERIOD * self.slow
 
     @property
     def jumps(self) -> bool:
-        """True if the reference does."""
         return isinstance(self.reference, SquareWave)
 
     @property
     def plant(self) -> Manipulator:
-        """The arm as it is."""
         paper = "SS" if self.jumps else "FS"
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
         disturbance = SineTorque(
@@ -89,8 +72,7 @@ class Scenario:
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
-    def loop(self, observer: AbstractObserver, controller: AbstractController) -> Computed:
-        """A law under these conditions."""
+    def loop(self, observer: AbstractObserver, controller: AbstractController) -> ComputedLoop:
         closed = ClosedLoop(self.plant, observer, controller, self.reference)
         instruments = Instruments.of(
             closed.plant,
@@ -98,27 +80,7 @@ class Scenario:
             quantum={"q": self.quantum},
             limit={"tau": (-np.array(self.limit), np.array(self.limit))},
         )
-        return Computed(closed, self.period, instruments, self.slow > 1)
-
-
-@dataclass(frozen=True)
-class Computed:
-    """A loop that a computer closes."""
-
-    loop: ClosedLoop
-    period: float
-    instruments: Instruments
-    delay: bool
-    integrator: str = "declared"
-
-    def ode(self, name: str = "loop") -> Sampled:
-        """The loop between instants, and at them."""
-        how = {"delay": self.delay, "integrator": self.integrator, "name": name}
-        return self.loop.digital(self.period, self.instruments, **how)
-
-    def ablations(self) -> dict[str, Computed]:
-        """The loop less each of its parts."""
-        return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}
+        return ComputedLoop(closed, self.period, instruments, self.slow > 1)
 
 
 FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
@@ -161,7 +123,7 @@ def first_estimates(observer: AbstractObserver) -> list[str]:
     return [name for name in observer.memory.names if name.split(".")[-1] == "q_hat"]
 
 
-def uncertain(scenario: Scenario, loop: Computed) -> tuple[Factor, ...]:
+def uncertain(scenario: Scenario, loop: ComputedLoop) -> tuple[Factor, ...]:
     """The factors that are drawn anew in each run of a loop."""
     starts = ("plant.q", *(f"observer.{path}" for path in first_estimates(loop.loop.observer)))
     return (
@@ -172,3 +134,56 @@ def uncertain(scenario: Scenario, loop: Computed) -> tuple[Factor, ...]:
             for j, q in enumerate(scenario.start)
         ),
     )
+
+
+LATE = "late RMSE"
+HALF = 0.5  # of the time, that counts as late
+
+
+def metrics(scenario: Scenario) -> tuple[AbstractMetric, ...]:
+    """Those of a run: late is the second half of each level of a square wave, and of the whole run otherwise.
+
+    The torque is sampled as often as the computer changes it.
+    """
+    span = LEVEL if scenario.jumps else HORIZON
+    late = Integral(
+        LATE,
+        "rad",
+        f"root mean square of e over the second half {'of each level' if scenario.jumps else 'of the run'}",
+        lambda t, y: ca.if_else(ca.fmod(t, span) >= HALF * span, y["e"] ** 2, 0),
+        lambda integral, horizon: np.sqrt(np.maximum(integral, 0) / (HALF * horizon)),
+    )
+    return rmse(), late, total_variation(scenario.period), effort()
+
+
+@dataclass(frozen=True)
+class Term:
+    """A part of the objective: a metric, both joints together, in units of what is called acceptable."""
+
+    metric: str
+    unit: str
+    acceptable: float
+    why: str
+
+
+TERMS = (
+    Term("RMSE", "rad", 0.5, "the whole run with its first error"),
+    Term(LATE, "rad", 0.005, "what is left once the first error is gone: a quarter of a degree"),
+    Term("TV", "N m/s", 300.0, "chattering: about three times what the wanted motion itself takes"),
+    Term("effort", "N m", 50.0, "torque: twice what gravity takes"),
+)
+
+
+def both(sample: Sample, metric: str) -> Array:
+    """A metric of both joints together, the root of the sum of their squares, (N,)."""
+    return np.hypot(sample.outputs(metric, 0), sample.outputs(metric, 1))
+
+
+def cost(sample: Sample, terms: tuple[Term, ...] = TERMS) -> Array:
+    """The sum of all terms, (N,)."""
+    return np.sum([both(sample, term.metric) / term.acceptable for term in terms], axis=0)
+
+
+def objective(samples: Mapping[str, Sample]) -> Array:
+    """The mean cost over the training scenarios, (n,)."""
+    return np.mean([cost(sample) for sample in samples.values()], axis=0)

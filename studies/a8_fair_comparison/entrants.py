@@ -1,21 +1,168 @@
-"""All that a law is given in a8, and each law behind it: laws are compared where they are given the same."""
+"""The laws of a8 with the numbers that are tuned, and all that they are given: laws given the same are compared."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
-from studies.a8_fair_comparison.conditions import Computed, Scenario, first_estimates
-from studies.a8_fair_comparison.laws import DIAGONAL, LAWS, PROPOSED, Law, Sought, one
+from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
-from studies.paper.laws import ARM
-from workbench.controllers import WithCompensation
-from workbench.loop import AbstractObserver
-from workbench.observers import FullState, Luenberger, MomentumObserver, OracleFilter, VelocityFilter, WithDisturbance
+from studies.paper.computed_loop import ComputedLoop
+from studies.paper.laws import ARM, RIVALS
+from workbench.controllers import (
+    PID,
+    AosmcRgs,
+    ComputedTorque,
+    NonsingularTerminalSlidingMode,
+    Rise,
+    StateFeedback,
+    WithCompensation,
+)
+from workbench.loop import AbstractController, AbstractObserver
+from workbench.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.study.uncertainty.distributions import LogUniform
+from workbench.study.uncertainty.factors import Factor
+
+PROPOSED = "AOSMC-RGS"
+FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins
+EACH, DIAGONAL = ("[0]", "[1]"), ("[0,0]", "[1,1]")  # the places of both joints in a vector and a matrix
+
+
+@dataclass(frozen=True)
+class Sought:
+    """A number that is tuned."""
+
+    name: str
+    paths: tuple[str, ...]
+    low: float  # the ends between which the search begins, on a scale of logarithms
+    high: float
+    unit: str
+    ends: tuple[float, float] | None = None  # physical limits, where there are any
+    why: str = ""  # their reason in words
+
+    @property
+    def factor(self) -> Factor:
+        """The factor of a tuning, to its far limits."""
+        return Factor(self.name, self.paths, LogUniform(*(self.ends or (self.low / FARTHER, self.high * FARTHER))))
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law, the numbers of it that are tuned, and whether it adds an estimated disturbance to its torque by itself."""
+
+    name: str
+    block: AbstractController
+    tuned: tuple[Sought, ...]
+    counts_on_d: bool = False
+
+
+def one(
+    path: str, low: float, high: float, unit: str, at: tuple[str, ...] = ("",), name: str = "", **physical: Any
+) -> Sought:
+    """One number of a loop, at one or several places of a field."""
+    return Sought(name or path.split(".")[-1], tuple(f"{path}{place}" for place in at), low, high, unit, **physical)
+
+
+def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EACH) -> tuple[Sought, ...]:
+    """A number of a law for each joint."""
+    return tuple(one(f"controller.{field}", low, high, unit, (at[j],), f"{field}_{j + 1}") for j in (0, 1))
+
+
+LAYER = "s stays within so wide a layer, where the gain over phi alone counts"
+LAG = "with so long a lag the gain follows no rule, and with so short a one it follows at once"
+ORDER = "the law asks for 1 < gamma < 2"
+GAIN = (1.0, 500.0)  # N m, of a switching torque
+STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
+SURFACE = (
+    *two("Lambda", 1.0, 40.0, "1/s"),
+    one("controller.phi", 0.01, 10.0, "rad/s", ends=(1e-5, 100.0), why=LAYER),
+)
+OF_PROPOSED = (
+    *SURFACE,
+    one("controller.K", *GAIN, "N m", DIAGONAL, "K(0)"),
+    one("controller.P", 0.1, 1000.0, "N m/rad", DIAGONAL, "P(0)"),
+    one("controller.Q", 0.01, 1000.0, "N m/(rad s)", DIAGONAL),
+    one("controller.R", 0.001, 1000.0, "N m/(rad s)", DIAGONAL),
+)
+LEARNED = (
+    *SURFACE,
+    one("controller.K", *GAIN, "N m", name="K(0)"),
+    one("controller.gamma", 0.1, 100.0, "N m/rad"),
+)
+OF_FUZZY = (
+    *LEARNED,
+    one("controller.lag", 0.005, 0.5, "s", ends=(5e-6, 500.0), why=LAG),
+)
+OF_RBF = (
+    *LEARNED,
+    one("controller.Gamma", 0.1, 1000.0, "N m/rad"),
+    one("controller.sigma", 0.01, 10.0, "1/s"),
+)
+OF_PID = (
+    *two("Kp", *STIFF, "N m/rad"),
+    *two("Ki", 5.0, 5000.0, "N m/(rad s)"),
+    *two("Kd", *DAMPED, "N m s/rad"),
+)
+OF_SMC = (*SURFACE, *two("K", *GAIN, "N m"))
+OF_SUPER_TWISTING = (
+    *SURFACE,
+    one("controller.k1", 1.0, 100.0, "(rad/s^3)^(1/2)"),
+    one("controller.k2", 1.0, 1000.0, "rad/s^3"),
+)
+OF_FEEDFORWARD = (
+    *two("Kp", *STIFF, "N m/rad", DIAGONAL),
+    *two("Kd", *DAMPED, "N m s/rad", DIAGONAL),
+)
+OF_COMPUTED_TORQUE = (
+    *two("Kp", 10.0, 2000.0, "1/s^2"),
+    *two("Kd", 2.0, 200.0, "1/s"),
+)
+OF_RISE = (
+    *SURFACE,
+    one("controller.ks", 1.0, 300.0, "N m s/rad", EACH),
+    one("controller.alpha", 0.01, 40.0, "1/s", EACH),
+    one("controller.beta", 0.1, 1000.0, "N m/s", EACH),
+)
+OF_TERMINAL = (
+    one("controller.beta", 1.0, 200.0, "rad^(gamma-1)/s^gamma", EACH),
+    one("controller.gamma", 1.1, 1.9, "", ends=(1.01, 1.99), why=ORDER),
+    one("controller.k1", 1.0, 1000.0, "1/s^2", EACH),
+    one("controller.k2", 1.0, 1000.0, "rad^(1/2)/s^2", EACH),
+    one("controller.phi", 0.001, 1.0, "rad"),
+)
+
+I = np.eye(2)
+LAMBDA = CARD["Lambda"]
+AOSMC = AosmcRgs(  # with the four repairs of a1, and (34) in Cayley steps
+    *(ARM, LAMBDA, CARD["phi"], 5.0 * I, 10.0 * I, 599.0 * I, 6.43 * I),
+    velocity="reference",
+    gain_sign="raised",
+    gain_shape=CARD["reading of (33)"],
+    integrator="cayley",
+)
+LAWS = (
+    Law(PROPOSED, AOSMC, OF_PROPOSED, counts_on_d=True),
+    Law("ASMC", RIVALS["ASMC"], LEARNED),
+    Law("Fuzzy-ASMC", RIVALS["Fuzzy-ASMC"], OF_FUZZY),
+    Law("RBF-ASMC", replace(RIVALS["RBF-ASMC"], integrator="exact"), OF_RBF),
+    Law("PID", RIVALS["PID"], OF_PID),
+    Law("PID + gravity", PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"], ARM), OF_PID),
+    Law("SMC", RIVALS["SMC"], OF_SMC),
+    Law("super-twisting", RIVALS["super-twisting"], OF_SUPER_TWISTING),
+    Law("feedforward + PD", StateFeedback(ARM, np.diag(CARD["PID: Kp"]), np.diag(CARD["PID: Kd"])), OF_FEEDFORWARD),
+    Law("computed torque", ComputedTorque(ARM, (36.0, 36.0), (12.0, 12.0)), OF_COMPUTED_TORQUE, counts_on_d=True),
+    Law("RISE", Rise(LAMBDA, (2.0, 2.0), (20.0, 20.0), (10.0, 10.0), CARD["phi"], model=ARM), OF_RISE),
+    Law(
+        "terminal SMC",
+        NonsingularTerminalSlidingMode(ARM, (10.0, 10.0), 5 / 3, (50.0, 50.0), (50.0, 50.0), 0.5, 0.05),
+        OF_TERMINAL,
+    ),
+)
+
 
 T = TypeVar("T")
 
@@ -30,30 +177,24 @@ class Given:
     observer: AbstractObserver
     tuned: tuple[Sought, ...] = ()
 
-    @property
-    def estimates_d(self) -> bool:
-        """True if D_hat is estimated, and therefore added to the torque of each law."""
-        return isinstance(self.observer, WithDisturbance)
-
 
 def gains(path: str) -> tuple[Sought, Sought]:
-    """The gains of (10) below a path."""
     return (
-        one(f"{path}.L1", 1.0, 400.0, 30.0, "1/s", DIAGONAL),
-        one(f"{path}.L2", 50.0, 40000.0, 50.0, "1/s^2", DIAGONAL),
+        one(f"{path}.L1", 1.0, 400.0, "1/s", DIAGONAL),
+        one(f"{path}.L2", 50.0, 40000.0, "1/s^2", DIAGONAL),
     )
 
 
 PASSES = "the filter passes what it reads on"
-LUENBERGER = Luenberger(ARM, np.eye(2), np.eye(2), q_hat=(0.0, 0.0), integrator="cayley")
-ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, CARD["l"], "1/s"))
+LUENBERGER = Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
+ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
 READINGS = Given("readings", "raw readings", "positions and velocities as read", FullState(2))
 FILTER = Given(
     "filter",
     "filtered velocity",
     "positions as read, velocities through a filter of first order",
     VelocityFilter(2, 200.0),
-    (one("observer.omega", 10.0, 1000.0, 200.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
+    (one("observer.omega", 10.0, 1000.0, "rad/s", ends=(0.01, 10000.0), why=PASSES),),
 )
 OBSERVER = Given("observer", "observer (10)", "positions, and observer (10)", LUENBERGER, gains("observer"))
 BOTH = Given(
@@ -61,13 +202,6 @@ BOTH = Given(
     "observer (10) and D_hat",
     "positions, observer (10), and an observer of the momentum for D",
     WithDisturbance(LUENBERGER, MomentumObserver(ARM, CARD["l"])),
-    ALL_GAINS,
-)
-ORACLE = Given(
-    "oracle",
-    "oracle",
-    "positions, observer (10), and the true disturbance through a filter: (24) as repaired",
-    WithDisturbance(LUENBERGER, OracleFilter(2, CARD["l"])),
     ALL_GAINS,
 )
 GIVEN = (READINGS, FILTER, OBSERVER, BOTH)  # from what an instrument gives
@@ -87,13 +221,12 @@ class Entrant:
 
     @property
     def key(self) -> str:
-        """Part of the names of files."""
         return f"{''.join(c if c.isalnum() else '_' for c in self.law.name.lower())}_{self.given.key}"
 
     @property
     def compensated(self) -> bool:
-        """True if D_hat is added to the torque of the law from outside."""
-        return self.given.estimates_d and not self.law.counts_on_d
+        """True if D_hat is estimated, and added to the torque of the law from outside."""
+        return isinstance(self.given.observer, WithDisturbance) and not self.law.counts_on_d
 
     @property
     def tuned(self) -> tuple[Sought, ...]:
@@ -105,19 +238,14 @@ class Entrant:
         )
         return (*own, *self.given.tuned)
 
-    @property
-    def card(self) -> dict[str, float]:
-        """The numbers of the card."""
-        return {sought.name: sought.card for sought in self.tuned}
-
-    def loop(self, scenario: Scenario, numbers: Mapping[str, float]) -> Computed:
-        """The law with these numbers in a scenario."""
+    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> ComputedLoop:
+        """The law with these numbers in a scenario, or with those that a1 assumes."""
         law = WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer
         for path in first_estimates(observer):
             observer = with_number(observer, path, scenario.start)
         blocks = {"controller": law, "observer": observer}
-        for sought in self.tuned:
+        for sought in self.tuned if numbers else ():
             for path in sought.paths:
                 block, _, inside = path.partition(".")
                 blocks[block] = with_number(blocks[block], inside, numbers[sought.name])
@@ -138,5 +266,4 @@ def with_number(block: T, path: str, value: float | tuple[float, ...]) -> T:
 
 ENTRANTS = {given.key: tuple(Entrant(law, given) for law in LAWS) for given in GIVEN}
 PROPOSAL = next(entrant for entrant in ENTRANTS[BOTH.key] if entrant.name == PROPOSED)
-TOLD = Entrant(PROPOSAL.law, ORACLE)
-ALL = (*(entrant for entrants in ENTRANTS.values() for entrant in entrants), TOLD)
+ALL = tuple(entrant for entrants in ENTRANTS.values() for entrant in entrants)

@@ -8,11 +8,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, Computed, Scenario, uncertain
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, TOLD, Entrant
-from studies.a8_fair_comparison.laws import PROPOSED
-from studies.a8_fair_comparison.objective import TERMS, Term, cost, metrics
-from workbench.study.contract import Run, Sweep
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
+from studies.paper.computed_loop import ComputedLoop
+from workbench.study.contract import Run
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -29,12 +28,12 @@ from workbench.study.evidence import (
 from workbench.study.evidence.causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
 
 Samples = Mapping[str, Sample]  # by the names of laws
 ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
-CARD, CARDED = "_card", "paper"  # a kind of sweeps, and the scenario in which the numbers of the card are tried
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
 ASKED = Mean()
 OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
@@ -80,7 +79,7 @@ def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple
     return tuple(one for one in entrants if one in least or one.name == PROPOSED)
 
 
-def sweep(name: str, loop: Computed, scenario: Scenario) -> Sweep:
+def sweep(name: str, loop: ComputedLoop, scenario: Scenario) -> Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
     design = MonteCarlo(len(factors), DRAWS, DRAWN)
@@ -119,39 +118,15 @@ def judge_laws(values: Paired, others: Sequence[Median | Quantile | Tail | Succe
 
 @dataclass(frozen=True)
 class Evidence:
-    """All judgements, made once from the runs.
+    """All judgements, made once from the runs."""
 
-    Attributes
-    ----------
-    runs
-        By the key of what a law is given and by scenario.
-    cost
-        The same, judged by cost.
-    together
-        By the same key: the cost of each draw, the mean over the scenarios.
-    again
-        By the same key and by what was done: the laws of least training cost, as tuned and otherwise.
-    weighted
-        The cost of the laws behind both observers with other weights, of runs that were tuned for the first ones.
-    told
-        The cost of AOSMC-RGS, and of the same law that is told the true disturbance.
-    card
-        The cost of the laws behind both observers with the numbers of the card, in one scenario.
-    causes
-        The causes of lost runs, by scenario, name of the law and words of what it was given.
-    parts
-        By scenario, the cost and each metric of AOSMC-RGS and of what is left of it without a part.
-    """
-
-    runs: Mapping[str, Mapping[str, Samples]]
-    cost: Mapping[str, Standings]
-    together: Mapping[str, Judgement]
-    again: Mapping[str, Mapping[str, Standings]]
-    weighted: Mapping[str, Standings]
-    told: Mapping[str, Judgement]
-    card: Judgement
-    causes: Mapping[tuple[str, str, str], Causes]
-    parts: Mapping[str, tuple[Judgement, ...]]
+    runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
+    cost: Mapping[str, Standings]  # by the same key
+    together: Mapping[str, Judgement]  # the cost of each draw, the mean over the scenarios
+    again: Mapping[str, Mapping[str, Standings]]  # by key and by what was done: the laws of least training cost
+    weighted: Mapping[str, Standings]  # behind both observers, tuned for the first weights
+    causes: Mapping[tuple[str, str, str], Causes]  # of lost runs, by scenario, law and words of what it is given
+    parts: Mapping[str, tuple[Judgement, ...]]  # by scenario: the cost and each metric, without each part
 
 
 @lru_cache(maxsize=1)
@@ -168,11 +143,6 @@ def evidence(results: Results) -> Evidence:
     kinds = {AS_TUNED: ""} | {words: kind for kind, (words, _) in AGAIN.items()}
     runs = {key: {s.name: samples(s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
     ours = runs[BOTH.key]
-    told = {
-        s.name: {PROPOSED: ours[s.name][PROPOSED], f"{PROPOSED}, oracle": results.sample(name_of(s, TOLD.key))}
-        for s in HELD_OUT
-    }
-    carded = next(s for s in HELD_OUT if s.name == CARDED)
     return Evidence(
         runs,
         {key: standings(entrants) for key, entrants in ENTRANTS.items()},
@@ -185,8 +155,6 @@ def evidence(results: Results) -> Evidence:
             words: Standings({s: judge_laws(weighted(held, weights), ()) for s, held in ours.items()})
             for words, weights in WEIGHTS.items()
         },
-        {s: judge_laws(cost_of(held), ()) for s, held in told.items()},
-        judge_laws(cost_of(samples(carded, ENTRANTS[BOTH.key], CARD))),
         causes_of_losses(results, runs),
         {s.name: without_parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
     )

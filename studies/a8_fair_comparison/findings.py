@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 
 from studies.a8_fair_comparison.conditions import HELD_OUT
-from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, READINGS, Given
-from studies.a8_fair_comparison.evidence import AS_TUNED, ASKED, DRAWS, FAMILY, MARGIN, SEED, Evidence
-from studies.a8_fair_comparison.laws import PROPOSED
-from workbench.study.document.document import Table, Verdict
-from workbench.study.document.phrases import Column
-from workbench.study.evidence import Shape, Standings, shapes
+from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, PROPOSED, READINGS, Given
+from studies.a8_fair_comparison.evidence import AS_TUNED, ASKED, DRAWS, FAMILY, MARGIN, Evidence
+from workbench.study.document.document import Verdict
+from workbench.study.evidence import Standings
 
 SCENARIOS = len(HELD_OUT)
 MEASURE = f"{ASKED.words} cost"
@@ -91,37 +88,6 @@ def proposed(evidence: Evidence) -> Verdict:
         given="In each case the same to all laws.",
         reversal=f"Behind its own observers it is best by {', '.join(f'{words} in {n}' for words, n in by.items())}.",
     )
-
-
-def odd_shapes(evidence: Evidence) -> Iterator[tuple[Given, str, Shape]]:
-    """The samples with a heavy tail, two groups of runs, or lost ones."""
-    for given in GIVEN:
-        for scenario, runs in evidence.runs[given.key].items():
-            first, values = next(iter(runs.values())), evidence.cost[given.key].judgements[scenario].paired
-            sure = 1 - (1 - FAMILY) / SCENARIOS
-            for shape in shapes(values, first.drawn, first.factors, confidence=sure, seed=SEED):
-                if shape.kind != "one group":
-                    yield given, scenario, shape
-
-
-def tails(evidence: Evidence) -> tuple[Verdict, Table]:
-    """The number of such samples, and one of each law with what predicts it."""
-    odd = list(odd_shapes(evidence))
-    number = Counter((given.name, shape.law) for given, _, shape in odd)
-    examples = {(given.name, shape.law): f"'{scenario}': {shape.sentence}" for given, scenario, shape in reversed(odd)}
-    samples = SCENARIOS * sum(len(next(iter(runs.values()))) for runs in evidence.runs.values())
-    verdict = Verdict(
-        "found",
-        f"In {len(odd)} of {samples} samples the cost has a heavy tail, two groups or lost runs: there one number does "
-        "not describe it.",
-        estimand=f"The shape of each sample, of a law and what it is given; {sample(evidence)}; for each that is given "
-        f"a false alarm in any with {100 - 100 * FAMILY:g} %.",
-        given="Among laws that are compared the same.",
-        reversal="Other ranges of the draws: the groups are told by what was drawn.",
-    )
-    columns = (Column("given"), Column("law"), Column("scenarios", align="right"), Column("the first of them"))
-    rows = tuple((*pair, n, examples[pair]) for pair, n in number.items())
-    return verdict, Table("tails", "Samples with a heavy tail, two groups or lost runs.", columns, rows)
 
 
 def diverged(evidence: Evidence) -> Verdict:

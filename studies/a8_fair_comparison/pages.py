@@ -7,54 +7,51 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.a8_fair_comparison import findings as findings
-from studies.a8_fair_comparison.conditions import (
-    HELD_OUT,
-    HORIZON,
-    LIMIT,
-    NOISE_Q,
-    NOISE_QD,
-    PERIOD,
-    TRAINING,
-    uncertain,
+from studies.a8_fair_comparison import conditions, findings
+from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, TERMS, both
+from studies.a8_fair_comparison.entrants import (
+    BOTH,
+    ENTRANTS,
+    FILTER,
+    GIVEN,
+    OBSERVER,
+    PROPOSAL,
+    PROPOSED,
+    READINGS,
+    Given,
 )
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSAL, READINGS, TOLD, Given
-from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, CONTENDERS, FAMILY, Evidence, evidence
-from studies.a8_fair_comparison.laws import PROPOSED
-from studies.a8_fair_comparison.objective import TERMS
-from studies.a8_fair_comparison.published_numbers import order_of_six, published_section
-from studies.a8_fair_comparison.searches import tuned_numbers, tuning
-from workbench.study.document.document import Column, Emphasis, Figure, Paragraph, Reference, Section, Table
-from workbench.study.evidence import Standings, ablation_table, statistics_table
+from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, FAMILY, Evidence, evidence
+from workbench.notation.formula import symbol
+from workbench.study.document.document import Column, Figure, Measured, Paragraph, Phrase, Reference, Section, Table
+from workbench.study.document.phrases import raised
+from workbench.study.evidence import ablation_table, statistics_table
 from workbench.study.evidence.law_tables import information_table
-from workbench.study.pictures import standings_figure
+from workbench.study.pictures import budget_curves, pareto_fronts, standings_figure
 from workbench.study.study import Results
+from workbench.study.tuning import Tuned
 from workbench.study.uncertainty.factors import Space
+from workbench.validation.refusals import Array
 
 
 def sections(results: Results) -> Sequence[Section]:
-    """The page."""
     held = evidence(results)
     return (
-        answer(results, held),
+        answer(held),
         dependence(held),
-        conditions(),
-        causes(held),
+        conditions_section(),
+        parts(held),
         tuning(results),
-        published_section(results),
         trust(results),
     )
 
 
 def headlines(results: Results) -> Sequence[str]:
-    """The winners, and what that depends on."""
     held = evidence(results)
     verdicts = (*(findings.winner(held, given) for given in GIVEN), findings.proposed(held), findings.diverged(held))
     return [str(one.statement) for one in verdicts]
 
 
-def answer(results: Results, held: Evidence) -> Section:
-    """The answers first."""
+def answer(held: Evidence) -> Section:
     return Section(
         "What was found",
         (
@@ -62,10 +59,8 @@ def answer(results: Results, held: Evidence) -> Section:
             short(standings(held, READINGS)),
             *(findings.winner(held, given) for given in reversed(GIVEN)),
             findings.proposed(held),
-            *findings.tails(held),
             findings.diverged(held),
             findings.parts_matter(held),
-            order_of_six(results),
             short(standings(held, FILTER)),
             short(standings(held, OBSERVER)),
         ),
@@ -73,7 +68,6 @@ def answer(results: Results, held: Evidence) -> Section:
 
 
 def standings(held: Evidence, given: Given) -> Figure:
-    """Laws by scenarios, given the same."""
     judgements = held.cost[given.key].judgements
     return standings_figure(
         f"standings_{given.key}",
@@ -89,24 +83,7 @@ def short(shown: Figure) -> Figure:
 
 
 def dependence(held: Evidence) -> Section:
-    """All that could turn a verdict round."""
-    rows = []
-    for given in GIVEN:
-        pairs = findings.alternatives(held, given.key)
-        rows.append((given.name, *(most(*pair) for pair in pairs.values()), held.together[given.key].best or "open"))
-    table = Table(
-        "dependence",
-        "What the verdict depends on.",
-        tuple(map(Column, ("given", *pairs, findings.TOGETHER))),
-        tuple(rows),
-        (
-            "The law that is best in most held-out scenarios, with their number; where none is, those that are best "
-            f"most often, in brackets. First by each statistic; then by the mean the {CONTENDERS} laws of least "
-            f"training cost and {PROPOSED} alone, as tuned, as another search tuned them, and with the best of as many "
-            "first evaluations as half of the shortest search, under the noise of their own search; last all "
-            "scenarios together.",
-        ),
-    )
+    """The laws over all scenarios together by each statistic, and with other weights of the cost."""
     weights = Table(
         "weights",
         f"In how many held-out scenarios each law has the least {findings.MEASURE}, with other weights of the terms.",
@@ -114,45 +91,21 @@ def dependence(held: Evidence) -> Section:
         tuple((words, findings.counts(one)) for words, one in held.weighted.items()),
         ("The runs are those of laws tuned for the first row. Open: no law is significantly best.",),
     )
-    return Section("What the verdicts depend on", (table, worth(held), weights))
-
-
-def most(held: Standings, words: str) -> str:
-    """The laws that are best most often, in brackets if that is in no more than half of the scenarios."""
-    tally = findings.tally(held, words)
-    shown = ", ".join(f"{law} {count}" for law, count in tally.items() if count == max(tally.values()))
-    return shown if findings.champion(held, words) else f"({shown})" if shown else "open everywhere"
-
-
-def worth(held: Evidence) -> Table:
-    """The mean cost of each law behind all that it is given."""
-    columns = []
-    for given in GIVEN:
-        one = held.together[given.key].by[ASKED.words]
-        ends = zip(one.paired.laws, one.level.value, one.level.low, one.level.high, strict=True)
-        cells = {law: f"{value:.3g} ({low:.3g} to {high:.3g})" for law, value, low, high in ends if np.isfinite(value)}
-        columns.append(cells | ({one.best: Emphasis(cells[one.best])} if one.best else {}))
-    laws = (one.name for one in ENTRANTS[BOTH.key])
-    return Table(
-        "worth",
-        "Mean cost over all scenarios together.",
-        (Column("law"), *(Column(given.name, align="right") for given in GIVEN)),
-        tuple((law, *(cells.get(law, "infinite: a run diverged") for cells in columns)) for law in laws),
-        (
-            "Over all draws and scenarios, these with equal weight, with its interval; each pair tuned by itself. "
-            "Bold: significantly less than for each other law of the column. Columns tell what an observer is worth "
-            "to a law, not which law is better. One scenario may decide: 'slow' costs some laws thirty times what "
-            "the others do.",
-        ),
+    together = (
+        statistics_table(
+            f"together_{given.key}", f"Cost over all scenarios together, given {given.words}.", held.together[given.key]
+        )
+        for given in GIVEN
     )
+    return Section("What the verdicts depend on", (*together, weights))
 
 
-def conditions() -> Section:
+def conditions_section() -> Section:
     """All that is the same for all laws, and what each is given."""
     first = HELD_OUT[0]
-    loop = PROPOSAL.loop(first, PROPOSAL.card)
+    loop = PROPOSAL.loop(first)
     equation = loop.ode()
-    drawn = Space(uncertain(first, loop), equation.parameters, equation.states)
+    drawn = Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
     return Section(
         "What is the same for all laws",
         (
@@ -186,23 +139,21 @@ def conditions() -> Section:
 
 
 def information() -> Table:
-    """The information of each law."""
-    entrants = {one.name: one for one in ENTRANTS[BOTH.key]} | {f"{PROPOSED}, oracle": TOLD}
+    entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
     others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
     return information_table(
         "information",
         "Who is given what: all laws behind both observers, and two of them behind the rest.",
-        {name: one.loop(HELD_OUT[0], one.card).loop for name, one in entrants.items()},
+        {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
         {name: len(one.tuned) for name, one in entrants.items()},
     )
 
 
 def scenarios() -> Table:
-    """Training and held-out ones, and what differs."""
     usual = HELD_OUT[0]
-    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (LIMIT, usual.viscous, usual.coulomb))
-    rows = [(one.name, "training", one.words) for one in TRAINING]
+    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
+    rows = [(one.name, "training", one.words) for one in conditions.TRAINING]
     rows += [(one.name, "held out", one.words) for one in HELD_OUT]
     return Table(
         "scenarios",
@@ -210,18 +161,22 @@ def scenarios() -> Table:
         (Column("name"), Column("for"), Column("what is wanted, and what is unusual")),
         tuple(rows),
         (
-            f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of {1e3 * PERIOD:g} ms, "
-            f"friction of {viscous} N m s/rad and {coulomb} N m, the paper's disturbance, and normal noise of "
-            f"{NOISE_Q:g} rad and {NOISE_QD:g} rad/s, fresh at each reading. 'A slower motion' has amplitudes of 0.6 "
-            "and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' 0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes "
-            f"{HORIZON:g} s.",
+            f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of "
+            f"{1e3 * conditions.PERIOD:g} ms, friction of {viscous} N m s/rad and {coulomb} N m, the paper's "
+            f"disturbance, and normal noise of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s, fresh at "
+            "each reading. 'A slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' "
+            f"0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
         ),
     )
 
 
-def causes(held: Evidence) -> Section:
-    """The parts that make the difference, an oracle, and what tuning is worth."""
-    parts = [
+def parts(held: Evidence) -> Section:
+    words = (
+        "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse for a part "
+        "alone, but for the part at these numbers. Without its state observer it takes the noisy readings; without its "
+        "boundary layer it switches once a period."
+    )
+    tables = (
         ablation_table(
             f"parts_{key}",
             f"AOSMC-RGS less each of its parts, scenario '{key}'.",
@@ -229,42 +184,11 @@ def causes(held: Evidence) -> Section:
             PROPOSED,
         )
         for key, judgements in held.parts.items()
-    ]
-    return Section(
-        "What makes the difference",
-        (
-            Paragraph(
-                "'AOSMC-RGS, oracle' has (24) as repaired: a filter of the true disturbance, which no instrument "
-                "gives. It does not know of friction or wrong masses, which an observer of the momentum takes for "
-                "disturbance too."
-            ),
-            short(
-                standings_figure(
-                    "told",
-                    "Cost of AOSMC-RGS behind an observer of the momentum, and with the oracle.",
-                    {scenario: one.by for scenario, one in held.told.items()},
-                    ASKED.words,
-                )
-            ),
-            Paragraph(
-                "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse "
-                "for a part alone, but for the part at these numbers. Without its state observer it takes the noisy "
-                "readings; without its boundary layer it switches once a period."
-            ),
-            parts[0],
-            *(replace(table, notes=table.notes[2:-1]) for table in parts[1:]),
-            statistics_table(
-                "card",
-                "What tuning is worth: cost with the numbers of a1's card, behind both observers, scenario 'paper'.",
-                held.card,
-                ("The card's layers of 0.01 rad/s are the paper's, for continuous time and exact readings.",),
-            ),
-        ),
     )
+    return Section("What makes the difference", (Paragraph(words), *tables))
 
 
 def trust(results: Results) -> Section:
-    """The limits of all this, and the numbers as tuned."""
     return Section(
         "How far to trust this",
         (
@@ -282,3 +206,77 @@ def trust(results: Results) -> Section:
             *(tuned_numbers(results, given) for given in GIVEN),
         ),
     )
+
+
+NOTE = (
+    "Here and in the tables below. Least cost: the mean over both training scenarios and the training noises of all "
+    "searches, at half the step; in brackets its change from the step. Of each search: its least cost at the step "
+    "under its own noise."
+)
+
+
+def tuning(results: Results) -> Section:
+    shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
+    note = next(iter(shown.values())).note
+    budget = budget_curves(
+        "budget",
+        "The least cost so far, all laws behind both observers. Bands: between the searches.",
+        {name: curves(one) for name, one in shown.items()},
+        f"Of {next(iter(shown))}: {note}",
+        "cost",
+    )
+    late_error, chattering = (
+        lambda runs, metric=metric: np.mean([both(sample, metric) for sample in runs.values()], axis=0)
+        for metric in (LATE, "TV")
+    )
+    front = pareto_fronts(
+        "front_chattering",
+        "Error against chattering in the training scenarios: points of the searches that none beats in both.",
+        {name: one.measures(late_error, chattering) for name, one in shown.items()},
+        "The runs of the figure above",
+        "late RMSE [rad]",
+        "TV [N m/s]",
+    )
+    tables = (searches(results, given, (NOTE,) if given == GIVEN[0] else ()) for given in GIVEN)
+    return Section("Tuning with the same budget", (budget, front, *tables))
+
+
+def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
+    rows = []
+    for entrant in ENTRANTS[given.key]:
+        tuned = results.tuned(entrant.key)
+        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:.4g}" for best in tuned.bests)
+        physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
+        rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
+    heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
+    columns = (*heads, Column("of each search"), Column("doubts, and limits"))
+    return Table(f"searches_{given.key}", f"The searches of all laws given {given.words}.", columns, tuple(rows), notes)
+
+
+def tuned_numbers(results: Results, given: Given) -> Table:
+    rows = []
+    for entrant in ENTRANTS[given.key]:
+        best = results.tuned(entrant.key).best
+        for one in entrant.tuned:
+            spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
+            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, tuned))
+    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as tuned")))
+    note = (
+        "Sought on a scale of logarithms, from where a search begins to a thousandth of its lower and a thousand times "
+        "its upper end, where no physical limit comes before."
+    )
+    notes = (note,) if given == GIVEN[0] else ()
+    return Table(f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", heads, tuple(rows), notes)
+
+
+def letter(name: str) -> Phrase:
+    """A number's name as it is printed: K(0) by its letter too."""
+    stem, bracket, rest = name.partition("(")
+    return (symbol(stem), bracket + rest) if bracket else name if name == "lag" else symbol(name)
+
+
+def curves(one: Tuned) -> tuple[Array, Array]:
+    """The evaluations, and the best so far of each search; one that ended early stays where it was."""
+    longest = max(one.searches, key=lambda search: len(search.bests)).spent
+    bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
+    return longest, np.stack(bests)

@@ -5,14 +5,13 @@ Runs in about six minutes on two cores.
 
 from collections.abc import Mapping
 
-from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, CARD, CARDED, DRAWN, contenders, name_of, sweep
-from studies.a8_fair_comparison.objective import metrics, objective
+from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
+from studies.a8_fair_comparison.entrants import ALL, ENTRANTS, PROPOSAL, Entrant
+from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, DRAWN, contenders, name_of, sweep
 from studies.a8_fair_comparison.pages import headlines, sections
-from studies.a8_fair_comparison.published_numbers import cases
-from workbench.study.contract import Run, Sweep
+from workbench.study.contract import Run
 from workbench.study.study import Study
+from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
@@ -23,13 +22,12 @@ TRAINING_SEED = 80  # of the noise of the first training scenario: no law is jud
 def trials(entrant: Entrant) -> tuple[Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        Trial(s.name, Run(entrant.loop(s, entrant.card), metrics(s), HORIZON, h=PERIOD / 2, seed=seed))
+        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD / 2, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 
 
 def tunings() -> tuple[Tuning, ...]:
-    """The same search for all."""
     return equal_budget(
         {one.key: (trials(one), tuple(number.factor for number in one.tuned)) for one in ALL},
         objective,
@@ -52,8 +50,6 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
         for entrants in ENTRANTS.values():
             for one in contenders(entrants, tuned):
                 loops |= {one.key + kind: one.loop(scenario, best(tuned[one.key])) for kind, (_, best) in AGAIN.items()}
-        if scenario.name == CARDED:
-            loops |= {one.key + CARD: one.loop(scenario, one.card) for one in ENTRANTS[BOTH.key]}
         if scenario.name in ABLATED:
             loops |= loops[PROPOSAL.key].ablations()
         made += [sweep(name_of(scenario, key), loop, scenario) for key, loop in loops.items()]
@@ -75,7 +71,6 @@ study = Study(
         "cost is asked, as costs add up; what another statistic, search or budget turns round depends. Intervals hold "
         "for all pairs and all scenarios at once."
     ),
-    cases=cases,
     tunings=tunings(),
     sweeps=sweeps,
     sections=sections,

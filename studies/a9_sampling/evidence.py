@@ -2,28 +2,39 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import cache
 from itertools import combinations
 
+import casadi as ca
 import numpy as np
 
-from studies.a9_sampling.loops import REALISTIC, RMSE, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact
-from studies.a9_sampling.safe_periods import Longest, frozen, linear_limit, longest, rule_of_thumb
-from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
-from studies.paper.linearization import SEVEN
+from studies.a9_sampling.loops import REALISTIC, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact, last
+from studies.paper.card import CARD as PAPER
+from studies.paper.card import PUBLISHED
+from studies.paper.comparison import MARGIN
+from studies.paper.laws import ARM
+from studies.paper.linearization import PROPOSED, SEVEN, loop_of
+from workbench.metrics import measured, total_variation
+from workbench.notation.formula import Number, Product, Quotient, symbol
 from workbench.study.evidence.causes import Causes
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results
+from workbench.validation.refusals import Array
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart
-SOME = (2e-4, 1e-3, 5e-3)  # s, the periods at which the other ways to switch are looked at
 QUIET = 2.0  # times the total variation of the continuous loop, at most
-TRACKS = 1.1  # times its RMSE (43), at most
-SWITCHING = {
-    "sign": tuple(law for law in SEVEN if law != "PID"),
-    "implicit": tuple(law for law in SEVEN if law not in ("PID", PROPOSED)),
-}
+RULE = Quotient(Product((Number(Fraction(2)), symbol("phi"), symbol("lambda_min"))), symbol("K"))  # of thumb, in s
+GRID = 1e-2  # s, that of (43), which every period divides
+PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods where a search begins
+CLOSE = 1.12  # how far apart the longest safe period and the next one tried may be
+STEPS = (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3)  # s, of RK4 through a loop in continuous time
+SUBSTEPS = (1, 2, 5)  # of the plant within a period of the computer
+SHORT = 10.0  # s, of the runs over the step
+SWITCHING = {"clip": "layer", "sign": "relay"}
+EVERY = 25  # a state in so many of those of a run, one in 10 ms, is looked at by the rule of thumb
 PLACES = tuple((scenario, joint) for scenario in SCENARIOS for joint in (0, 1))
 ROWS = (  # of tables and figures: a law, how its memory steps, and what it is called there
     (PROPOSED, "euler", f"{PROPOSED}, Euler"),
@@ -37,16 +48,28 @@ Scores = Callable[[str, str, int], Score]  # of a law, a scenario and a joint
 
 
 @dataclass(frozen=True)
-class Safe:
-    """The longest periods of a law that do not chatter (quiet) and keep the error (tracks); what foretells the first.
+class Longest:
+    """The longest period found safe, 0 if none, and the shortest found not to be, infinite if none; in s."""
 
-    `rule`, infinite without a gain K, and `multipliers` are in s; pairs are without a period of delay and with it.
+    safe: float
+    unsafe: float
+
+    @property
+    def text(self) -> str:
+        """In ms, as a table has it."""
+        if not self.safe:
+            return f"below {1e3 * self.unsafe:.2g}"
+        return f"{1e3 * self.safe:.2g}" + (" or more" if np.isinf(self.unsafe) else "")
+
+
+@dataclass(frozen=True)
+class Safe:
+    """The rule of thumb of a law in s, infinite without a gain K, and its longest periods that do not chatter (quiet),
+    without a period of delay and with it.
     """
 
     rule: float
-    multipliers: tuple[float, float]
     quiet: tuple[Longest, Longest]
-    tracks: tuple[Longest, Longest]
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,8 +131,6 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
             yield law, scenario, Computer(REALISTIC, delay=True, stepping=way)
     for way in ("cayley34", "fine"):
         yield from ((PROPOSED, scenario, Computer(T, stepping=way)) for scenario in SCENARIOS for T in APART)
-    for switching, laws in SWITCHING.items():
-        yield from ((law, "FS", Computer(period, switching=switching)) for law in laws for period in SOME)
 
 
 def _continuous(outcome: Outcome) -> Audit:
@@ -119,23 +140,53 @@ def _continuous(outcome: Outcome) -> Audit:
 
 
 def _safe(runs: tuple[Outcome, ...], audits: Mapping[Key, Audit]) -> Safe:
-    law, loops = runs[0].case.law, tuple(map(frozen, runs))
+    law = runs[0].case.law
 
-    def search(metric: str, factor: float, delay: bool) -> Longest:
-        def keeps(scenario: str, period: float) -> bool:
-            key = (law, scenario, Computer(period, delay))
-            values = audits[key].values if key in audits else exact(*key)
-            return bool((values[metric] <= factor * audits[law, scenario, None].values[metric]).all())
+    def quiet(scenario: str, period: float, delay: bool) -> bool:
+        key = (law, scenario, Computer(period, delay))
+        values = audits[key].values if key in audits else exact(*key)
+        return bool((values[TV] <= QUIET * audits[law, scenario, None].values[TV]).all())
 
-        return longest(lambda period: all(keeps(scenario, period) for scenario in SCENARIOS))
-
-    late = (False, True)
     return Safe(
         min(map(rule_of_thumb, runs)),
-        tuple(min(linear_limit(loop, delay) for loop in loops) for delay in late),
-        tuple(search(TV, QUIET, delay) for delay in late),
-        tuple(search(RMSE, TRACKS, delay) for delay in late),
+        tuple(longest(lambda T, d=delay: all(quiet(s, T, d) for s in SCENARIOS)) for delay in (False, True)),
     )
+
+
+def longest(safe: Callable[[float], bool]) -> Longest:
+    """By bisection over the periods 10 ms / m, which takes every period shorter than a safe one to be safe."""
+    asked = cache(lambda m: safe(GRID / m))
+    low, high = -1, len(PARTS)  # the last place that is safe, and the first that is not
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if asked(PARTS[middle]) else (low, middle)
+    if low < 0:
+        return Longest(0.0, GRID / PARTS[0])
+    if high == len(PARTS):
+        return Longest(GRID / PARTS[-1], np.inf)
+    good, bad = PARTS[low], PARTS[high]
+    while good > CLOSE * bad and good - bad > 1:
+        middle = round(np.sqrt(good * bad))
+        good, bad = (middle, bad) if asked(middle) else (good, middle)
+    return Longest(GRID / good, GRID / bad)
+
+
+def rule_of_thumb(outcome: Outcome) -> float:
+    """The least 2 phi lambda_min(M) / K along a run within its layer, in s, with the largest K that M sees.
+
+    Infinite without a K.
+    """
+    law, run = outcome.case.law, outcome.measurement.trajectories
+    if law in ("PID", "super-twisting"):
+        return np.inf
+    some = np.arange(len(run.t) - 1, 0, -EVERY)[::-1]
+    chosen = some[(np.abs(run["s"][0][some]) < PAPER["phi"]).all(axis=1)]
+    q = ca.SX.sym("q", 2)
+    M = ca.Function("M", [q], [ARM.mass_matrix(q)])
+    least = np.array([np.linalg.eigvalsh(np.array(M(pose)))[0] for pose in run["q"][0][chosen]])
+    K = np.full((1, 1), np.max(PAPER["SMC: K"])) if law == "SMC" else run["controller.K"][0][chosen]
+    K = np.linalg.norm(K, 2, axis=(1, 2)) if K.ndim == 3 else K.max(axis=1)
+    return float((2 * PAPER["phi"] * least / K).min())
 
 
 def judged(a: Score, b: Score) -> str:
@@ -143,19 +194,6 @@ def judged(a: Score, b: Score) -> str:
     if np.isinf(a[0]) or np.isinf(b[0]):
         return "undecided" if a[0] == b[0] else "above" if np.isinf(a[0]) else "below"
     return order(a, b, MARGIN)
-
-
-def flips(evidence: Evidence, metric: str, stepping: str = "euler") -> dict[Pair, float]:
-    """The paper's laws that change places, with exact readings and noisy ones alike, and the first period where."""
-    found, still = {}, evidence.still(metric)
-    for (scenario, joint), (a, b) in ((place, laws) for place in PLACES for laws in combinations(LAWS, 2)):
-        before = order(still(a, scenario, joint), still(b, scenario, joint), MARGIN)
-        better, worse = (a, b) if before == "below" else (b, a)
-        for period in reversed(PERIODS if before != "undecided" else ()):
-            both = [evidence.at(metric, period, stepping, noisy=noisy) for noisy in (False, True)]
-            if all(judged(now(better, scenario, joint), now(worse, scenario, joint)) == "above" for now in both):
-                found[scenario, joint, better, worse] = period
-    return found
 
 
 def printed(scores: Scores) -> dict[str, set[Pair]]:
@@ -172,3 +210,31 @@ def tally(kinds: Mapping[str, set[Pair]]) -> str:
     """The printed pairs counted, as a sentence has them."""
     hold, turned, open_ = (len(pairs) for pairs in kinds.values())
     return f"{hold} of {hold + turned + open_} hold, {turned} are turned, {open_} open"
+
+
+@dataclass(frozen=True, eq=False)
+class Curve:
+    """TV (N, 2) in N m/s over steps h (N,) in s, of one law, one switching, with or without a computer."""
+
+    law: str
+    switching: str
+    digital: bool
+    h: Array
+    TV: Array
+
+
+def curves() -> tuple[Curve, ...]:
+    """Two laws with layer and relay, in continuous time and run by a computer."""
+    kinds = [(switching, digital) for switching in SWITCHING for digital in (False, True)]
+    return tuple(curve(law, *kind) for law in ("SMC", PROPOSED) for kind in kinds)
+
+
+def curve(law: str, switching: str, digital: bool) -> Curve:
+    """One of them; the torque is looked at once a step, or once a period of the computer, which holds it."""
+    loop = loop_of(law, "FS")
+    loop = replace(loop, controller=replace(loop.controller, saturation=switching))
+    equation = loop.digital(REALISTIC) if digital else loop.ode()
+    h = [REALISTIC / m for m in SUBSTEPS] if digital else list(STEPS)
+    grids = [(total_variation(REALISTIC if digital else length),) for length in h]
+    runs = [last(measured(equation, grid, length), grid, SHORT) for grid, length in zip(grids, h, strict=True)]
+    return Curve(law, switching, digital, np.array(h), np.array([values[TV][0] for values in runs]))

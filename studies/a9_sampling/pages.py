@@ -1,5 +1,7 @@
 """The pictures and tables of a9 after its findings."""
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from studies.a1_paper_tables.study import STYLES
@@ -9,42 +11,26 @@ from studies.a9_sampling.evidence import (
     PLACES,
     QUIET,
     ROWS,
-    SOME,
+    RULE,
     SWITCHING,
-    TRACKS,
+    Curve,
     Evidence,
     Score,
     Scores,
-    flips,
     printed,
 )
-from studies.a9_sampling.findings import MS
-from studies.a9_sampling.loops import (
-    CARD,
-    LATE,
-    LATE_ERROR,
-    NOISY,
-    REALISTIC,
-    RMSE,
-    SCENARIOS,
-    SEED,
-    TV,
-    WAYS,
-    Computer,
-)
-from studies.a9_sampling.safe_periods import RULE
-from studies.paper.card import LAWS, PROPOSED
-from studies.paper.card import SCENARIOS as TITLES
+from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
+from studies.paper.comparison import SCENARIOS as TITLES
+from studies.paper.linearization import PROPOSED
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
-SHOWN = {RMSE: (1e-4, 1e-3, 2e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 5e-3, 1e-2)}  # s, as a page is wide
+SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
 UNITS = {RMSE: ("rad", 1.0), TV: ("kN m/s", 1e-3)}  # with what makes them of rad and N m/s
-KINDS = {"layer": "clip", "relay": "sign", "implicit": "implicit"}
 PAIR = {"euler": "Euler", "cayley": "Cayley"}
+ROUGH = {"late": (True, False), "noisy": (False, True), "both": (True, True)}  # with a delay, with noise
 
 
 def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
-    """A metric over the sampling period."""
     panels, x, what = [], 1e3 * np.array(PERIODS), metric if metric == RMSE else "Total variation (TV) of the torque"
     for scenario, joint in PLACES:
         series = []
@@ -68,44 +54,34 @@ def cell(score: Score, scale: float = 1.0) -> Cell:
     return "diverged" if np.isinf(score[0]) else Measured(scale * score[0], scale * score[1])
 
 
-def _scores(metric: str, name: str, caption: str, kinds: dict[str, dict[str, Scores]]) -> Table:
-    """A metric of all laws and places in some kinds of loops, by the way in which AOSMC-RGS steps."""
+def scores_table(metric: str, name: str, evidence: Evidence) -> Table:
+    """A metric of all laws and places over the period, and at one period with delay and noise."""
     unit, scale = UNITS[metric]
-    columns = (Column("law"), Column("joint"), *(Column(head, unit, "right") for head in kinds["euler"]))
-    rows = (
-        (label, f"{scenario} {joint + 1}", *(cell(of(law, scenario, joint), scale) for of in kinds[way].values()))
-        for scenario, joint in PLACES
-        for law, way, label in ROWS
-    )
-    return Table(name, caption, columns, tuple(rows))
+    heads = ["continuous", *(f"{1e3 * T:g} ms" for T in SHOWN[metric]), *(f"{MS}, {how}" for how in ROUGH)]
+    rows = []
+    for scenario, joint in PLACES:
+        for law, way, label in ROWS:
+            over = [evidence.at(metric, T, way) for T in SHOWN[metric]]
+            over += [evidence.at(metric, REALISTIC, way, *how) for how in ROUGH.values()]
+            cells = (cell(of(law, scenario, joint), scale) for of in (evidence.still(metric), *over))
+            rows.append((label, f"{scenario} {joint + 1}", *cells))
+    columns = (Column("law"), Column("joint"), *(Column(head, unit, "right") for head in heads))
+    return Table(name, f"{metric} over the sampling period, and at {MS} with delay and noise.", columns, tuple(rows))
 
 
 def periods_section(evidence: Evidence) -> Section:
     """Error and chattering over the period, and at one with delay and noise."""
-    rough = {"late": (True, False), "noisy": (False, True), "both": (True, True)}
-    tables = []
-    for metric, name in ((RMSE, "rmse"), (TV, "tv")):
-        still = {"continuous": evidence.still(metric)}
-        over = {way: still | {f"{1e3 * T:g} ms": evidence.at(metric, T, way) for T in SHOWN[metric]} for way in PAIR}
-        late = {
-            way: still
-            | {MS: evidence.at(metric, REALISTIC, way)}
-            | {head: evidence.at(metric, REALISTIC, way, *how) for head, how in rough.items()}
-            for way in PAIR
-        }
-        tables.append(_scores(metric, f"{name}_table", f"{metric} over the sampling period.", over))
-        tables.append(_scores(metric, f"rough_{name}", f"{metric} at {MS}, with delay and noise.", late))
     words = (
         "In brackets: the change by half the substep of the plant, and with noise twice the standard error of the "
         f"mean of {NOISY} runs. Where an adaptive law chatters widely a run is chaotic, and the change bounds nothing. "
         "Where a layer chatters, its torque jumps by up to 2 K each period: with a K that stays, TV falls as 1/T and "
         "the error that chattering leaves grows as T; a K that learns from s grows with it."
     )
+    tables = scores_table(RMSE, "rmse_table", evidence), scores_table(TV, "tv_table", evidence)
     return Section("Over the sampling period, with delay and noise", (Paragraph(words), *tables))
 
 
 def computer_section() -> Section:
-    """The computer and its instruments."""
     words = (
         "Once in a period it reads q and qd, steps the memories of law and observer, and holds the torque until the "
         "next; the plant moves by Runge-Kutta steps of at most 2.5 ms in between. All memories step by explicit Euler; "
@@ -121,7 +97,6 @@ def computer_section() -> Section:
 
 
 def apart_section(evidence: Evidence) -> Section:
-    """Integrator and law, told apart."""
     rows: list[tuple[Cell, ...]] = []
     for scenario, period, way in ((s, T, way) for s in SCENARIOS for T in APART for way in WAYS):
         found = evidence.found(PROPOSED, scenario, period, way)
@@ -146,13 +121,10 @@ def apart_section(evidence: Evidence) -> Section:
 
 
 def places_section(evidence: Evidence) -> Section:
-    """Rankings over the period."""
-    cases = {
-        "continuous time": {way: evidence.still(RMSE) for way in PAIR},
-        **{f"{1e3 * period:g} ms": {way: evidence.at(RMSE, period, way) for way in PAIR} for period in PERIODS},
-    }
-    for words, how in {"a period late": (True, False), "noisy": (False, True), "late and noisy": (True, True)}.items():
-        cases[f"{MS}, {words}"] = {way: evidence.at(RMSE, REALISTIC, way, *how) for way in PAIR}
+    """The published order over the period."""
+    cases: dict[str, Mapping[str, Scores]] = {"continuous time": {way: evidence.still(RMSE) for way in PAIR}}
+    cases |= {f"{1e3 * period:g} ms": {way: evidence.at(RMSE, period, way) for way in PAIR} for period in PERIODS}
+    cases |= {f"{MS}, {n}": {w: evidence.at(RMSE, REALISTIC, w, *how) for w in PAIR} for n, how in ROUGH.items()}
     kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("hold", "turned", "open"))
     pairs = Table(
         "printed_pairs",
@@ -161,80 +133,46 @@ def places_section(evidence: Evidence) -> Section:
         tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
         ("Euler, Cayley: the steps of AOSMC-RGS. Open: closer than 2 % or both errors. Diverged: above all others.",),
     )
-    first = [flips(evidence, RMSE, way) for way in PAIR]
-    changed = Table(
-        "flips",
-        "Pairs that change places by RMSE (43), and the shortest period at which they have; a dash: they keep theirs.",
-        (
-            *map(Column, ("scenario", "joint", "below in continuous time", "above")),
-            *(Column(f"from, {way}", "ms") for way in PAIR.values()),
-        ),
-        tuple(
-            (pair[0], pair[1] + 1, *pair[2:], *(1e3 * one[pair] if pair in one else None for one in first))
-            for pair in sorted(first[0].keys() | first[1].keys())
-        ),
-    )
-    chatter = sum(period <= REALISTIC for period in flips(evidence, TV).values())
-    total = len(PLACES) * len(LAWS) * (len(LAWS) - 1) // 2
-    words = f"By TV {chatter} of the {total} pairs have changed places at {MS} or before."
-    return Section("Who changes places", (pairs, changed, Paragraph(words)))
+    return Section("The published order over the period", (pairs,))
 
 
 def safe_section(evidence: Evidence) -> Section:
-    """The longest safe periods."""
-    columns = [Column("law"), Column("rule of thumb", "ms", digits=2)]
-    for when in ("", ", late"):
-        columns += [Column(f"multipliers{when}", "ms", digits=2)]
-        columns += [Column(f"{what}{when}", "ms", "right") for what in ("quiet", "keeps its error")]
-    rows: list[tuple[Cell, ...]] = []
-    for law, safe in evidence.safe.items():
-        ends = ((1e3 * safe.multipliers[k], safe.quiet[k].text, safe.tracks[k].text) for k in (0, 1))
-        rows.append((law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *(one for end in ends for one in end)))
+    rows = [
+        (law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *(found.text for found in safe.quiet))
+        for law, safe in evidence.safe.items()
+    ]
     words = (
-        f"Quiet: TV at most {QUIET:g} times that in continuous time, at both joints, in both scenarios. Keeps its "
-        f"error: RMSE (43) at most {TRACKS:g} times. Both by bisection on runs over the periods 10 ms / m from 0.02 ms "
-        "on, to 12 % or two neighbours; it takes for granted that every period shorter than a safe one is safe. All "
-        "memories step by explicit Euler. The rule of thumb is the least ",
+        f"Quiet: TV at most {QUIET:g} times that in continuous time, at both joints, in both scenarios, by bisection "
+        "on runs over the periods 10 ms / m from 0.02 ms on, to 12 % or two neighbours; it takes for granted that "
+        "every period shorter than a safe one is safe. All memories step by explicit Euler. The rule of thumb is the "
+        "least ",
         RULE,
-        " along the runs in continuous time, of the least eigenvalue of M and the largest gain. The multipliers are "
-        "those of the exact Jacobian along them, where the law is within its layer and its gains are frozen: the plant "
-        "by exp(A T), the law and its observer by explicit Euler; the longest period at which no mode faster than an "
-        "eighth of the sampling rate grows.",
+        " along the runs in continuous time, of the least eigenvalue of M and the largest gain.",
     )
     caption = "The longest safe period of each law, without delay and with a torque that is a period late."
-    table = Table("safe", caption, tuple(columns), tuple(rows), ("A dash: no gain K. With exact readings.",))
+    heads = (Column(name, "ms", digits=2) for name in ("rule of thumb", "quiet", "quiet, late"))
+    table = Table("safe", caption, (Column("law"), *heads), tuple(rows), ("A dash: no gain K. With exact readings.",))
     return Section("The longest safe period", (Paragraph(words), table))
 
 
-def switching_section(evidence: Evidence) -> Section:
-    """Layer, relay, implicit relay."""
-    unit, scale = UNITS[TV]
-    rows: list[tuple[Cell, ...]] = []
-    for law, (name, kind) in ((law, kind) for law in SWITCHING["sign"] for kind in KINDS.items()):
-        if law in SWITCHING.get(kind, SWITCHING["sign"]):
-            found = {T: evidence.audits[law, "FS", Computer(T, switching=kind)] for T in SOME}
-            rough, late = found[REALISTIC].score(TV, 0, noisy=True), found[REALISTIC].score(LATE_ERROR, 0)
-            tv = (cell(one.score(TV, 0), scale) for one in found.values())
-            rows.append((law, name, *tv, cell(rough, scale), cell(late, 1e3)))
-    columns = (
-        Column("law"),
-        Column("switching"),
-        *(Column(f"TV, {1e3 * period:g} ms", unit, "right") for period in SOME),
-        Column(f"TV with noise, {MS}", unit, "right"),
-        Column(f"late error, {MS}", "mrad", "right"),
+def steps_figure(curves: Sequence[Curve]) -> Figure:
+    panels = []
+    for law in dict.fromkeys(one.law for one in curves):
+        series = []
+        for style, one in enumerate(curve for curve in curves if curve.law == law):
+            label = f"{SWITCHING[one.switching]}, {f'computer of {MS}' if one.digital else 'continuous time'}"
+            points = label, 1e3 * one.h, one.TV[:, 0], style
+            series += [Series(*points), Series(*points, look="marks")]
+        axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
+        panels.append(Panel(*axes, xscale="log", yscale="log", title=law))
+    caption = (
+        "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
+        "step of the loop, with the computer a step of the plant within its period."
     )
-    words = (
-        "The layer is that of the paper. The relay is sign(s), taken as it is at each instant. The implicit relay is "
-        "the torque that brings s to rest at the end of the period by the model, if K allows (backward Euler of a "
-        "set-valued sign). AOSMC-RGS has none, as nothing keeps its K such that one exists; PID does not switch."
-    )
-    caption = f"TV and late error, the largest from {LATE:g} s on, of joint 1, first scenario."
-    table = Table("switching", caption, columns, tuple(rows))
-    return Section("Layer, relay and implicit relay", (Paragraph(words), table))
+    return Figure("tv_steps", caption, tuple(panels), columns=2)
 
 
 def trust_section(evidence: Evidence, steps: Figure) -> Section:
-    """Steps and errors."""
     shares = (
         f"{100 * evidence.worst_step(RMSE, T):.2g} and {100 * evidence.worst_step(TV, T):.2g} % at {1e3 * T:g} ms"
         for T in PERIODS
@@ -244,8 +182,8 @@ def trust_section(evidence: Evidence, steps: Figure) -> Section:
         "Values are those at half the substep, errors the change from the whole one: over all laws, joints and "
         f"scenarios, with exact readings, of RMSE and TV at most {', '.join(shares)}. In continuous time RK4 runs at "
         "the steps of a1 and at half of them. A run that chatters depends on what it rounds: at 5 and 10 ms one run of "
-        "an adaptive law stands for many, of which the noisy ones show how they differ. So places are said to change "
-        f"only where both agree. Of {len(lost)} loops with a computer {lost[:, 0].sum()} diverged with exact readings, "
+        f"an adaptive law stands for many, of which the noisy ones show how they differ. Of {len(lost)} loops with a "
+        f"computer {lost[:, 0].sum()} diverged with exact readings, "
         f"and {lost[:, 1:].sum()} of {NOISY * len(lost)} runs with noise. They are named, count as above all others "
         f"and are never averaged away. The seed of the noise is {SEED}."
     )
