@@ -41,9 +41,7 @@ class Certificate:
     margin
         The distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z| of a sampled loop.
     refined
-        The number of Newton steps kept, each because it made the residual smaller.
-    warnings
-        The reasons for doubt, a sentence each.
+        The number of Newton steps kept.
     """
 
     residual: float
@@ -158,7 +156,6 @@ def indefinite(array: Array) -> bool:
 
 
 def _levelled(array: Array) -> Array:
-    """The matrix with rows and columns scaled so that their largest entries are alike."""
     for _ in range(3):
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))
@@ -167,6 +164,11 @@ def _levelled(array: Array) -> Array:
 
 def _letter(size: int | None) -> str:
     return "any" if size is None else str(size)
+
+
+def pole_text(pole: complex) -> str:
+    """A pole in four digits, as a real number if it is one."""
+    return f"{pole.real:.4g}" if abs(pole.imag) < 1e-12 * (1 + abs(pole)) else f"{pole.real:.4g}{pole.imag:+.4g}j"
 
 
 @contextmanager

@@ -46,17 +46,7 @@ class AbstractSwitch(ABC):
 @dataclass(frozen=True)
 @door
 class Relay(AbstractSwitch):
-    """f(s) = K sign(s), N(a) = 4 K / (pi a).
-
-    Raises
-    ------
-    ValueError
-        If K is not positive and finite.
-
-    References
-    ----------
-    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
-    """
+    """f(s) = K sign(s), K > 0, N(a) = 4 K / (pi a) (Gelb and Vander Velde 1968, appendix B)."""
 
     K: float
 
@@ -91,14 +81,7 @@ class Relay(AbstractSwitch):
 class BoundaryLayer(AbstractSwitch):
     """f(s) = K sat(s / phi), clipped; with r = phi / a, N(a) = 2 K (asin r + r sqrt(1 - r^2)) / (pi phi) for r < 1.
 
-    Raises
-    ------
-    ValueError
-        If K or phi is not positive and finite.
-
-    References
-    ----------
-    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
+    K and phi are positive. Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
     """
 
     K: float
@@ -182,9 +165,8 @@ class Balance:
     least_phi
         The boundary layer at which the last oscillation ends, in the unit of s.
     rest
-        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: negative where
-        it does not, zero to rounding where a part of the loop drifts that the switch cannot move; None without a
-        layer.
+        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: zero to rounding where a
+        part drifts that the switch cannot move; None without a layer.
     """
 
     oscillations: tuple[Oscillation, ...]
@@ -197,13 +179,8 @@ class Balance:
 def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 
-    W is exact: a hold and a period in a computer are its own, up to w = pi / period, one switch at every instant.
-    The harmonics of s are neglected, and whatever moves s besides u.
-
-    Parameters
-    ----------
-    system
-        W: a `LinearPart`, or a python-control system from u to s.
+    W, a `LinearPart` or a python-control system from u to s, is exact: a hold and a period in a computer are its own,
+    up to w = pi / period. The harmonics of s are neglected, and whatever moves s besides u.
 
     Raises
     ------
@@ -213,7 +190,6 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     References
     ----------
     Gelb and Vander Velde (1968), Multiple-Input Describing Functions, chapter 3 (limit cycles and their stability).
-    Boiko (2009), Discontinuous Control Systems.
     Utkin, Guldner and Shi (2009), Sliding Mode Control in Electro-Mechanical Systems, chapter 8 (chattering).
     """
     W = LinearPart.of(system)

@@ -66,7 +66,7 @@ class LinearPart:
         Raises
         ------
         Refused
-            If its states cannot be found from its polynomials, which are too badly conditioned.
+            If the states cannot be found from its polynomials.
         ValueError
             If it has not one input and one output, feeds u through to s, or cannot be a `LinearPart`.
         """
@@ -95,13 +95,7 @@ class LinearPart:
 
     @door
     def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
-        """W and dW/ds at s = j w, where w is (N,) in rad/s.
-
-        Raises
-        ------
-        ValueError
-            If w is no such vector, or W is infinite at one of its frequencies.
-        """
+        """W and dW/ds at s = j w for w (N,) in rad/s; a `ValueError` for other frequencies, or at a pole of W."""
         w = np.atleast_1d(w)
         if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
             raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {described(w)}.")
@@ -191,9 +185,9 @@ def cut(
 ) -> LinearPart:
     """The linear part W of a loop at rest whose law has a switched term -K sat(s / phi), from that term to s; exact.
 
-    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W: c is
-    that of s, b follows from A(phi) - A(0). The rest of the loop stays as it is; a `Step` of a sampled loop keeps its
-    hold and its delay. The loop must have a smooth or clipped layer, even if the relay is to be studied.
+    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A `Step`
+    of a sampled loop keeps its hold and its delay. The loop must have a smooth or clipped layer, even if the relay is
+    to be studied.
 
     Parameters
     ----------

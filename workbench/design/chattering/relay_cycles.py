@@ -25,8 +25,7 @@ class Cycle:
     Attributes
     ----------
     amplitude, highest
-        The peak of |s|, and the highest that it can be: a linear part with an integrator keeps any offset of s that
-        changes none of its signs, and `highest` is that of the farthest one.
+        The peak of |s|; and that of the farthest offset which changes no sign of s, where W has an integrator.
     frequency
         w in rad/s.
     contraction
@@ -54,8 +53,7 @@ class Cycle:
 def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
-    Beneath a computer half a period of the cycle is a whole number of sampling periods; the signs of s are held
-    against each such number.
+    Half a period of the cycle is a whole number of sampling periods; the signs of s are held against each such number.
 
     Parameters
     ----------
@@ -73,9 +71,8 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
 
     References
     ----------
-    Tsypkin (1984), Relay Control Systems.
-    Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
-    Processing, IMA Volumes in Mathematics 74.
+    Tsypkin (1984), Relay Control Systems. Astrom (1995), Oscillations in systems with relay feedback, IMA Volumes in
+    Mathematics 74.
     """
     whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
@@ -91,7 +88,6 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
 
 
 def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
-    """The cycles of each half period up to so many instants with which the signs of s agree."""
     found, nx = [], len(W.c)
     Phi, Gamma = np.eye(nx), np.zeros(nx)
     free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1
@@ -124,7 +120,7 @@ class RecordedOscillation:
     frequency
         In rad/s, of the upward passages through the offset; None where there are not five periods.
     scatter
-        The standard deviation of the periods over their mean: how far it is one oscillation; None likewise.
+        The standard deviation of the periods over their mean; None likewise.
     """
 
     amplitude: float
@@ -140,7 +136,7 @@ def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
     Raises
     ------
     Refused
-        If a number is not finite: a run that was lost has no amplitude.
+        If s is not finite: a run that was lost has no amplitude.
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
     """

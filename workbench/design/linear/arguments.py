@@ -113,7 +113,7 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
 
 
 def smooth(ode: Ode) -> str:
-    """The advice on smooth replacements of a jump; the friction of a file is made smooth where the file is read."""
+    """The advice on smooth replacements of a jump."""
     friction = any(name.endswith(".coulomb") for name in ode.parameters.names)
     return f"a continuous saturation{' (of friction from a file: `friction_speed=...`)' if friction else ''}"
 

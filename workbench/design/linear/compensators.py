@@ -54,8 +54,7 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
 
     References
     ----------
-    Tits and Yang (1996), Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans.
-    Autom. Control 41.
+    Tits and Yang (1996), Globally convergent algorithms for robust pole assignment, IEEE Trans. Autom. Control 41.
 
     Examples
     --------
@@ -131,10 +130,8 @@ def lead_lag(
     ----------
     plant
         A `StateSpace` or `TransferFunction` in continuous time with one input and one output.
-    crossover
-        In rad/s.
-    margin
-        In degrees, between 0 and 90.
+    crossover, margin
+        In rad/s, and in degrees between 0 and 90.
     boost
         The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 

@@ -27,18 +27,15 @@ MOST_STARTS = 100_000
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibrium:
-    """A state at which f(x, p, u) = 0.
+    """A state x (nx,) at which f(x, p, u) = 0.
 
     Attributes
     ----------
-    x
-        (nx,).
     error
         The length of a further step of Newton, relative to the size of x: an estimate of its error.
     condition
-        The norm of df/dx, or its median over the starts where that is larger, times the norm of its inverse: how
-        many times a relative error of the equations grows in x. From 1e10 on the point may be one of a continuum of
-        rest points.
+        The norm of df/dx, or its median over the starts where that is larger, times the norm of its inverse. From 1e10
+        on the point may be one of a continuum of rest points.
     poles
         The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
     radius
@@ -63,12 +60,10 @@ class Equilibrium:
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibria:
-    """The rest points that were found in a box.
+    """The rest points that were found in a box, in the order of their states.
 
     Attributes
     ----------
-    points
-        In the order of their states.
     starts, converged
         From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
     complete
@@ -84,7 +79,6 @@ class Equilibria:
     boxes: int
 
     def __str__(self) -> str:
-        """The number of points, and whether others are excluded, in words."""
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
@@ -110,8 +104,7 @@ def equilibria(
 ) -> Equilibria:
     """The rest points of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
 
-    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees the piece
-    that it is on.
+    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees one piece.
 
     Parameters
     ----------
@@ -205,7 +198,6 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
 
 
 def _distinct(points: list[Array]) -> list[Array]:
-    """The points, each once, in the order of their states."""
     kept: list[Array] = []
     for x in points:
         if all(np.abs(x - other).max() > MERGED * (1 + np.abs(x).max()) for other in kept):
@@ -214,7 +206,6 @@ def _distinct(points: list[Array]) -> list[Array]:
 
 
 def _at(ode: Ode, p: Array) -> Ode:
-    """The equation with these parameters as its defaults."""
     values = ode.parameters.unpack(p)
     return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
 

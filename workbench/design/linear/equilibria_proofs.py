@@ -21,10 +21,7 @@ AT_ONCE = 4096
 
 @dataclass(frozen=True)
 class Proof:
-    """The proof of the rest points in a box: a radius for each point, within which there is one, or None.
-
-    It is `complete` if the box holds none but these; so many boxes were looked at.
-    """
+    """A radius for each point, within which there is a rest point, or None; and if the box holds none but these."""
 
     radii: tuple[float | None, ...]
     complete: bool
@@ -32,12 +29,11 @@ class Proof:
 
 
 def prove_equilibria(ode: Ode, low: Array, high: Array, points: Sequence[Array], most: int) -> Proof:
-    """The proof of the zeros of f(x) in a box, of which some are known.
+    """The proof of the zeros of f(x) in a box, of which some are known, by looking at no more than `most` boxes.
 
-    Near a point x the map N(x) = x - Y f(x) is a contraction: its derivative is smaller than 1. So there is one zero
-    in that neighbourhood, and not two (Banach). The rest of the box is halved until in each part an entry of f has no
-    zero. A state whose rate is another state, as that of an angle, fixes that one at zero. Of `ode` the defaults are
-    the parameters, and the rate does not depend on time; `most` boxes may be looked at, 0 for no proof at all.
+    Near a point x the map N(x) = x - Y f(x) is a contraction: so there is one zero in that neighbourhood, and not two
+    (Banach). The rest of the box is halved until in each part an entry of f has no zero. A state whose rate is another
+    state, as that of an angle, fixes that one at zero. The defaults of `ode` are the parameters.
 
     References
     ----------

@@ -26,12 +26,7 @@ if TYPE_CHECKING:
 def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
     """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
 
-    Parameters
-    ----------
-    ode
-        An equation whose outputs, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it.
-    t, x, p, u
-        As of `linearize`.
+    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it.
 
     Raises
     ------
@@ -51,13 +46,7 @@ def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> con
 
 @door
 def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
-    """The loop gain L at each time of a path of a loop that is cut, as `broken_loop` has it at one point.
-
-    Raises
-    ------
-    ValueError
-        If the path has not as many outputs as inputs.
-    """
+    """The loop gain L at each time of a path of a loop that is cut; it must have an output for each input."""
     import control
 
     if len(path.inputs) != len(path.outputs):
@@ -108,13 +97,7 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
 
 @door
 def frequency_response(system: control.StateSpace, frequencies: Array) -> Complex:
-    """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu).
-
-    Raises
-    ------
-    ValueError
-        If the frequencies are not a vector of finite numbers.
-    """
+    """The response of a system at frequencies (N,) in rad/s, by python-control: (N, ny, nu)."""
     import control
 
     state_space("frequency_response", system)

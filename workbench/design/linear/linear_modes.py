@@ -37,8 +37,7 @@ class Pole:
     damping
         -Re lambda / |lambda|: 1 for a decay without oscillation, negative where it grows, NaN at zero.
     condition
-        By how much a small change of A may move the pole, relative to that change (Wilkinson); infinite at a
-        defective eigenvalue.
+        By how much a small change of A may move the pole, relative to that change; infinite at a defective eigenvalue.
     states
         The states that take part, by participation factors of at least a tenth of the largest, that one first.
     """
@@ -118,17 +117,7 @@ class Mode:
 @dataclass(frozen=True, eq=False)
 @show
 class Hautus:
-    """The outcome of a test of Popov, Belevitch and Hautus.
-
-    Attributes
-    ----------
-    kind
-        "controllable" or "observable".
-    modes
-        All eigenvalues, the smallest margin first.
-    tolerance
-        The value that a margin must exceed.
-    """
+    """A test of Popov, Belevitch and Hautus, its modes by their margins, each of which must exceed the tolerance."""
 
     kind: str
     modes: tuple[Mode, ...]
@@ -150,7 +139,6 @@ class Hautus:
         return self.modes[0].margin
 
     def __str__(self) -> str:
-        """The verdict in a sentence, with the modes that fail."""
         if self.holds:
             return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
         what = "no input moves" if self.kind == "controllable" else "no output shows"
@@ -164,8 +152,8 @@ class Hautus:
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
-    Margins depend on the units of the states, as every distance between matrices does. At an eigenvalue that rounding
-    has moved, as it moves multiple ones, the smallest singular value is sought nearby.
+    Margins depend on the units of the states. At an eigenvalue that rounding has moved, as it moves multiple ones, the
+    smallest singular value is sought nearby.
 
     Parameters
     ----------

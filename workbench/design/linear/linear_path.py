@@ -43,11 +43,7 @@ class LinearPath:
     outputs: tuple[str, ...]
 
     def eigenvalues(self) -> Complex:
-        """The eigenvalues of A at each frozen time, (N, nx), the slowest to decay first.
-
-        They say how a small deviation begins to move, and prove nothing of how it ends: a system may grow though each
-        of its frozen eigenvalues decays, and the other way round.
-        """
+        """The eigenvalues of A at each frozen time, (N, nx), the slowest first; they prove nothing of the motion."""
         values = np.linalg.eigvals(self.A).astype(complex)
         order = np.lexsort((-values.imag, -np.round(values.real, 9)), axis=-1)
         return np.asarray(np.take_along_axis(values, order, axis=-1))
@@ -60,7 +56,7 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
     Parameters
     ----------
     t, x
-        Times (N,), increasing, in s, and states (N, nx): those of a simulation, say.
+        Times (N,), increasing, in s, and states (N, nx).
     p
         The parameters (np,), or (N, np) where inputs change along the path.
     box
@@ -119,13 +115,6 @@ def _refuse_to_leave(ode: Ode, t: Array, x: Array, box: Mapping[str, tuple[float
 @door
 def freeze(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with the named states frozen: parameters of the same names take their places.
-
-    Of an adaptive loop it is the loop of frozen gains; its Jacobian is the block of the states that are left.
-
-    Parameters
-    ----------
-    names
-        Names of states, as in 'controller.K'.
 
     Raises
     ------

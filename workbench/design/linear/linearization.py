@@ -45,18 +45,13 @@ def linearize(
 ) -> control.StateSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
-    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow.
-
-    A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
-    (nx, nu), (ny, nx) and (ny, nu). On the corner of a saturation or of |s| they are those of one of the smooth
-    pieces that meet there.
+    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow. The
+    matrices are exact Jacobians; on the corner of a saturation or of |s| those of one of the pieces that meet there.
 
     Parameters
     ----------
-    t
-        Time in s.
-    x
-        The state (nx,), each number in its unit.
+    t, x
+        Time in s, and the state (nx,), each number in its unit.
     p, u
         The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
     at_rest
@@ -65,9 +60,8 @@ def linearize(
     Raises
     ------
     ValueError
-        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
-        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
-        the state, or if the state must be a rest point and is none.
+        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs, if a Jacobian
+        is not finite, if the rate jumps at the state, or if the state must be a rest point and is none.
 
     Examples
     --------
@@ -207,17 +201,10 @@ def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Ar
 
 @door
 def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.NonlinearIOSystem:
-    """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode`.
+    """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode` and its CasADi functions.
 
-    The equations are evaluated by their own CasADi functions, so nothing is approximated. States,
-    inputs and outputs are named number by number, as in `q[0]`; the inputs are the declared ones.
-
-    Parameters
-    ----------
-    p
-        The parameters (np,), each in its unit; those of the inputs are overwritten by u.
-    name
-        The name of the system in python-control.
+    States, inputs and outputs are named number by number, as in `q[0]`; the inputs are the declared ones, which
+    overwrite theirs in the parameters p (np,).
 
     Raises
     ------

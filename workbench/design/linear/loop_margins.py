@@ -92,12 +92,10 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
 @dataclass(frozen=True)
 @show
 class LoopMargins:
-    """The margins of one loop while all others are closed.
+    """The margins of the loop that is broken at input `name` while all others are closed.
 
     Attributes
     ----------
-    name
-        The input at which it is broken.
     gain
         Factors (below 1, above 1) of its gain at which the closed loop is no longer stable; 0 and infinity if none.
     phase
@@ -106,8 +104,6 @@ class LoopMargins:
         The delay in s that it stands; infinite without a crossover.
     crossover
         The frequency of |L| = 1 with the least phase margin, in rad/s; NaN if there is none.
-    disk
-        Its disk margin.
     """
 
     name: str
@@ -120,15 +116,10 @@ class LoopMargins:
 
 @door
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
-    """The classical margins of each channel of a loop L, one broken at a time.
+    """The classical margins of each channel of a loop L, one broken at a time; refusals are those of `disk_margin`.
 
     Crossings are found by eigenvalues and not on a grid, and located to rounding: |L(i omega)| = 1 by those of a
     Hamiltonian matrix, and a real L(i omega) by the zeros of L(s) - L(-s).
-
-    Raises
-    ------
-    ValueError, Refused
-        As `disk_margin`.
     """
     L = matrices_of("loop_margins", loop)
     return tuple(_margins(alone(L, i), loop.input_labels[i]) for i in range(L.B.shape[1]))

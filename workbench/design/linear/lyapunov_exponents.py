@@ -28,8 +28,7 @@ class LyapunovExponents:
     values
         (nx,), in 1/s, the largest first.
     error
-        (nx,): the change from twice the step, plus twice the standard error of the means of ten batches. It is blind
-        to what the path has not met.
+        (nx,): the change from twice the step, plus twice the standard error of the means of ten batches.
     imbalance
         The distance of their sum from the mean trace of A, in 1/s, which it equals by Liouville's formula.
     span
@@ -48,8 +47,7 @@ def lyapunov_exponents(
 ) -> LyapunovExponents:
     """The Lyapunov exponents along the solution from x0, by QR factorisations of Phi from piece to piece of the path.
 
-    The solution and Phi are those of Runge and Kutta with step h; a second run with half of it, which is the one
-    handed back, says what the step does.
+    The solution and Phi are those of Runge and Kutta with half the step h; a run with h says what the step does.
 
     Parameters
     ----------
@@ -122,7 +120,6 @@ def _logarithms(ode: Ode, x0: Array, p: Array, h: float, until: float, skip: flo
 
 
 def _refuse_jumps(ode: Ode, p: Array) -> None:
-    """Refuse an equation whose rate may jump as its states change: a transition matrix would jump with it."""
     from workbench.reference.surfaces import Switched  # half a second, which few callers of this room need
 
     for surface in Switched.of(ode, p).surfaces:

@@ -39,12 +39,10 @@ def rate_terms(A: Array, x: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 @show
 class OperatingPoint:
-    """A state at rest, and the inputs that hold it there.
+    """A state at rest x (nx,), and the inputs u (nu,) that hold it there, also in their places in p (np,).
 
     Attributes
     ----------
-    x, u, p
-        (nx,), (nu,), and the parameters (np,) with u in its places.
     residual
         The largest rate that remains, as a share of the size of its terms.
     condition
@@ -133,7 +131,6 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
 
 
 def _share(change: Array, at: Array) -> float:
-    """The largest change, relative to the size of the number that changes."""
     return float((np.abs(change) / (1 + np.abs(at))).max())
 
 

@@ -50,9 +50,6 @@ class Peak:
 def largest_gain(G: Realisation) -> Peak:
     """The H-infinity norm of a stable system: the largest singular value of G(i omega).
 
-    i omega is an eigenvalue of a Hamiltonian matrix exactly where a singular value of G(i omega) is gamma. From the
-    largest that was seen, gamma is raised until no frequency has it.
-
     References
     ----------
     Bruinsma and Steinbuch (1990), Systems & Control Letters 14, section 3.
@@ -102,10 +99,7 @@ def pole_frequencies(G: Realisation, count: int) -> Array:
 
 
 def scaled_peak(G: Realisation) -> float:
-    """The least H-infinity norm of diag(d) G diag(d)^-1 over constant d > 0, as far as a search finds it.
-
-    Whatever the search misses, it is an upper bound of mu over complex diagonal changes.
-    """
+    """The least H-infinity norm of diag(d) G diag(d)^-1 over constant d > 0 that is found: an upper bound of mu."""
     from scipy.optimize import minimize
 
     n = len(G.D)

@@ -44,16 +44,9 @@ class Reach:
 @dataclass(frozen=True, eq=False)
 @show
 class RateCertificate:
-    """V = x~' P x~ falls at least as exp(-2 rate t) while arm and estimate stay in the region: proved.
+    """V = x~' P x~ falls at least as exp(-2 rate t), in 1/s, while arm and estimate stay in the region: proved.
 
-    Parameters
-    ----------
-    P
-        (2n, 2n), symmetric.
-    rate
-        In 1/s.
-    boxes
-        The number of boxes of positions in the proof.
+    P is (2n, 2n) and symmetric; the proof took so many `boxes` of positions.
     """
 
     gains: Gains
@@ -64,13 +57,7 @@ class RateCertificate:
 
     @door
     def reach(self, arm: Region) -> Reach:
-        """The initial errors with which the estimate stays in the certificate's region while the arm stays in `arm`.
-
-        Raises
-        ------
-        ValueError
-            If `arm` does not lie within the region, or leaves the estimate no room.
-        """
+        """The initial errors with which the estimate stays in the region while the arm stays in `arm`, inside it."""
         room = self._room(arm)
         inverse = np.linalg.inv(self.P)
         n, bounded = self.gains.joints, np.isfinite(room)
@@ -110,8 +97,7 @@ def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: floa
     Raises
     ------
     ValueError
-        If the sizes differ, the rate is not positive, or any position is allowed to equations that do not repeat
-        after a turn.
+        If the sizes differ, the rate is not positive, or any position is allowed to equations that do not repeat.
     Refused
         If P is not positive definite, or the inequality is not proved.
     """
@@ -184,14 +170,13 @@ def audit(
     rate
         The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
     known
-        The certificate of these gains in the whole region, if there is one; else one is sought (extra `lmi`). Its P is
-        proved again for this arm.
+        The certificate of these gains in the whole region, if there is one, whose P is proved again; else one is sought
+        (extra `lmi`).
 
     Raises
     ------
     ValueError
-        If sizes differ, the rate is not positive, `inner` does not lie between 0 and 1, or `known` is the certificate
-        of something else.
+        If sizes differ, a number is out of its range, or `known` is the certificate of something else.
     Refused
         If the P of `known` is not proved here.
     """

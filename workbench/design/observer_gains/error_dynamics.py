@@ -31,15 +31,7 @@ INSTANTS, HALVINGS = 2000, 60
 @dataclass(frozen=True, eq=False)
 @show
 class Frozen:
-    """Poles at N states of a region.
-
-    Parameters
-    ----------
-    q, qd, tau
-        (N, n), in rad, rad/s, N m.
-    poles
-        (N, 2n), in 1/s.
-    """
+    """Poles (N, 2n) in 1/s at N states q, qd, tau of a region, (N, n) each."""
 
     q: Array
     qd: Array
@@ -64,26 +56,14 @@ class Frozen:
 
 @door
 def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Array) -> Array:
-    """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s.
-
-    Raises
-    ------
-    ValueError
-        If the states are not a row of n finite numbers each.
-    """
+    """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s."""
     q, qd, tau = _rows("frozen_poles", mismatch, q, qd, tau)
     return np.asarray(np.linalg.eigvals(gains.error_matrix(mismatch.at(q, qd, tau))))
 
 
 @door
 def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
-    """The frozen poles at states spread evenly over a region, which are samples and no bound.
-
-    Raises
-    ------
-    ValueError
-        If region or gains are those of another arm, or there are no samples.
-    """
+    """The frozen poles at states spread evenly over a region, which are samples and no bound."""
     whole("over(samples=...)", samples)
     refuse_unfit("over", mismatch, gains, region)
     n, (low, high) = region.joints, region.box
@@ -95,13 +75,7 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
 
 @door
 def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array) -> Frozen:
-    """The frozen poles along a path (N, n) of positions, velocities and torques.
-
-    Raises
-    ------
-    ValueError
-        If the path has not a row of n finite numbers each, or leaves the region.
-    """
+    """The frozen poles along a path (N, n) of positions, velocities and torques, which must stay in the region."""
     refuse_unfit("along", mismatch, gains, region)
     path = _rows("along", mismatch, q, qd, tau)
     if (gone := region.outside(*path)).any():
@@ -114,7 +88,6 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
 
 
 def _rows(call: str, mismatch: Mismatch, *given: Array) -> tuple[Array, Array, Array]:
-    """States and torques (N, n), checked."""
     path = list(given)
     shapes = {part.shape for part in path}
     if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
@@ -144,15 +117,8 @@ class Noise:
 def noise(gains: Gains, J: Array | None = None) -> Noise:
     """The H2 norms from v to q~ and to qd~: the roots of the traces of X, A X + X A' + L L' = 0.
 
-    Parameters
-    ----------
-    J
-        The Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given.
-
-    Raises
-    ------
-    Refused
-        If the error does not decay there.
+    J is the Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given. `Refused` if the
+    error does not decay there.
     """
     n, A = gains.joints, _decaying("noise", gains, J)
     L = gains.stacked
@@ -164,10 +130,7 @@ def noise(gains: Gains, J: Array | None = None) -> Noise:
 def peaking(gains: Gains, J: Array | None = None) -> float:
     """The worst transient: the greatest |qd~(t)| for qd~(0) = 0 and |q~(0)| = 1 rad, in 1/s, to 1e-4 of itself.
 
-    Raises
-    ------
-    Refused
-        If the error does not decay there.
+    J and the refusal are those of `noise`.
     """
     n, A = gains.joints, _decaying("peaking", gains, J)
     poles = np.linalg.eigvals(A)
@@ -180,9 +143,8 @@ def peaking(gains: Gains, J: Array | None = None) -> float:
 def tolerated(gains: Gains) -> tuple[float, Array]:
     """The largest rho such that one P (2n, 2n) proves a decay for every Delta with |Delta| <= rho |x~|, and that P.
 
-    It is 1 / max |[0; I] to x~ at i w| over all frequencies w, found by bisection on the imaginary eigenvalues of a
-    Hamiltonian matrix. P solves A0' P + P A0 + rho^2 I + P [0; I] [0; I]' P < 0, which is checked in rational
-    arithmetic: so V = x~' P x~ falls.
+    It is 1 / max |[0; I] to x~ at i w| over all frequencies w. P solves
+    A0' P + P A0 + rho^2 I + P [0; I] [0; I]' P < 0, which is checked in rational arithmetic: so V = x~' P x~ falls.
 
     Raises
     ------

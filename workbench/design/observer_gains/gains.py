@@ -20,8 +20,8 @@ class Gains:
         q_hat'  = qd_hat + L1 (q - q_hat)
         qd_hat' = f(q_hat, qd_hat, tau) + L2 (q - q_hat),    f = M^-1 (tau - C qd - G).
 
-    They have the right sign if the error decays where the model adds nothing to it: all eigenvalues of
-    [[-L1, I], [-L2, 0]] have a negative real part. For one joint that is L1 > 0 and L2 > 0.
+    All eigenvalues of [[-L1, I], [-L2, 0]] must have a negative real part: the error decays where the model adds
+    nothing.
 
     Raises
     ------
@@ -58,13 +58,7 @@ class Gains:
 
     @door
     def error_matrix(self, J: Array | None = None) -> Array:
-        """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n): the error's rate by the error (x1~, x2~).
-
-        Parameters
-        ----------
-        J
-            [df/dq, df/dqd], (..., n, 2n); none for an f that does not depend on the state.
-        """
+        """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n), with J = [df/dq, df/dqd], (..., n, 2n), or none."""
         n = self.joints
         if J is not None and J.shape[-2:] != (n, 2 * n):
             raise ValueError(f"`error_matrix(J=...)` must have shape (..., {n}, {2 * n}); got {J.shape}.")
@@ -89,14 +83,7 @@ def _square(name: str, given: Array) -> Array:
 class Region:
     """low <= q <= high, |qd| <= speed, |tau| <= torque, joint by joint; any position where `low` and `high` are None.
 
-    Parameters
-    ----------
-    speed
-        (n,), in rad/s: of the arm and of its estimate.
-    torque
-        (n,), in N m.
-    low, high
-        (n,), in rad.
+    The speed, in rad/s, is that of the arm and of its estimate, the torque in N m, the positions in rad, (n,) each.
 
     Raises
     ------

@@ -40,9 +40,8 @@ def exactly_definite(S: Array) -> bool:
 
 
 def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
-    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly.
-
-    Then z' P z falls along z' = A z + B w for every w with |w| <= rho |z|.
+    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly: z' P z falls along z' = A z + B w for |w| <= rho
+    |z|.
     """
     p, a, b = (_fractions(part) for part in (P, A, B))
     pa, pb, square = _product(p, a), _product(p, b), Fraction(rho) ** 2
@@ -96,7 +95,7 @@ class Inequality:
 def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str, budget: int = BUDGET) -> int:
     """Prove Z(J) > 0 over a region, and return how many boxes of positions that took.
 
-    It is refused if it does not hold for the hull at the middle of a box, or not within the budget; `what` names it.
+    `Refused` if it fails for the hull at the middle of a box, or not within the budget; `what` names it.
     """
     Y, (low, high) = mismatch.vertices(region), region.box
     c, r = ((low + high) / 2)[None], ((high - low) / 2)[None] * (1 + 8 * UNIT) + 8 * UNIT * np.abs(low + high)
@@ -152,7 +151,6 @@ def _halves(inequality: Inequality, mismatch: Mismatch, Y: Array, todo: _Todo, w
 
 
 def _refuse_failure(inequality: Inequality, J: Array, c: Array, what: str) -> None:
-    """Refuse an inequality that fails at the middle of a box, as no halving helps there."""
     least = np.linalg.eigvalsh(inequality.at(J))[:, 0]
     if len(least) and not least.min() > 0:
         where = np.round(c[int(np.argmin(least))], 4).tolist()
@@ -193,9 +191,7 @@ class Lipschitz:
 def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     """The Lipschitz constants of the mismatch (14) over a region, proved by intervals:
 
-        |Delta| <= rho_q |q~| + rho_v |qd~|,    rho_q = max |df/dq|, rho_v = max |df/dqd|,
-
-    in 2-norms. Without a bound of the torque there is no such constant.
+        |Delta| <= rho_q |q~| + rho_v |qd~|,    rho_q = max |df/dq|, rho_v = max |df/dqd|,     in 2-norms.
 
     Raises
     ------

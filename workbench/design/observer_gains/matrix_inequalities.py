@@ -1,7 +1,6 @@
-"""Certificates and gains proposed by linear matrix inequalities, which CVXPY writes and Clarabel solves.
+"""Certificates and gains proposed by linear matrix inequalities, which CVXPY writes and Clarabel solves (extra `lmi`).
 
 The result is a proposal in floating point, which the caller must prove, and refuse if the proof fails.
-The extra `lmi` installs both packages.
 
 References
 ----------
@@ -30,8 +29,8 @@ POINTS, ROUNDS, ADDED, ROOM = 17, 20, 10, 0.04
 def common_lyapunov(A: Array, rate: float) -> Array:
     """P (m, m) of least condition with A_i' P + P A_i + 2 rate P < 0 for all of N matrices: V = z' P z falls for each.
 
-    P lies between I and its condition times I, and each inequality keeps 1e-6 |A_i| of room. A (N, m, m), in 1/s, is in
-    coordinates in which its states are of like size.
+    P lies between I and its condition times I. A (N, m, m), in 1/s, is in coordinates in which its states are of like
+    size.
     """
     cp, m = _cvxpy("common_lyapunov"), A.shape[-1]
     P, condition = cp.Variable((m, m), symmetric=True), cp.Variable()

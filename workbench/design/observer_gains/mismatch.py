@@ -63,12 +63,8 @@ class Mismatch:
     @staticmethod
     @door
     def of(dynamics: Dynamics) -> Mismatch:
-        """The mismatch of an arm.
-
-        Raises
-        ------
-        ValueError
-            If its acceleration may jump or bend, or is not quadratic in the velocities, as with some frictions.
+        """The mismatch of an arm; a `ValueError` if its acceleration may jump or bend, or is not quadratic in the
+        velocities.
         """
         require("Mismatch.of(dynamics)", dynamics, Dynamics)
         q, qd, n = dynamics.q, dynamics.qd, dynamics.dof
@@ -119,19 +115,11 @@ class Mismatch:
 
     @door
     def vertices(self, region: Region) -> Array:
-        """Points y (V, K) whose hull holds the y of all speeds and torques of a region.
+        """Points y (V, K) whose hull holds the y of all speeds and torques of a region of up to four joints.
 
-        A polynomial lies in the hull of its coefficients in Bernstein's basis; here of degree two in each speed,
-        on both sides of zero. In the torques J is affine, so their corners serve.
-
-        Raises
-        ------
-        ValueError
-            If the arm has so many joints that a proof would take hours.
-
-        References
-        ----------
-        Farouki (2012), The Bernstein polynomial basis: a centennial retrospective, Computer Aided Geometric Design 29.
+        A polynomial lies in the hull of its coefficients in Bernstein's basis; here of degree two in each speed, on
+        both sides of zero. In the torques J is affine, so their corners serve (Farouki 2012, Computer Aided Geometric
+        Design 29).
         """
         n = self.joints
         if region.joints != n:

@@ -24,12 +24,7 @@ MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
 @door
 def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
-    """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint's error has the poles s1 and s2.
-
-    Parameters
-    ----------
-    first, second
-        In 1/s, with negative real parts; both real, or a conjugate pair.
+    """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint has the poles s1 and s2, in 1/s.
 
     Raises
     ------
@@ -48,12 +43,9 @@ def by_poles(joints: int, first: float | complex, second: float | complex) -> Ga
 
 @door
 def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
-    """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon.
+    """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon, in s.
 
-    Raises
-    ------
-    ValueError
-        If a number is not positive, or `joints` no whole one.
+    All three are positive numbers.
 
     References
     ----------
@@ -99,8 +91,6 @@ def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> G
 @door
 def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
     """The gains with the least bound of noise of all that share one P for a rate in a region (extra `lmi`).
-
-    The noise itself need not be the least: another P may bound it better.
 
     Raises
     ------
@@ -155,13 +145,7 @@ def _bounded(p: float, rate: float) -> float:
 
 @door
 def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
-    """A certificate that the error of given gains decays at a rate in a region (extra `lmi`).
-
-    Raises
-    ------
-    Refused
-        If none is found, the proof fails, or the extra is not installed.
-    """
+    """A certificate that the error of given gains decays at a rate in a region; refusals are those of `by_lmi`."""
     require("certify(region=...)", region, Region)
     positive("certify(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)

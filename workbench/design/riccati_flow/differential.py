@@ -28,12 +28,8 @@ class RiccatiFlow:
 
     Parameters
     ----------
-    times
-        (N,), in s.
-    P
-        (N, n, n).
-    K
-        (N, m, n).
+    times, P, K
+        (N,) in s, (N, n, n) and (N, m, n).
     error
         (N,), an estimate of the relative error of P in the Frobenius norm.
     least
@@ -69,8 +65,8 @@ def rde(
 
         -P' = A'P + PA - P B R^-1 B' P + Q,      P(t_N) = P1.
 
-    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N), and x'P(t)x
-    is that minimum. Where Q and P1 are positive semidefinite P(t) exists at all times, and is so too.
+    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N). Where Q and P1 are
+    positive semidefinite P(t) exists at all times, and is so too.
 
     Parameters
     ----------
@@ -92,9 +88,8 @@ def rde(
 
     References
     ----------
-    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.
-    Davison and Maki (1973), The numerical solution of the matrix Riccati differential equation, IEEE Transactions
-    on Automatic Control 18(1).
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2. Davison and Maki (1973), The
+    numerical solution of the matrix Riccati differential equation, IEEE Transactions on Automatic Control 18(1).
     """
     return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
 
@@ -108,25 +103,7 @@ def fpre(
         P' = A'P + PA - P B R^-1 B' P + Q,       P(t_1) = P0.
 
     For constant coefficients it is `rde` with time turned round, and tends to the same algebraic solution; for
-    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise.
-
-    Parameters
-    ----------
-    A, B, Q, R
-        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
-    P0
-        (n, n), symmetric.
-    times
-        (N,), rising, in s; the first is that of P0.
-    rtol
-        The relative error allowed.
-
-    Raises
-    ------
-    ValueError
-        If a matrix does not fit, Q or P0 is not symmetric, R not positive definite, or the times do not rise.
-    Refused
-        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise. Arguments and refusals are those of `rde`.
 
     References
     ----------

@@ -22,9 +22,9 @@ STEPS = 20_000  # pieces beyond which halving is given up, and what is lost coun
 class Moebius:
     """P -> Pi + Phi' P (I + Gamma P)^-1 Phi, of (n, n) matrices with symmetric Gamma and Pi.
 
-    The flow of P' = A'P + PA - PGP + Q over any piece of time is such a map, and so is that of a symplectic
-    integrator. Pi is where P = 0 comes to, Gamma the Gramian of G over the piece, and Phi the transition matrix
-    that the poles of both leave. All three stay bounded where exp(tH) grows: composing them is stable.
+    The flow of P' = A'P + PA - PGP + Q over a piece of time is such a map: Pi is where P = 0 comes to, Gamma the
+    Gramian of G, and Phi the transition matrix that the poles of both leave. All three stay bounded where exp(tH)
+    grows.
     """
 
     Phi: Array
@@ -69,11 +69,11 @@ def transition_map(E: Array) -> Moebius:
 
 
 def image(piece: Moebius, P: Array) -> Image:
-    """The image of a symmetric P (n, n).
+    """The image of a symmetric P (n, n), for a positive semidefinite Gamma.
 
-    With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric.
-    Gamma grows with the length of the piece, so the eigenvalues of X only rise: P has had a pole within the
-    piece if and only if X has fewer negative eigenvalues than S. (Gamma must be positive semidefinite.)
+    With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric. Gamma
+    grows with the length of the piece, so the eigenvalues of X only rise: P has had a pole within the piece if and only
+    if X has fewer negative eigenvalues than S.
 
     References
     ----------
@@ -170,8 +170,7 @@ def ladder(H: Array, length: float, finer: int) -> Ladder:
 def climb(P: Array, steps: Ladder, H: Array) -> Array | Escape:
     """P at the end of a ladder's length from P at its start, or the escape on the way; its times count from there.
 
-    Every piece is one of the ladder's longest, unless that magnifies its rounding in P or P escapes on it: then
-    it is gone through in halves, down to the shortest.
+    A piece that magnifies its rounding in P, or on which P escapes, is gone through in halves, down to the shortest.
     """
     ahead, done, taken = [len(steps.rungs) - 1] * min(steps.count, STEPS + 1), 0, 0
     while ahead and taken <= STEPS:

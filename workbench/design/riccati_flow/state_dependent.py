@@ -19,19 +19,7 @@ Factors = Callable[[Array], tuple[Any, Any]]
 @dataclass(frozen=True, eq=False)
 @show
 class StateDependent:
-    """P at each of N states, with the gains K = R^-1 B' P of u = -K x and their certificates.
-
-    Parameters
-    ----------
-    states
-        (N, n).
-    P
-        (N, n, n).
-    K
-        (N, m, n).
-    certificates
-        One for each state: that of its algebraic equation.
-    """
+    """P (N, n, n) at states (N, n), with the gains K = R^-1 B' P (N, m, n) of u = -K x and N certificates."""
 
     states: Array
     P: Array

@@ -86,7 +86,6 @@ class Coefficients:
 
     @cached_property
     def _shape(self) -> dict[str, tuple[int, ...]]:
-        """The shape of B when it was first asked for."""
         return {}
 
     @cached_property
@@ -95,7 +94,6 @@ class Coefficients:
 
     @cached_property
     def _checked(self) -> dict[str, Array]:
-        """The constant ones that have been checked once."""
         return {}
 
     def _terms(self, call: str, t: float) -> Terms:
@@ -156,8 +154,7 @@ class Track:
 def step_maps(at: Array, h: Array) -> list[Moebius]:
     """The maps over steps of lengths h (k,) by Gauss collocation of order 8, from H (k, 4, 2n, 2n) at their nodes.
 
-    The method is symplectic, so P stays symmetric; and it is the discretised optimal control problem with
-    positive weights, so P stays semidefinite, however long the step.
+    The method is symplectic, so P stays symmetric, and semidefinite, however long the step.
 
     References
     ----------
@@ -174,9 +171,8 @@ def step_maps(at: Array, h: Array) -> list[Moebius]:
 def varying_flow(H: Hamiltonian, P: Array, times: Array, rtol: float) -> list[Track] | Escape:
     """P at each of the times (N,), from P at the first of them; or the escape.
 
-    A step is two steps of half its length; it is kept where they differ from one of the whole length by less
-    than rtol. P by the long steps alone goes along, so the difference at the end is the error that the long
-    ones have gathered: an upper bound, in practice, of that of the short ones, which is 2^8 times smaller.
+    A step is two steps of half its length; it is kept where they differ from one of the whole length by less than rtol.
+    P by the long steps alone goes along: the difference at the end is, in practice, an upper bound of the error.
     """
     t, track, found, h, taken = float(times[0]), Track(P, P), [Track(P, P)], np.inf, 0
     span = float(times[-1] - times[0])
