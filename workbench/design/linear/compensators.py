@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
 from workbench.design.linear.arguments import state_space
 from workbench.design.linear.linear_modes import controllability
@@ -109,8 +110,6 @@ def _conjugate(poles: Any, system: Any) -> Complex:
 
 def _apart(wanted: Complex, reached: Complex) -> float:
     """The largest distance between poles that are matched one by one."""
-    from scipy.optimize import linear_sum_assignment
-
     distance = np.abs(wanted[:, np.newaxis] - reached)
     return float(distance[linear_sum_assignment(distance)].max())
 
@@ -155,7 +154,10 @@ def lead_lag(
     """
     import control
 
-    _refuse_no_plant(plant)
+    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
+    if not linear or not plant.issiso() or plant.isdtime(strict=True):
+        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
+        raise refusal("lead_lag(plant=...)", must, plant)
     wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
     more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
@@ -170,15 +172,6 @@ def lead_lag(
             f"{poles[poles.real.argmax()]:.3g}, so it is not stable; take another crossover, or `lqg`."
         )
     return C
-
-
-def _refuse_no_plant(plant: Any) -> None:
-    import control
-
-    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
-    if not linear or not plant.issiso() or plant.isdtime(strict=True):
-        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
-        raise refusal("lead_lag(plant=...)", must, plant)
 
 
 def _lead(wc: float, phase: float) -> control.TransferFunction:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.design.linear.arguments import state_space
-from workbench.design.matrices import Complex
+from workbench.design.matrices import EPS, Complex, pole_text
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -16,7 +16,6 @@ from workbench.validation.views import show
 if TYPE_CHECKING:
     import control
 
-ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
 TAKES_PART = 0.1  # of the largest entry: what a state must have to be named
 DESCENTS = 30
@@ -143,7 +142,7 @@ class Hautus:
             return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
         what = "no input moves" if self.kind == "controllable" else "no output shows"
         modes = "; ".join(
-            f"{_figure(m.value)} along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
+            f"{pole_text(m.value)} 1/s along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
         )
         return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
 
@@ -197,16 +196,8 @@ def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
     return tuple(names[i] for i in order if size[i] >= TAKES_PART * size.max())
 
 
-def _figure(value: complex) -> str:
-    return (
-        f"{value.real:.4g}{value.imag:+.4g}j 1/s"
-        if abs(value.imag) > ROUNDING * abs(value)
-        else f"{value.real:.4g} 1/s"
-    )
-
-
 def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -> Hautus:
-    if not ROUNDING < tolerance < 1:
+    if not EPS < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
     scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
     modes = (_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
@@ -216,7 +207,7 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
 def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
     """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
-    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
+    start, reach = value, NEARBY * EPS ** (1 / len(A)) * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):
         step = margin / slope if slope else 0.0
         for nearby in (value - step, value - abs(slope) ** 2 * step):

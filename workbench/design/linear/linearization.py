@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Sampled
+from workbench.core import Layout, Ode, Sampled
+from workbench.core.step import runge_kutta
 from workbench.design.linear.arguments import (
     jacobians,
     names_of,
@@ -19,20 +21,13 @@ from workbench.design.linear.arguments import (
 )
 from workbench.design.linear.operating_point import AT_REST, rate_terms
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
+from workbench.notation.program import walk
+from workbench.proofs.interval import jumps
+from workbench.validation.refusals import MOST, Array
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
-from dataclasses import replace
-
-import casadi as ca
-
-from workbench.core import Layout
-from workbench.core.step import runge_kutta
-from workbench.notation.program import walk
-from workbench.proofs.interval import jumps
-from workbench.validation.refusals import MOST
 
 CONVERGED = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14
@@ -80,10 +75,10 @@ def linearize(
             )
     row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
     if isinstance(ode, Sampled):
-        period = one_period("linearize", ode, time, state, row)
+        end, matrices = _one_period("linearize", ode, time, state, row)
+        dt = ode.period
         if at_rest:
-            _refuse_step(ode, state, period)
-        matrices, dt = (period.A, period.B, period.Cy, period.D), ode.period
+            _refuse_step(ode, state, end, matrices[0])
     else:
         refuse_jump_at("linearize", ode, time, state, row)
         matrices, dt = jacobians("linearize", ode, time, state, row), 0
@@ -104,10 +99,9 @@ def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
         )
 
 
-def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
+def _refuse_step(sampled: Sampled, x: Array, end: Array, A: Array) -> None:
     """Refuse a state that changes over a period, in the parts on which the next period depends."""
-    end, counts = period.end, period.A.any(axis=0)
-    change = np.abs(end - x) / (1 + np.abs(x)) * counts
+    change = np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0)
     worst = int(change.argmax())
     if not change[worst] <= AT_REST:
         raise ValueError(
@@ -116,20 +110,12 @@ def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Period:
-    """The state at the end of a period (nx,), and the model dx+ = A dx + B du, dy = Cy dx + D du."""
-
-    end: Array
-    A: Array
-    B: Array
-    Cy: Array
-    D: Array
-
-
-def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> Period:
-    """The linear model of the jump at t and the flow that follows it; the outputs are those just after the jump."""
-    k = _instant(call, sampled, t)
+def _one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, tuple[Array, ...]]:
+    """The state after the jump at t and the flow that follows it, and A, B, Cy, D of both; outputs follow the jump."""
+    k = t / sampled.period
+    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
+        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
+    k = float(round(k))
     jump = _jump(sampled)
     _refuse_stairs(call, jump, k, p)
     refuse_jump_at(call, jump, k, x, p)
@@ -138,14 +124,7 @@ def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> Per
     refuse_jump_at(call, sampled.flow, t, after, p)
     _, _, Cy, D = jacobians(call, sampled.flow, t, after, p)
     end, by_x, by_u = _flow(call, sampled, t, after, p)
-    return Period(end, by_x @ A, by_x @ B + by_u, Cy @ A, Cy @ B + D)
-
-
-def _instant(call: str, sampled: Sampled, t: float) -> float:
-    k = t / sampled.period
-    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
-        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
-    return float(round(k))
+    return end, (by_x @ A, by_x @ B + by_u, Cy @ A, Cy @ B + D)
 
 
 def _jump(sampled: Sampled) -> Ode:

@@ -4,25 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from workbench.core import Ode
-from workbench.design.linear.arguments import (
-    inputs_of,
-    jacobians,
-    places_of,
-    row_of,
-    time_of,
-)
+from workbench.design.linear.arguments import inputs_of, jacobians, places_of, row_of, time_of
 from workbench.design.matrices import Refused
 from workbench.validation.refusals import Array, as_array, described, require
 from workbench.validation.signatures import door
 from workbench.validation.views import show
-
-if TYPE_CHECKING:
-    pass
 
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
