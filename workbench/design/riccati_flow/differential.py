@@ -1,24 +1,26 @@
-"""The Riccati equations in time: backward from a terminal weight, and forward from a start."""
+"""The Riccati equations in time, backward from a terminal weight and forward from a start, and along states."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from workbench.design.matrices import Refused, symmetric
+from workbench.design.matrices import EPS, Certificate, Refused, answer, symmetric
+from workbench.design.riccati import Riccati, care
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
 from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
 from workbench.validation.refusals import Array, as_array, described
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
-EPS = float(np.finfo(float).eps)
 GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does
 CAUTION = 10.0  # by which that difference is taken for the error
 PASSES = 4
 FINEST = 1e-14  # tolerance of a step, below which there is only rounding
+Factors = Callable[[Array], tuple[Any, Any]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,13 +115,75 @@ def fpre(
     return _solved("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
 
 
+@dataclass(frozen=True, eq=False)
+@show
+class StateDependent:
+    """P (N, n, n) at states (N, n), with the gains K = R^-1 B' P (N, m, n) of u = -K x and N certificates."""
+
+    states: Array
+    P: Array
+    K: Array
+    certificates: tuple[Certificate, ...]
+
+    @property
+    def margin(self) -> float:
+        """The least stability margin with the state frozen, in 1/s, which proves nothing for the moving state."""
+        return min(certificate.margin for certificate in self.certificates)
+
+
+@door
+def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
+    """The solution of the state-dependent Riccati equation at states x of x' = A(x) x + B(x) u:
+
+        A(x)'P + P A(x) - P B(x) R^-1 B(x)' P + Q = 0.
+
+    u = -R^-1 B(x)' P(x) x stabilises a neighbourhood of x = 0 and is optimal in the limit there. The
+    factorisation A(x) is not unique, and another one gives another P.
+
+    Parameters
+    ----------
+    factors
+        From a state (n,) to A (n, n) and B (n, m).
+    states
+        (N, n), or one state (n,).
+    Q, R
+        (n, n) and (m, m), as `care` takes them.
+
+    Raises
+    ------
+    ValueError
+        If the states are no such array, or a matrix does not fit.
+    Refused
+        If there is no stabilising solution at one of the states, which the message names.
+
+    References
+    ----------
+    Cimen (2008), State-dependent Riccati equation (SDRE) control: a survey, IFAC World Congress.
+    """
+    call = "sdre(factors, states, Q, R)"
+    x = np.atleast_2d(states)
+    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
+        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
+    answers: list[Riccati] = []
+    for i, state in enumerate(x):
+        where = f"`{call}`, at state {i}, {state.tolist()}"
+        try:
+            found = answer(call, "factors", factors, state)
+            if not isinstance(found, tuple | list) or len(found) != 2:
+                raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
+            A, B = found
+            answers.append(care(A, B, Q, R))
+        except ValueError as error:  # a `Refused` is one, and stays one
+            raise type(error)(f"{where}: {error}") from error
+        if answers[-1].K.shape != answers[0].K.shape:
+            shapes = f"{answers[-1].K.shape} after {answers[0].K.shape}"
+            raise ValueError(f"{where}: A and B must have the same shapes at all states; K is {shapes}.")
+    P, K = (np.array([getattr(answer, name) for answer in answers]) for name in ("X", "K"))
+    return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
+
+
 def _solved(
-    call: str,
-    given: tuple[Coefficient, ...],
-    start: tuple[str, Any],
-    times: Any,
-    rtol: float,
-    backward: bool,
+    call: str, given: tuple[Coefficient, ...], start: tuple[str, Any], times: Any, rtol: float, backward: bool
 ) -> RiccatiFlow:
     coefficients = Coefficients(call, *given)
     t = _rising(call, times)
@@ -142,7 +206,7 @@ def _solved(
         error,
         np.array(np.linalg.eigvalsh(found)[:, 0]),
         np.array([at.rest(X) for at, X in zip(terms, found, strict=True)]),
-        _distance(coefficients, found) if coefficients.constant else None,
+        _distance(coefficients, found),
     )
 
 
@@ -156,7 +220,8 @@ def _constant(
         lengths = np.full_like(lengths, gone[-1] / len(lengths))
     one, other = (constant_flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
     if isinstance(one, Escape) and isinstance(other, Escape):
-        raise _refusal(coefficients.call, one.joined(other), begin, sign)
+        both = Escape(min(one.after, other.after), max(one.before, other.before))
+        raise _refusal(coefficients.call, both, begin, sign)
     if isinstance(one, Escape) or isinstance(other, Escape):
         raise Refused(
             f"`{coefficients.call}`: whether P escapes to infinity hangs on the last digits of the data, so no P can "
@@ -177,7 +242,7 @@ def _varying(
         found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
         if isinstance(found, Escape):
             raise _refusal(coefficients.call, found, begin, sign)
-        fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
+        fine, coarse = (np.array(tracks) for tracks in zip(*found, strict=True))
         error = _apart(fine, coarse) + EPS
         if error.max() <= rtol or local <= FINEST:
             break
@@ -224,8 +289,8 @@ def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
 
 def _distance(coefficients: Coefficients, P: Array) -> Array | None:
     """The distance of each P (N, n, n) from the stabilising solution of the algebraic equation, if there is one."""
-    from workbench.design.riccati import care  # which opens python-control, and that takes seconds
-
+    if not coefficients.constant:
+        return None
     at = coefficients.at(0.0)
     try:
         X = care(at.A, at.B, at.Q, at.R).X

@@ -38,11 +38,6 @@ class Moebius:
         root: Array = np.sqrt(np.maximum(w, 0))[:, None] * V.T
         return root
 
-    @property
-    def finite(self) -> bool:
-        """True if all entries are finite."""
-        return bool(np.isfinite(self.Phi).all() and np.isfinite(self.Gamma).all() and np.isfinite(self.Pi).all())
-
 
 @dataclass(frozen=True, eq=False)
 class Image:
@@ -125,10 +120,6 @@ class Escape:
     after: float
     before: float
 
-    def joined(self, other: Escape) -> Escape:
-        """The escape that covers both."""
-        return Escape(min(self.after, other.after), max(self.before, other.before))
-
 
 def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
     """The escape between `start` and `start + length`, by bisection."""
@@ -161,7 +152,7 @@ def ladder(H: Array, length: float, finer: int) -> Ladder:
     rungs = [transition_map(scipy.linalg.expm(h * H))]
     while len(rungs) <= halvings:
         doubled = composition(rungs[-1], rungs[-1])
-        if doubled is None or not doubled.finite:
+        if doubled is None or not np.isfinite([doubled.Phi, doubled.Gamma, doubled.Pi]).all():
             break
         rungs.append(doubled)
     return Ladder(h, tuple(rungs), 2 ** (halvings + 1 - len(rungs)))

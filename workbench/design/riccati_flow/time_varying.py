@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.design.matrices import answer, definite, matrix, square, symmetric
-from workbench.design.riccati_flow.moebius import (
-    LARGEST,
-    Escape,
-    Moebius,
-    hamiltonian,
-    image,
-    transition_map,
-)
+from workbench.design.riccati_flow.moebius import LARGEST, Escape, Moebius, hamiltonian, image, transition_map
 from workbench.validation.refusals import Array
 
 Coefficient = Array | Callable[[float], Array]
@@ -143,12 +136,7 @@ def _extrapolation(nodes: Array) -> Array:
     return np.array(np.linalg.solve((nodes[:, None] ** powers).T, ends).T, dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """P by the steps taken and, to see their error, by steps twice as long."""
-
-    fine: Array
-    coarse: Array
+Track = tuple[Array, Array]  # P by the steps taken and, to see their error, by steps twice as long
 
 
 def step_maps(at: Array, h: Array) -> list[Moebius]:
@@ -174,7 +162,7 @@ def varying_flow(H: Hamiltonian, P: Array, times: Array, rtol: float) -> list[Tr
     A step is two steps of half its length; it is kept where they differ from one of the whole length by less than rtol.
     P by the long steps alone goes along: the difference at the end is, in practice, an upper bound of the error.
     """
-    t, track, found, h, taken = float(times[0]), Track(P, P), [Track(P, P)], np.inf, 0
+    t, track, found, h, taken = float(times[0]), (P, P), [(P, P)], np.inf, 0
     span = float(times[-1] - times[0])
     for until in map(float, times[1:]):
         while t < until:
@@ -183,7 +171,7 @@ def varying_flow(H: Hamiltonian, P: Array, times: Array, rtol: float) -> list[Tr
             h = (until - t) / max(1.0, float(pieces))
             after, ratio = _step(H, t, h, track, rtol)
             taken += 1
-            if after is not None and not np.abs(after.fine).max() < LARGEST:
+            if after is not None and not np.abs(after[0]).max() < LARGEST:
                 return Escape(t, np.inf)
             if after is not None and ratio <= 1:
                 t, track = (until, after) if pieces <= 1 else (t + h, after)
@@ -204,7 +192,7 @@ def _step(H: Hamiltonian, t: float, h: float, track: Track, rtol: float) -> tupl
         whole, first, second = step_maps(at, h * np.array([1.0, 0.5, 0.5]))
     except np.linalg.LinAlgError:  # far too long a step
         return track, np.inf
-    once, half, coarse = image(whole, track.fine), image(first, track.fine), image(whole, track.coarse)
+    once, half, coarse = image(whole, track[0]), image(first, track[0]), image(whole, track[1])
     twice = image(second, half.P)
     if once.escaped or half.escaped or twice.escaped:
         return None, np.inf
@@ -212,7 +200,7 @@ def _step(H: Hamiltonian, t: float, h: float, track: Track, rtol: float) -> tupl
         return track, np.inf
     difference, size = np.linalg.norm(once.P - twice.P), np.linalg.norm(twice.P)
     relative = float(difference / size) if size else 0.0
-    return Track(twice.P, coarse.P), max(relative, _unseen(H, t, h, fine)) / rtol
+    return (twice.P, coarse.P), max(relative, _unseen(H, t, h, fine)) / rtol
 
 
 def _unseen(H: Hamiltonian, t: float, h: float, fine: Array) -> float:
