@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, described, finite
+from workbench.validation.refusals import Array, described, finite, positive, whole
 from workbench.validation.signatures import door
 
 MOST_SHARE = 1e6  # of speeds and torques
+MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,3 +151,45 @@ def _vector(name: str, given: Array, size: int) -> Array:
         raise ValueError(f"`Region({name}=...)` must hold {must}; got {described(value.tolist())}.")
     value.flags.writeable = False
     return value
+
+
+@door
+def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
+    """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint has the poles s1 and s2, in 1/s.
+
+    Raises
+    ------
+    ValueError
+        If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
+    """
+    identity = _identity("by_poles", joints)
+    total, product = complex(first + second), complex(first * second)
+    size = np.hypot(abs(first), abs(second))
+    if not size < MOST_GAIN or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
+        raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first} and {second}.")
+    if max(complex(first).real, complex(second).real) >= 0:
+        raise ValueError(f"`by_poles(...)` needs poles with a negative real part, in 1/s; got {first} and {second}.")
+    return Gains(-total.real * identity, product.real * identity)
+
+
+@door
+def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
+    """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon, in s.
+
+    All three are positive numbers.
+
+    References
+    ----------
+    Khalil (2017), High-Gain Observers in Nonlinear Feedback Control, section 2.2.
+    """
+    for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
+        positive(f"high_gain({name}=...)", value, unit)
+    identity = _identity("high_gain", joints)
+    sizes = a1 / epsilon, a2 / epsilon / epsilon
+    if not max(sizes) < MOST_GAIN:
+        raise ValueError(f"`high_gain(a1, a2, epsilon)` must give gains below {MOST_GAIN:g}; got {sizes}.")
+    return Gains(sizes[0] * identity, sizes[1] * identity)
+
+
+def _identity(call: str, joints: Any) -> Array:
+    return np.eye(whole(f"{call}(joints=...)", joints, most=MOST_JOINTS, of=" of joints"))
