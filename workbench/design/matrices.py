@@ -65,7 +65,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
     if array is None:
         raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
     array = array.reshape(1, 1) if array.ndim == 0 else array
-    want = f"({_letter(rows)}, {_letter(columns)})"
+    want = f"({rows or 'any'}, {columns or 'any'})"
     if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
         raise ValueError(f"`{call}`: {name} must be a matrix of shape {want}, not empty; got shape {array.shape}.")
     if not np.isfinite(array).all():
@@ -160,10 +160,6 @@ def _levelled(array: Array) -> Array:
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))
     return array
-
-
-def _letter(size: int | None) -> str:
-    return "any" if size is None else str(size)
 
 
 def pole_text(pole: complex) -> str:

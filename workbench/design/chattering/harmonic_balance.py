@@ -197,10 +197,9 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     crossings = _crossings(W)
     found = [(w, a) for w in crossings if (a := switch.amplitude(-(1 / complex(W.response(w)[0][0])).real)) is not None]
     held = tuple(o for w, a in found if (o := _oscillation(W, switch, w, a)).residual < BALANCED)
-    layer = isinstance(switch, BoundaryLayer)
     least = switch.K * max((abs(complex(W.response(w)[0][0])) for w in crossings), default=0.0)
     rest = W.closed(switch.K / switch.phi) if isinstance(switch, BoundaryLayer) else None
-    return Balance(held, _verdict(held, layer, least, rest), least, rest)
+    return Balance(held, _verdict(held, least, rest), least, rest)
 
 
 def _crossings(W: LinearPart) -> list[float]:
@@ -242,7 +241,7 @@ def _grid(W: LinearPart) -> Array:
     return w[w < np.pi / W.period * (1 - 1e-6)] if W.period else w
 
 
-def _verdict(held: tuple[Oscillation, ...], layer: bool, least: float, rest: float | None) -> str:
+def _verdict(held: tuple[Oscillation, ...], least: float, rest: float | None) -> str:
     stable = [o for o in held if o.stable]
     if stable:
         return "; ".join(
@@ -250,9 +249,9 @@ def _verdict(held: tuple[Oscillation, ...], layer: bool, least: float, rest: flo
             f"{o.third:.1%}"
             for o in stable
         )
-    if layer and rest is not None and rest < -ROUNDING:
+    if rest is not None and rest < -ROUNDING:
         return "the rest within the layer is unstable, and no oscillation about it was found to attract"
-    if layer and least:
+    if rest is not None and least:
         return (
             f"no oscillation: the layer is wider than {least:.4g}, which is K |W| where W has a phase of -180 degrees"
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
@@ -142,11 +142,12 @@ def equilibria(
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
     found = _distinct(inside)
-    usual, proof = _usual(ode, begun, row), prove_equilibria(_at(ode, row), low, high, found, boxes)
+    usual = _usual(ode, begun, row)
+    radii, complete, looked_at = prove_equilibria(ode, row, low, high, found, boxes)
     # where the proof is complete, a point with no zero near it is none: its rate is small, but not zero
-    kept = [(x, r) for x, r in zip(found, proof.radii, strict=True) if r is not None or not proof.complete]
+    kept = [(x, r) for x, r in zip(found, radii, strict=True) if r is not None or not complete]
     points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
-    return Equilibria(tuple(points), starts, len(reached), proof.complete, proof.boxes)
+    return Equilibria(tuple(points), starts, len(reached), complete, looked_at)
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
@@ -203,11 +204,6 @@ def _distinct(points: list[Array]) -> list[Array]:
         if all(np.abs(x - other).max() > MERGED * (1 + np.abs(x).max()) for other in kept):
             kept.append(x)
     return sorted(kept, key=lambda x: [round(float(value), 6) for value in x])
-
-
-def _at(ode: Ode, p: Array) -> Ode:
-    values = ode.parameters.unpack(p)
-    return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
 
 
 def _usual(ode: Ode, begun: Array, p: Array) -> float:

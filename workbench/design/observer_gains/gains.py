@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.design.matrices import square
 from workbench.validation.refusals import Array, described, finite, positive, whole
 from workbench.validation.signatures import door
 
@@ -35,7 +36,7 @@ class Gains:
     L2: Array
 
     def __post_init__(self) -> None:
-        L1, L2 = (_square(name, getattr(self, name)) for name in ("L1", "L2"))
+        L1, L2 = (square("Gains(L1, L2)", name, getattr(self, name)) for name in ("L1", "L2"))
         if L1.shape != L2.shape:
             raise ValueError(f"`Gains(L1, L2)` must be of one size, a row a joint; got {L1.shape} and {L2.shape}.")
         for name, L in (("L1", L1), ("L2", L2)):
@@ -68,16 +69,6 @@ class Gains:
         lower = lower if J is None else lower + J
         upper = np.broadcast_to(np.hstack([-self.L1, np.eye(n)]), lower.shape)
         return np.concatenate([upper, lower], axis=-2)
-
-
-def _square(name: str, given: Array) -> Array:
-    L = given.copy()
-    if L.ndim != 2 or L.shape[0] != L.shape[1] or not L.size:
-        raise ValueError(f"`Gains({name}=...)` must be square, a row and a column a joint; got shape {L.shape}.")
-    if not np.isfinite(L).all():
-        i, j = np.argwhere(~np.isfinite(L))[0]
-        raise ValueError(f"`Gains({name}=...)` must be finite; its entry [{i}, {j}] is {L[i, j]}.")
-    return L
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -140,11 +139,6 @@ class Mismatch:
             shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"`{call}(...)` must be N rows of {self.joints} numbers each; got shapes {shapes}.")
 
-    @cached_property
-    def terms(self) -> int:
-        """The number K of coefficients of J."""
-        return len(self.coefficients.entries) // (2 * self.joints**2)
-
     @door
     def expand(self, c: Array, r: Array) -> tuple[Array, Array, Array]:
         """A (B, K, n, 2n), L (B, n, K, n, 2n), R (B, K, n, 2n) with |J_k(q) - A_k - sum_l L_lk (q_l - c_l)| <= R_k.
@@ -152,7 +146,8 @@ class Mismatch:
         That holds for |q - c| <= r, (B, n) each, by intervals of the J_k at c and of their derivatives over the box.
         """
         self._refuse_misfit("expand", c, r)
-        n, K = self.joints, self.terms
+        n = self.joints
+        K = len(self.coefficients.entries) // (2 * n**2)
         still = {name: Interval(*[np.full(len(c), number)] * 2) for name, number in self.numbers.items()}
         thin = {name: Interval(c[:, i], c[:, i]) for i, name in enumerate(self.names)}
         ends = np.nextafter(c - r, -np.inf), np.nextafter(c + r, np.inf)

@@ -7,7 +7,6 @@ Higham (2002), Accuracy and Stability of Numerical Algorithms, 2nd ed., section 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -34,6 +33,7 @@ from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
+UNSTABLE = "A is not stable: X solves the equation, but is no covariance and no Gramian"
 POWER_STEPS = 12  # of the iteration for the norm of the inverse, which soon has its first digit
 
 
@@ -108,7 +108,7 @@ def _solved(call: str, A: Any, Q: Any, E: Any, discrete: bool) -> Lyapunov:
         condition=condition,
         margin=margin,
         refined=found.steps,
-        warnings=tuple(_warnings(margin, condition, error)),
+        warnings=(*(() if margin > 0 else (UNSTABLE,)), *doubts(condition, error)),
     )
     return Lyapunov(X, found.operator.poles, certificate)
 
@@ -167,9 +167,3 @@ def _meeting(values: Complex, discrete: bool) -> tuple[float, complex, complex]:
     largest = np.abs(values).max()
     near = float(np.abs(both[i, j]) / (max(1.0, largest * largest) if discrete else max(largest, np.finfo(float).tiny)))
     return near, complex(values[i]), complex(values[j])
-
-
-def _warnings(margin: float, condition: float, error: float) -> Iterator[str]:
-    if not margin > 0:
-        yield "A is not stable: X solves the equation, but is no covariance and no Gramian"
-    yield from doubts(condition, error)

@@ -186,22 +186,6 @@ def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex
     return found
 
 
-@dataclass(frozen=True)
-class _Judgement:
-    """A refined candidate, its certificate, and the worst objection to it."""
-
-    found: Refined
-    K: Array
-    certificate: Certificate
-    against: str
-
-    @property
-    def settled(self) -> bool:
-        """True if this is the stabilising solution, trusted or not."""
-        known = self.certificate
-        return known.margin > 0 and known.residual <= WORST_RESIDUAL and known.error <= WORST_ERROR
-
-
 @one_thread()
 @np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
 def stabilising(call: str, data: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> Riccati:
@@ -213,22 +197,23 @@ def stabilising(call: str, data: Data, discrete: bool, words: dict[str, str] = R
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # singular matrices are seen in the certificate
-                judgement = _judge(equation, refine(equation, X), units)
+                found = refine(equation, X)
+                certificate, K, against = _judge(equation, found, units)
         except (OverflowError, ValueError):  # SciPy's answer to what is not finite, and the parent of LinAlgError
             continue
-        if not judgement.against:
-            point = judgement.found.point
-            X = in_range(call, "X", units.out_of(point.X), point.X)
-            K = in_range(call, "K", units.gain(judgement.K), judgement.K)
-            return Riccati(X, K, judgement.found.operator.poles, judgement.certificate)
-        objections.append(judgement.against)
-        if judgement.settled:
-            break  # every method would end at this X
+        if not against:
+            X = in_range(call, "X", units.out_of(found.point.X), found.point.X)
+            K = in_range(call, "K", units.gain(K), K)
+            return Riccati(X, K, found.operator.poles, certificate)
+        objections.append(against)
+        if certificate.margin > 0 and certificate.residual <= WORST_RESIDUAL and certificate.error <= WORST_ERROR:
+            break  # every method would end at this X, trusted or not
     why = reason(equation.data, discrete, words) or (objections[0] if objections else "no method finds one")
     raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
 
 
-def _judge(equation: Equation, found: Refined, units: Units) -> _Judgement:
+def _judge(equation: Equation, found: Refined, units: Units) -> tuple[Certificate, Array, str]:
+    """The certificate of a refined candidate, its gain, and the worst objection to it."""
     point = found.point
     margin = found.operator.margin
     known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
@@ -247,7 +232,7 @@ def _judge(equation: Equation, found: Refined, units: Units) -> _Judgement:
         refined=found.steps,
         warnings=tuple(_warnings(equation, found, error, of_gain, known)),
     )
-    return _Judgement(found, beyond.K, certificate, _against(found, certificate, known))
+    return certificate, beyond.K, _against(found, certificate, known)
 
 
 def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:

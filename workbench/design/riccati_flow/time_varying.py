@@ -66,45 +66,32 @@ class Coefficients:
 
     def at(self, t: float) -> Terms:
         """The coefficients at time t in s, checked."""
-        if self.constant:
-            return self._still
-        terms = self._terms(f"{self.call} at t = {t:g} s", t)
-        first = self._shape.setdefault("B", terms.B.shape)
-        if terms.B.shape != first:
-            raise ValueError(
-                f"`{self.call} at t = {t:g} s`: B must have the same shape (n, m) at all times; got {terms.B.shape} "
-                f"after {first}. Where states or inputs come or go, solve for each stretch of time by itself."
-            )
-        return terms
-
-    @cached_property
-    def _shape(self) -> dict[str, tuple[int, ...]]:
-        return {}
-
-    @cached_property
-    def _still(self) -> Terms:
-        return self._terms(self.call, 0.0)
-
-    @cached_property
-    def _checked(self) -> dict[str, Array]:
-        return {}
-
-    def _terms(self, call: str, t: float) -> Terms:
+        call = self.call if self.constant else f"{self.call} at t = {t:g} s"
         A = self._part(call, "A", t, square)
         n = len(A)
         B = self._part(call, "B", t, lambda call, name, X: matrix(call, name, X, n))
         Q = self._part(call, "Q", t, lambda call, name, X: symmetric(call, name, X, n))
         R = self._part(call, "R", t, lambda call, name, X: definite(call, name, X, B.shape[1]))
+        first = self._known.setdefault("the first B", B).shape
+        if B.shape != first:
+            raise ValueError(
+                f"`{call}`: B must have the same shape (n, m) at all times; got {B.shape} after {first}. Where states "
+                "or inputs come or go, solve for each stretch of time by itself."
+            )
         half = np.linalg.solve(np.linalg.cholesky(R), B.T)
         return Terms(A, B, Q, R, half.T @ half)
+
+    @cached_property
+    def _known(self) -> dict[str, Array]:
+        return {}
 
     def _part(self, call: str, name: str, t: float, check: Callable[[str, str, Any], Array]) -> Array:
         given = getattr(self, name)
         if callable(given):
             return check(call, name, answer(call, name, given, t))
-        if name not in self._checked:
-            self._checked[name] = check(call, name, given)
-        return self._checked[name]
+        if name not in self._known:
+            self._known[name] = check(call, name, given)
+        return self._known[name]
 
     def scale(self, t: float) -> float:
         """A power of two s such that P / s has terms P G P and Q of like size."""
