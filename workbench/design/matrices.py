@@ -30,18 +30,10 @@ class Refused(ValueError):  # noqa: N818
 class Certificate:
     """The accuracy of a solution, and the margin of the loop that it gives.
 
-    Parameters
-    ----------
-    residual
-        The residual of the equation over the size of its terms, summed in twice the working precision.
-    error
-        An estimate of the relative error of the solution, for the data exactly as given.
-    condition
-        A bound of the relative change of the solution over that of the data.
-    margin
-        The distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z| of a sampled loop.
-    refined
-        The number of Newton steps kept.
+    `residual` is that of the equation over the size of its terms, `error` an estimate of the relative error of the
+    solution for the data exactly as given, and `condition` a bound of its relative change over that of the data.
+    `margin` is the distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z|. So many steps of
+    Newton `refined` it.
     """
 
     residual: float

@@ -129,18 +129,10 @@ def _amplitude(call: str, a: float) -> float:
 @dataclass(frozen=True)
 @show
 class Oscillation:
-    """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0.
+    """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0, w in rad/s.
 
-    Attributes
-    ----------
-    amplitude, frequency
-        a in the unit of s, w in rad/s.
-    growth
-        The rate at which a small deviation of the amplitude grows, in 1/s; negative if the oscillation attracts (Loeb).
-    third
-        The third harmonic of s over the first: the balance neglects it, so it is to be small.
-    residual
-        |1 + N W|.
+    A small deviation of the amplitude has the `growth` in 1/s, negative if the oscillation attracts (Loeb). `third` is
+    the third harmonic of s over the first, which the balance neglects, so it is to be small, and `residual` |1 + N W|.
     """
 
     amplitude: float
@@ -158,15 +150,11 @@ class Oscillation:
 @dataclass(frozen=True)
 @show
 class Balance:
-    """All oscillations that harmonic balance predicts, slowest first, with a summary in a sentence.
+    """All oscillations that harmonic balance predicts, slowest first, with a verdict in a sentence.
 
-    Attributes
-    ----------
-    least_phi
-        The boundary layer at which the last oscillation ends, in the unit of s.
-    rest
-        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: zero to rounding where a
-        part drifts that the switch cannot move; None without a layer.
+    The last oscillation ends at a boundary layer of `least_phi`, in the unit of s. `rest` is the rate of decay of the
+    linear loop in the layer, in 1/s: zero to rounding where a part drifts that the switch cannot move; None without a
+    layer.
     """
 
     oscillations: tuple[Oscillation, ...]

@@ -26,14 +26,9 @@ INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 @dataclass(frozen=True, eq=False)
 @door
 class LinearPart:
-    """W = c (zeta I - A)^-1 b with one input and one output.
+    """W = c (zeta I - A)^-1 b from u to s = c x, with x' = A x + b u, or x+ = A x + b u with a period.
 
-    Attributes
-    ----------
-    A, b, c
-        (nx, nx), (nx,), (nx,): x' = A x + b u without a period, x+ = A x + b u with one; s = c x.
-    period
-        0 in continuous time, else the sampling period in s: zeta is s or z = exp(s period).
+    A is (nx, nx), b and c (nx,); the period in s is 0 in continuous time; zeta is s or z = exp(s period).
 
     Raises
     ------

@@ -20,20 +20,11 @@ FEWEST = 5  # periods from which a frequency is taken
 @dataclass(frozen=True)
 @show
 class Cycle:
-    """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s).
+    """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s), its frequency w in rad/s.
 
-    Attributes
-    ----------
-    amplitude, highest
-        The peak of |s|; and that of the farthest offset which changes no sign of s, where W has an integrator.
-    frequency
-        w in rad/s.
-    contraction
-        The spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an offset.
-    samples
-        The number of instants of the computer in half a period T.
-    residual
-        |x(T/2) + x(0)| over |x(0)|.
+    `amplitude` is the peak of |s|, and `highest` that of the farthest offset which changes no sign of s, where W has an
+    integrator. `contraction` is the spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an
+    offset. Half a period T has so many `samples`; `residual` is |x(T/2) + x(0)| over |x(0)|.
     """
 
     amplitude: float
@@ -53,14 +44,8 @@ class Cycle:
 def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
-    Half a period of the cycle is a whole number of sampling periods; the signs of s are held against each such number.
-
-    Parameters
-    ----------
-    system
-        W: a sampled `LinearPart`, or a discrete python-control system from u to s.
-    most
-        The greatest number of instants in half a period.
+    W is a sampled `LinearPart`, or a discrete python-control system from u to s. Half a period of the cycle is a whole
+    number of sampling periods, of which each up to `most` is tried.
 
     Raises
     ------
@@ -78,16 +63,6 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     if not W.period:
         raise ValueError("`relay_cycles(system=...)` must be sampled, as by `control.c2d(system, period)`; it is not.")
-    found = _symmetric_cycles(W, K, most)
-    if not found:
-        raise Refused(
-            "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
-            f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
-        )
-    return tuple(sorted(found, key=lambda cycle: cycle.frequency))
-
-
-def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
     found, nx = [], len(W.c)
     Phi, Gamma = np.eye(nx), np.zeros(nx)
     free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1
@@ -105,22 +80,21 @@ def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
         offset = float(s.min()) if contraction > 1 - ROUNDING else 0.0
         residual = float(np.linalg.norm(Phi @ start - K * Gamma + start) / np.linalg.norm(start))
         found.append(Cycle(s.max(), s.max() + offset, np.pi / (m * W.period), contraction, m, residual))
-    return found
+    if not found:
+        raise Refused(
+            "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
+            f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
+        )
+    return tuple(sorted(found, key=lambda cycle: cycle.frequency))
 
 
 @dataclass(frozen=True)
 @show
 class RecordedOscillation:
-    """The oscillation in a record of s.
+    """The oscillation in a record of s: its offset, amplitude, frequency in rad/s, and the scatter of its periods.
 
-    Attributes
-    ----------
-    amplitude, offset
-        Half of the highest minus the lowest s, and their mean.
-    frequency
-        In rad/s, of the upward passages through the offset; None where there are not five periods.
-    scatter
-        The standard deviation of the periods over their mean; None likewise.
+    `scatter` is the standard deviation of the periods over their mean; it and the frequency are None where there are
+    not five periods.
     """
 
     amplitude: float

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from workbench.design.linear.arguments import state_space
 from workbench.design.linear.linear_modes import controllability
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused
 from workbench.validation.refusals import Array, described, finite, raised, refusal
 from workbench.validation.signatures import door

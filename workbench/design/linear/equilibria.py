@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.design.linear.arguments import row_of
 from workbench.design.linear.equilibria_proofs import prove_equilibria
+from workbench.design.linear.operating_point import row_of
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -27,21 +27,12 @@ MOST_STARTS = 100_000
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibrium:
-    """A state x (nx,) at which f(x, p, u) = 0.
+    """A state x (nx,) at which f(x, p, u) = 0, with the poles (nx,) of df/dx in 1/s, the slowest to decay first.
 
-    Attributes
-    ----------
-    error
-        The length of a further step of Newton, relative to the size of x: an estimate of its error.
-    condition
-        The norm of df/dx, or its median over the starts where that is larger, times the norm of its inverse. From 1e10
-        on the point may be one of a continuum of rest points.
-    poles
-        The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
-    radius
-        A rest point is proved to lie within this distance of x in each state; None where that was not proved.
-    along
-        The states that change along a continuum of rest points through x; none where x is not seen to lie on one.
+    `error` is a further step of Newton, relative to the size of x. `condition` is the norm of df/dx, or its median over
+    the starts where that is larger, times the norm of its inverse: from 1e10 on the point may be one of a continuum,
+    along which the states `along` are seen to change. A rest point is proved to lie within `radius` of x in each state,
+    if not None.
     """
 
     x: Array
@@ -62,14 +53,8 @@ class Equilibrium:
 class Equilibria:
     """The rest points that were found in a box, in the order of their states.
 
-    Attributes
-    ----------
-    starts, converged
-        From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
-    complete
-        True if intervals prove that the box holds no others.
-    boxes
-        The number of boxes of that proof, also of one that failed.
+    Newton's method began from so many `starts`, of which `converged` reached a rest point, in the box or not. The box
+    holds no others, by intervals of so many `boxes`, if it is `complete`.
     """
 
     points: tuple[Equilibrium, ...]

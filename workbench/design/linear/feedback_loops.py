@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode
-from workbench.design.linear.arguments import finite, names_of, state_space
 from workbench.design.linear.linear_path import LinearPath
 from workbench.design.linear.linearization import linearize
+from workbench.design.linear.operating_point import finite, names_of, state_space
 from workbench.design.matrices import Complex, Refused
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.linear.arguments import state_space
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, pole_text
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -25,20 +25,12 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 @dataclass(frozen=True)
 @show
 class Pole:
-    """An eigenvalue lambda of A, with its frequency, its damping and its dominant states.
+    """An eigenvalue lambda of A in 1/s, or z of a discrete system, with its frequency, damping and dominant states.
 
-    Attributes
-    ----------
-    value
-        lambda in 1/s; of a discrete system the number z itself.
-    frequency
-        The natural frequency |lambda| in rad/s; of a discrete system that of log(z) / dt, infinite at z = 0.
-    damping
-        -Re lambda / |lambda|: 1 for a decay without oscillation, negative where it grows, NaN at zero.
-    condition
-        By how much a small change of A may move the pole, relative to that change; infinite at a defective eigenvalue.
-    states
-        The states that take part, by participation factors of at least a tenth of the largest, that one first.
+    `frequency` is |lambda| in rad/s, of a discrete system that of log(z) / dt; `damping` is -Re lambda / |lambda|: 1
+    for a decay without oscillation, negative where it grows, NaN at zero. A small change of A moves the pole by
+    `condition` times as much; infinite at a defective eigenvalue. `states` take part by factors of at least a tenth of
+    the largest, that one first.
     """
 
     value: complex
@@ -51,11 +43,6 @@ class Pole:
 @door
 def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     """The poles of a system, the slowest to decay first.
-
-    Raises
-    ------
-    ValueError
-        If it is no `StateSpace` with finite matrices.
 
     References
     ----------
@@ -92,19 +79,11 @@ def _spread(value: complex, dt: float | None) -> tuple[float, float]:
 @dataclass(frozen=True, eq=False)
 @show
 class Mode:
-    """An eigenvalue of A under the test of Popov, Belevitch and Hautus.
+    """An eigenvalue of A under the test of Popov, Belevitch and Hautus, where its matrix is nearest to a loss of rank.
 
-    Attributes
-    ----------
-    value
-        lambda, where the matrix of the test is nearest to a loss of rank.
-    margin
-        The smallest singular value of [lambda I - A, B], or of [lambda I - A; Cy], as a share of the norm of
-        [A, B] or [A; Cy]: how small a change of the matrices would hide the mode.
-    direction
-        The unit vector (nx,) that no input moves, as w* x, or that no output shows.
-    states
-        The states that take part in it, the largest first.
+    `margin` is the smallest singular value of [lambda I - A, B], or [lambda I - A; Cy], as a share of the norm of [A,
+    B] or [A; Cy]: how small a change of the matrices would hide the mode. No input moves, or no output shows, the unit
+    vector `direction` (nx,), in which `states` take part, the largest first.
     """
 
     value: complex
@@ -151,18 +130,8 @@ class Hautus:
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
-    Margins depend on the units of the states. At an eigenvalue that rounding has moved, as it moves multiple ones, the
-    smallest singular value is sought nearby.
-
-    Parameters
-    ----------
-    tolerance
-        The margin, relative to the norm of [A, B], at which a mode counts as not reached.
-
-    Raises
-    ------
-    ValueError
-        If it is no `StateSpace` with finite matrices, or the tolerance is not between rounding and 1.
+    Margins depend on the units of the states; one below the tolerance, between rounding and 1, counts as none. At an
+    eigenvalue that rounding has moved, as it moves multiple ones, the smallest singular value is sought nearby.
 
     References
     ----------

@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
-from workbench.design.linear.arguments import inputs_of, jacobians, row_of, smooth, vector_of
+from workbench.design.linear.operating_point import inputs_of, jacobians, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
 from workbench.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
 from workbench.validation.signatures import door
@@ -23,16 +23,10 @@ STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the 
 @dataclass(frozen=True, eq=False)
 @show
 class LinearPath:
-    """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion, at N times.
+    """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion x (N, nx) at times t (N,) in s.
 
-    Attributes
-    ----------
-    t, x
-        (N,) in s, and (N, nx).
-    A, B, Cy, D
-        (N, nx, nx), (N, nx, nu), (N, ny, nx) and (N, ny, nu).
-    states, inputs, outputs
-        The names, number by number.
+    A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); states, inputs and outputs are names, number by
+    number.
     """
 
     t: Array
@@ -124,16 +118,9 @@ def freeze(ode: Ode, names: Sequence[str]) -> Ode:
 class LyapunovExponents:
     """Mean rates of growth of nx orthogonal deviations over a finite time: an estimate, not a bound.
 
-    Attributes
-    ----------
-    values
-        (nx,), in 1/s, the largest first.
-    error
-        (nx,): the change from twice the step, plus twice the standard error of the means of ten batches.
-    imbalance
-        The distance of their sum from the mean trace of A, in 1/s, which it equals by Liouville's formula.
-    span
-        The time they were taken over, in s.
+    The values (nx,) are in 1/s, the largest first; their `error` (nx,) is the change from twice the step, plus twice
+    the standard error of the means of ten batches. `imbalance` is how far their sum is from the mean trace of A, which
+    it equals by Liouville's formula, and `span` the time they were taken over, in s.
     """
 
     values: Array

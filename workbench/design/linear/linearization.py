@@ -10,16 +10,17 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
 from workbench.core.step import runge_kutta
-from workbench.design.linear.arguments import (
+from workbench.design.linear.operating_point import (
+    AT_REST,
     jacobians,
     names_of,
     places_of,
+    rate_terms,
     refuse_jump_at,
     row_of,
     time_of,
     vector_of,
 )
-from workbench.design.linear.operating_point import AT_REST, rate_terms
 from workbench.design.matrices import Refused
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps

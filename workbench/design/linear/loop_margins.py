@@ -39,15 +39,9 @@ DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, 
 class DiskMargin:
     """The largest complex change of all loop gains at once, each by its own factor, with which the loop stays stable.
 
-    Attributes
-    ----------
-    alpha
-        The symmetric disk margin, from below: the loop stays stable while each loop is multiplied by its own
-        (2 + d) / (2 - d) with |d| < alpha, as far as eigenvalues of a Hamiltonian matrix can be trusted.
-    alpha_above
-        A change of this size makes the loop unstable; above `alpha` by what one constant scaling gives away.
-    frequency
-        Where that happens, in rad/s.
+    The loop stays stable while each loop is multiplied by its own (2 + d) / (2 - d) with |d| < `alpha`, as far as
+    eigenvalues of a Hamiltonian matrix can be trusted. A change of the size `alpha_above` makes it unstable, at
+    `frequency` in rad/s.
     """
 
     alpha: float
@@ -99,16 +93,9 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
 class LoopMargins:
     """The margins of the loop that is broken at input `name` while all others are closed.
 
-    Attributes
-    ----------
-    gain
-        Factors (below 1, above 1) of its gain at which the closed loop is no longer stable; 0 and infinity if none.
-    phase
-        The phase in degrees that it may lose or gain; infinite without a crossover.
-    delay
-        The delay in s that it stands; infinite without a crossover.
-    crossover
-        The frequency of |L| = 1 with the least phase margin, in rad/s; NaN if there is none.
+    `gain` has the factors (below 1, above 1) at which the closed loop is no longer stable; 0 and infinity if none. The
+    phase in degrees that it may lose or gain, and the delay in s that it stands, are infinite without a crossover, the
+    frequency of |L| = 1 in rad/s with the least phase margin, which is then NaN.
     """
 
     name: str

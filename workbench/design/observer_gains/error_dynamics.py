@@ -203,20 +203,10 @@ def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> G
 class Audit:
     """The sampled poles and the proved decay of a set of gains in a region.
 
-    Parameters
-    ----------
-    frozen
-        The poles with state and torque frozen: seen.
-    certificate
-        A proof of a decay at the asked rate, in the region with its speeds and torques times `share`.
-    share
-        1 where the whole region is certified; None, with no certificate, where nothing was, and `why` says so.
-    reach
-        The initial errors that are admitted while the arm keeps the inner region, of the same share.
-    tolerated
-        The largest rho such that every Delta with |Delta| <= rho |x~| is proved to let the error decay.
-    noise, peaking
-        Where the model adds nothing.
+    The certificate proves a decay at the asked rate in the region with its speeds and torques times `share`: 1 where
+    the whole region is certified; None, with no certificate, where nothing was, and `why` says so. `reach` has the
+    initial errors that are admitted while the arm keeps the inner region, of the same share. Every Delta with |Delta|
+    <= `tolerated` |x~| is proved to let the error decay. `noise` and `peaking` are those where the model adds nothing.
     """
 
     gains: Gains

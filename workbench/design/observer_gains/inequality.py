@@ -36,34 +36,21 @@ SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
 
 def exactly_definite(S: Array) -> bool:
     """True if a symmetric matrix is positive definite: all its leading minors are positive, in rational arithmetic."""
-    return _definite(_fractions(S))
-
-
-def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
-    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly: z' P z falls along z' = A z + B w for |w| <= rho
-    |z|.
-    """
-    p, a, b = (_fractions(part) for part in (P, A, B))
-    pa, pb, square = _product(p, a), _product(p, b), Fraction(rho) ** 2
-    rest, places = _product(pb, [list(column) for column in zip(*pb, strict=True)]), range(len(p))
-    left = [[-(pa[i][j] + pa[j][i] + rest[i][j] + (square if i == j else 0)) for j in places] for i in places]
-    return _definite(p) and _definite(left)
-
-
-def _definite(rows: Matrix) -> bool:
+    rows: Matrix = exact(S).tolist()
     leading = ([row[:k] for row in rows[:k]] for k in range(1, len(rows) + 1))
     return all(characteristic_polynomial(block)[-1] * (-1) ** len(block) > 0 for block in leading)
 
 
-def _fractions(S: Array) -> Matrix:
-    return [[Fraction(float(value)) for value in row] for row in S]
+def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
+    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly; then z' P z falls for |w| <= rho |z|."""
+    p, a, b = (exact(part) for part in (P, A, B))
+    pa, pb, square = p @ a, p @ b, Fraction(rho) ** 2 * np.eye(len(p), dtype=int)
+    return exactly_definite(p) and exactly_definite(-(pa + pa.T + square + pb @ pb.T))
 
 
-def _product(a: Matrix, b: Matrix) -> Matrix:
-    return [
-        [sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0)) for column in zip(*b, strict=True)]
-        for row in a
-    ]
+def exact(S: Any) -> Any:
+    """The matrix as fractions, whose sums and products do not round."""
+    return np.vectorize(Fraction, otypes=[object])(S)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,16 +39,9 @@ NODES, SQUARES = (-1.0, -0.5, 0.0, 0.5, 1.0), (1.0, 0.0, 0.0, 0.0, 1.0)
 class Mismatch:
     """J = [df/dq, df/dqd] of one arm at nominal parameters, and its coefficients J_k over boxes of positions.
 
-    Attributes
-    ----------
-    function
-        (q, qd, tau) -> J (n, 2n), entry by entry, column by column.
-    coefficients, slopes
-        The J_k, K of them, and their derivatives by q, as operations over q and the parameters.
-    numbers
-        The values of the parameters, by the name of their symbols.
-    periodic
-        True if the equations are the same after a whole turn of any joint: proved by their normal form.
+    `function` is (q, qd, tau) -> J (n, 2n), entry by entry, column by column. `coefficients` are the J_k and `slopes`
+    their derivatives by q, as operations over q and the parameters, which have the values `numbers`. The equations are
+    the same after a whole turn of any joint if they are `periodic`, which is proved by their normal form.
     """
 
     joints: int

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg
 
 from workbench.core import Ode
-from workbench.design.linear.arguments import jacobians, row_of, vector_of
+from workbench.design.linear.operating_point import jacobians, row_of, vector_of
 from workbench.design.matrices import (
     Certificate,
     Complex,
@@ -170,16 +170,10 @@ def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
 @dataclass(frozen=True)
 @show
 class Lqg:
-    """A linear-quadratic-Gaussian controller from y to u.
+    """A linear-quadratic-Gaussian controller from y to u, a python-control `StateSpace` with the feedback sign inside.
 
-    Parameters
-    ----------
-    controller
-        The python-control `StateSpace` with the inputs y and the outputs u; its feedback sign is already inside.
-    poles
-        The eigenvalues (2 n,) of the closed loop, computed from the loop and not from its two halves.
-    certificate
-        Of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
+    The poles (2 n,) of the closed loop are computed from the loop and not from its two halves. The certificate is that
+    of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
     """
 
     controller: Any

@@ -52,18 +52,10 @@ ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates
 @dataclass(frozen=True)
 @show
 class Riccati:
-    """The stabilising solution X of an algebraic Riccati equation, and its gain.
+    """The stabilising solution X (n, n) of an algebraic Riccati equation, symmetric, and its gain.
 
-    Parameters
-    ----------
-    X
-        The solution (n, n), symmetric.
-    K
-        The gain: (m, n) of a regulator u = -K x, (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat).
-    poles
-        The eigenvalues (n,) of A - B K, or A - K C.
-    certificate
-        The accuracy of X, and the margin of the loop.
+    K is (m, n) of a regulator u = -K x, or (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat); the poles (n,)
+    are those of A - B K, or A - K C.
     """
 
     X: Array

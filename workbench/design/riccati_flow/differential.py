@@ -26,21 +26,11 @@ Factors = Callable[[Array], tuple[Any, Any]]
 @dataclass(frozen=True, eq=False)
 @show
 class RiccatiFlow:
-    """P(t) at the times asked for, symmetric to the last bit, with the gains K = R^-1 B' P of u = -K x.
+    """P(t) (N, n, n) at times (N,) in s, symmetric to the last bit, with the gains K = R^-1 B' P (N, m, n) of u = -K x.
 
-    Parameters
-    ----------
-    times, P, K
-        (N,) in s, (N, n, n) and (N, m, n).
-    error
-        (N,), an estimate of the relative error of P in the Frobenius norm.
-    least
-        (N,), the least eigenvalue of P.
-    rest
-        (N,), the norm of P' over the sum of those of its four terms: zero where P is at rest.
-    distance
-        (N,), of P from the stabilising solution X of the algebraic equation, over the norm of X; None where the
-        coefficients vary or there is no such X.
+    All (N,): `error` estimates the relative error of P, in the Frobenius norm; `least` is the least eigenvalue of P,
+    `rest` the norm of P' over the sum of those of its four terms, `distance` that of P from the stabilising solution X
+    of the algebraic equation over the norm of X, None where the coefficients vary or there is no such X.
     """
 
     times: Array
