@@ -16,7 +16,7 @@ from workbench.core import Dynamics
 from workbench.design.matrices import Refused, symmetric
 from workbench.design.observer_gains.gains import Gains, Region, by_poles
 from workbench.design.observer_gains.inequality import Inequality, exactly_definite, prove
-from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, require_solvers
+from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, solvers
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.validation.refusals import Array, positive, require
 from workbench.validation.signatures import door
@@ -148,7 +148,7 @@ def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCe
     Refused
         If no p up to a thousand times the rate is, or the extra is not installed.
     """
-    require_solvers("least_double_pole")
+    solvers("least_double_pole")
     mismatch, low = Mismatch.of(dynamics), positive("least_double_pole(rate=...)", rate, " of 1/s")
     p = low
     while not _proposed(mismatch, region, rate, p):

@@ -85,9 +85,12 @@ def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLE
 def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array) -> Frozen:
     """The frozen poles along a path (N, n) of positions, velocities and torques, which must stay in the region."""
     refuse_unfit("along", mismatch, gains, region)
-    path = _rows("along", mismatch, q, qd, tau)
-    if (gone := region.outside(*path)).any():
-        row = int(np.argmax(gone))
+    path = q, qd, tau = _rows("along", mismatch, q, qd, tau)
+    gone = (np.abs(qd) > region.speed) | (np.abs(tau) > region.torque)
+    if region.low is not None:
+        gone |= (q < region.low) | (q > region.high)
+    if gone.any():
+        row = int(np.argmax(gone.any(axis=1)))
         raise ValueError(
             f"`along(q, qd, tau)` must stay in the region; its row {row} leaves it, with q = {path[0][row].tolist()}, "
             f"qd = {path[1][row].tolist()}, tau = {path[2][row].tolist()}."

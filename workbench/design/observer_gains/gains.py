@@ -122,18 +122,6 @@ class Region:
         share = finite("scaled(share=...)", share, low=0, high=MOST_SHARE)
         return Region(share * self.speed, share * self.torque, self.low, self.high)
 
-    @door
-    def outside(self, q: Array, qd: Array, tau: Array) -> Array:
-        """True for each of N states and torques, (N, n) each, that is not in it, (N,)."""
-        if not q.shape == qd.shape == tau.shape == (len(np.atleast_1d(q)), self.joints):
-            shapes = f"{q.shape}, {qd.shape} and {tau.shape}"
-            raise ValueError(f"`outside(q, qd, tau)` must be N rows of {self.joints} numbers each; got {shapes}.")
-        low, high = self.box
-        beyond = (np.abs(qd) > self.speed) | (np.abs(tau) > self.torque)
-        if self.low is not None:
-            beyond |= (q < low) | (q > high)
-        return np.asarray(beyond.any(axis=1))
-
 
 def _vector(name: str, given: Array, size: int) -> Array:
     value = given.copy()
