@@ -13,9 +13,9 @@ import numpy as np
 from workbench.core import Ode
 from workbench.design.linear.linear_path import LinearPath
 from workbench.design.linear.linearization import linearize
-from workbench.design.linear.operating_point import finite, names_of, state_space
+from workbench.design.linear.operating_point import names_of, state_space
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, numbers, refusal
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
@@ -119,7 +119,9 @@ def frequency_response(system: control.StateSpace, frequencies: Array) -> Comple
     import control
 
     state_space("frequency_response", system)
-    omega = finite("frequencies", frequencies, (np.size(frequencies),))
+    omega = numbers("frequency_response(frequencies=...)", frequencies, 1)
+    if not np.isfinite(omega).all():
+        raise refusal("frequency_response(frequencies=...)", "a vector of finite numbers", frequencies)
     response = control.frequency_response(system, omega, squeeze=False)
     return np.moveaxis(np.asarray(response.frdata), -1, 0)
 

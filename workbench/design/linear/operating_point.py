@@ -13,7 +13,7 @@ from workbench.core import Layout, Ode
 from workbench.design.matrices import LARGEST, Refused
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.refusals import Array, as_array, described, refusal, require
+from workbench.validation.refusals import Array, as_array, described, finite, refusal, require
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
@@ -55,25 +55,21 @@ def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
 
 
 def vector_of(what: str, value: Any, layout: Layout) -> Array:
-    """A vector with a number for each label of the layout."""
-    return finite(what, value, (layout.size,), f": {', '.join(layout.labels)}" if layout.size < 9 else "")
+    """A vector with a number for each label of the layout, every one finite and its square too."""
+    labels = f": {', '.join(layout.labels)}" if layout.size < 9 else ""
+    want, array = f"{layout.size} finite numbers{labels}", as_array(value)
+    if array is None:
+        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
+    fits = array.shape == (layout.size,)
+    if not fits or not (np.abs(array) < LARGEST).all():
+        size = f" below {LARGEST:g} in size" if fits and np.isfinite(array).all() else ""
+        raise ValueError(f"`{what}` must be {want}{size}; got {described(array.tolist())} of shape {array.shape}.")
+    return array
 
 
 def time_of(t: Any) -> float:
     """A finite time in s."""
-    return float(finite("t", t, ()))
-
-
-def finite(what: str, value: Any, shape: tuple[int, ...], hint: str = "") -> Array:
-    """The value as a new array of that shape, every number finite and its square too."""
-    want = f"{shape[0]} finite numbers{hint}" if shape else "a finite number of seconds"
-    array = as_array(value)
-    if array is None:
-        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
-    if array.shape != shape or not (np.abs(array) < LARGEST).all():
-        size = f" below {LARGEST:g} in size" if np.isfinite(array).all() and array.shape == shape else ""
-        raise ValueError(f"`{what}` must be {want}{size}; got {described(array.tolist())} of shape {array.shape}.")
-    return array
+    return finite("t", t, " of seconds", low=-LARGEST, high=LARGEST)
 
 
 def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:

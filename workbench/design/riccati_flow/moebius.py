@@ -39,18 +39,6 @@ class Moebius:
         return root
 
 
-@dataclass(frozen=True, eq=False)
-class Image:
-    """The image of P (n, n) under a map, and whether P escapes to infinity on the way.
-
-    `loss` is by how much rounding of the map is magnified in P, relative to P.
-    """
-
-    P: Array
-    escaped: bool
-    loss: float
-
-
 def hamiltonian(A: Array, G: Array, Q: Array) -> Array:
     """H (2n, 2n) of [U; V]' = H [U; V], whose quotient P = V U^-1 obeys P' = A'P + PA - PGP + Q."""
     return np.block([[-A, G], [Q, A.T]])
@@ -63,8 +51,10 @@ def transition_map(E: Array) -> Moebius:
     return Moebius(Phi, _symmetric(Phi @ E[:n, n:]), _symmetric(E[n:, :n] @ Phi))
 
 
-def image(piece: Moebius, P: Array) -> Image:
-    """The image of a symmetric P (n, n), for a positive semidefinite Gamma.
+def image(piece: Moebius, P: Array) -> tuple[Array, float] | None:
+    """The image of a symmetric P (n, n), for a positive semidefinite Gamma; None if P escapes to infinity on the way.
+
+    With it comes the factor by which rounding of the map is magnified in it, relative to its size.
 
     With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric. Gamma
     grows with the length of the piece, so the eigenvalues of X only rise: P has had a pole within the piece if and only
@@ -84,23 +74,23 @@ def image(piece: Moebius, P: Array) -> Image:
     else:
         mu, Y = np.linalg.eigh(np.diag(np.sign(w)) + M.T @ M)
         if (mu < 0).sum() != (w < 0).sum() or not mu.all():
-            return Image(np.zeros_like(P), True, np.inf)
+            return None
         inner = (L @ Y / mu) @ (L @ Y).T
     P = _symmetric(piece.Pi + piece.Phi.T @ inner @ piece.Phi)
     reach = _norm(inner @ piece.Phi)
     terms = reach * reach * _norm(piece.Gamma) + 2 * reach * _norm(piece.Phi) + _norm(piece.Pi)
     size = _norm(P)
-    return Image(P, False, terms / size if size else 1.0)
+    return P, terms / size if size else 1.0
 
 
 def composition(first: Moebius, then: Moebius) -> Moebius | None:
     """One map for two pieces of time in succession; None if P escapes between from P = 0."""
     through = image(then, first.Pi)
-    if through.escaped:
+    if through is None:
         return None
     n = len(first.Phi)
     W = np.linalg.solve(np.eye(n) + then.Gamma @ first.Pi, np.hstack([then.Phi, then.Gamma @ first.Phi.T]))
-    return Moebius(first.Phi @ W[:, :n], _symmetric(first.Gamma + first.Phi @ W[:, n:]), through.P)
+    return Moebius(first.Phi @ W[:, :n], _symmetric(first.Gamma + first.Phi @ W[:, n:]), through[0])
 
 
 def _symmetric(X: Array) -> Array:
@@ -128,7 +118,7 @@ def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
         middle = (low + high) / 2
         if not low < middle < high:
             break
-        if image(transition_map(scipy.linalg.expm(middle * H)), P).escaped:
+        if image(transition_map(scipy.linalg.expm(middle * H)), P) is None:
             high = middle
         else:
             low = middle
@@ -168,14 +158,14 @@ def climb(P: Array, steps: Ladder, H: Array) -> Array | Escape:
         rung = ahead.pop()
         gone = image(steps.rungs[rung], P)
         taken += 1
-        if rung and (gone.escaped or (not gone.loss <= LOSS and taken + 2**rung < STEPS)):
+        if rung and (gone is None or (not gone[1] <= LOSS and taken + 2**rung < STEPS)):
             ahead += [rung - 1, rung - 1]
             continue
-        if gone.escaped:
+        if gone is None:
             return bracket(H, P, done * steps.h, steps.h)
-        if not np.abs(gone.P).max() < LARGEST:
+        if not np.abs(gone[0]).max() < LARGEST:
             return Escape(done * steps.h, np.inf)
-        P = gone.P
+        P = gone[0]
         done += 2**rung
     return Escape(done * steps.h, np.inf) if ahead else P
 
