@@ -87,7 +87,7 @@ def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array,
     refuse_unfit("along", mismatch, gains, region)
     path = q, qd, tau = _rows("along", mismatch, q, qd, tau)
     gone = (np.abs(qd) > region.speed) | (np.abs(tau) > region.torque)
-    if region.low is not None:
+    if region.low is not None and region.high is not None:
         gone |= (q < region.low) | (q > region.high)
     if gone.any():
         row = int(np.argmax(gone.any(axis=1)))
