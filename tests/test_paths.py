@@ -5,7 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from equations import decay, oscillator
+from equations import decay
 
 from workbench.controllers import SlidingMode
 from workbench.core import Entry, Layout, Ode, rk4
@@ -55,21 +55,12 @@ def test_inputs_may_change_along_a_path():
     np.testing.assert_array_equal(path.A[3], linearize(arm(), t[3], x[3], u=[10.0, -4.0]).A)
 
 
-def test_a_path_that_leaves_its_box_is_refused_with_state_time_and_bound():
-    t, x = fall()
-    along(arm(), t, x, box={"q": (-10, 10)})
-    first = t[np.argmax(x[:, 2] < -2.0)]
-    with pytest.raises(ValueError, match=rf"'qd\[0\]' = -[\d.]+ is beyond -2 at t = {first:g} s"):
-        along(arm(), t, x, box={"qd[0]": (-2.0, 2.0), "q": (-10, 10)})
-
-
 @pytest.mark.parametrize(
     ("t", "x", "options", "message"),
     [
         ([0, 1], np.zeros((3, 4)), {}, r"N times and states \(N, 4\); got shapes \(2,\) and \(3, 4\)"),
         ([0, 0], np.zeros((2, 4)), {}, "times that increase"),
         ([0, 1], np.full((2, 4), np.nan), {}, "a run may have diverged"),
-        ([0, 1], np.zeros((2, 4)), {"box": {"q": (1, -1)}}, r"'q' must be \(low, high\), low < high"),
         ([0, 1], np.zeros((2, 4)), {"p": np.zeros((3, 7))}, "a row for each of the 2 times; got 3"),
     ],
 )
@@ -162,10 +153,3 @@ def test_a_held_state_is_a_parameter_and_its_jacobian_is_the_block_that_is_left(
 def test_states_that_cannot_be_held_are_refused(names, error):
     with pytest.raises(error):
         freeze(arm(), names)
-
-
-@pytest.mark.parametrize("ends", [3, ("a", 1), (2, 1), (np.nan, 1)])
-def test_bounds_of_a_path_that_are_none_are_refused(ends):
-    ode = oscillator()
-    with pytest.raises(ValueError, match="box=.*must be a mapping|must be .low, high."):
-        along(ode, [0.0], [[1.0, 0.0]], box={ode.states.names[0]: ends})

@@ -8,7 +8,7 @@ import pytest
 from tests import riccati_oracles as oracle
 from workbench.design.matrices import Refused, libraries, one_thread
 from workbench.design.riccati import care, dare, lyapunov
-from workbench.design.riccati.algebraic_equation import Continuous, Data
+from workbench.design.riccati.algebraic_equation import Data, Equation
 from workbench.design.riccati.newton import refine
 
 EPS = np.finfo(float).eps
@@ -221,7 +221,7 @@ def test_the_gain_has_digits_that_a_rounded_x_does_not_hold():
 def test_newton_keeps_only_what_makes_the_residual_smaller():
     A, B, Q, R, S, E = system(8, 5)
     X = care(A, B, Q, R, S, E).X
-    equation = Continuous(Data(A, B, Q, R, S, E))
+    equation = Equation(Data(A, B, Q, R, S, E), discrete=False)
     start = X * (1 + 1e-3)
     found = refine(equation, start)
     assert found.steps >= 2

@@ -30,20 +30,10 @@ class Refused(ValueError):  # noqa: N818
 class Certificate:
     """The accuracy of a solution, and the margin of the loop that it gives.
 
-    Parameters
-    ----------
-    residual
-        The residual of the equation over the size of its terms, summed in twice the working precision.
-    error
-        An estimate of the relative error of the solution, for the data exactly as given.
-    condition
-        A bound of the relative change of the solution over that of the data.
-    margin
-        The distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z| of a sampled loop.
-    refined
-        The number of Newton steps kept, each because it made the residual smaller.
-    warnings
-        The reasons for doubt, a sentence each.
+    `residual` is that of the equation over the size of its terms, `error` an estimate of the relative error of the
+    solution for the data exactly as given, and `condition` a bound of its relative change over that of the data.
+    `margin` is the distance of the slowest pole from instability: -max Re in 1/s, or 1 - max |z|. So many steps of
+    Newton `refined` it.
     """
 
     residual: float
@@ -67,7 +57,7 @@ def matrix(call: str, name: str, value: Any, rows: int | None = None, columns: i
     if array is None:
         raise ValueError(f"`{call}`: {name} must be a matrix of real numbers; got {described(value)}.")
     array = array.reshape(1, 1) if array.ndim == 0 else array
-    want = f"({_letter(rows)}, {_letter(columns)})"
+    want = f"({rows or 'any'}, {columns or 'any'})"
     if array.ndim != 2 or array.size == 0 or rows not in (None, len(array)) or columns not in (None, array.shape[1]):
         raise ValueError(f"`{call}`: {name} must be a matrix of shape {want}, not empty; got shape {array.shape}.")
     if not np.isfinite(array).all():
@@ -158,15 +148,15 @@ def indefinite(array: Array) -> bool:
 
 
 def _levelled(array: Array) -> Array:
-    """The matrix with rows and columns scaled so that their largest entries are alike."""
     for _ in range(3):
         rows, columns = np.abs(array).max(axis=1, keepdims=True), np.abs(array).max(axis=0, keepdims=True)
         array = array / np.sqrt(np.where(rows > 0, rows, 1.0)) / np.sqrt(np.where(columns > 0, columns, 1.0))
     return array
 
 
-def _letter(size: int | None) -> str:
-    return "any" if size is None else str(size)
+def pole_text(pole: complex) -> str:
+    """A pole in four digits, as a real number if it is one."""
+    return f"{pole.real:.4g}" if abs(pole.imag) < 1e-12 * (1 + abs(pole)) else f"{pole.real:.4g}{pole.imag:+.4g}j"
 
 
 @contextmanager

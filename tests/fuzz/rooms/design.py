@@ -94,7 +94,7 @@ def calls() -> dict[str, Any]:
 def _linear() -> dict[str, Any]:
     cut, loop = LOOP.broken(), control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
     return {
-        "along": partial(linear.along, ODE, TIMES, np.zeros((5, 2)), None, {"x[0]": (-1.0, 1.0), "x[1]": (-1.0, 1.0)}),
+        "along": partial(linear.along, ODE, TIMES, np.zeros((5, 2)), None),
         "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default),
         "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default])),
         "controllability": partial(linear.controllability, SYSTEM, 1e-9),

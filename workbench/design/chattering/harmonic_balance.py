@@ -46,17 +46,7 @@ class AbstractSwitch(ABC):
 @dataclass(frozen=True)
 @door
 class Relay(AbstractSwitch):
-    """f(s) = K sign(s), N(a) = 4 K / (pi a).
-
-    Raises
-    ------
-    ValueError
-        If K is not positive and finite.
-
-    References
-    ----------
-    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
-    """
+    """f(s) = K sign(s), K > 0, N(a) = 4 K / (pi a) (Gelb and Vander Velde 1968, appendix B)."""
 
     K: float
 
@@ -91,14 +81,7 @@ class Relay(AbstractSwitch):
 class BoundaryLayer(AbstractSwitch):
     """f(s) = K sat(s / phi), clipped; with r = phi / a, N(a) = 2 K (asin r + r sqrt(1 - r^2)) / (pi phi) for r < 1.
 
-    Raises
-    ------
-    ValueError
-        If K or phi is not positive and finite.
-
-    References
-    ----------
-    Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
+    K and phi are positive. Gelb and Vander Velde (1968), Multiple-Input Describing Functions, appendix B.
     """
 
     K: float
@@ -146,18 +129,10 @@ def _amplitude(call: str, a: float) -> float:
 @dataclass(frozen=True)
 @show
 class Oscillation:
-    """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0.
+    """An oscillation s = a sin(w t) that satisfies the balance 1 + N(a, j w) W(j w) = 0, w in rad/s.
 
-    Attributes
-    ----------
-    amplitude, frequency
-        a in the unit of s, w in rad/s.
-    growth
-        The rate at which a small deviation of the amplitude grows, in 1/s; negative if the oscillation attracts (Loeb).
-    third
-        The third harmonic of s over the first: the balance neglects it, so it is to be small.
-    residual
-        |1 + N W|.
+    A small deviation of the amplitude has the `growth` in 1/s, negative if the oscillation attracts (Loeb). `third` is
+    the third harmonic of s over the first, which the balance neglects, so it is to be small, and `residual` |1 + N W|.
     """
 
     amplitude: float
@@ -175,16 +150,11 @@ class Oscillation:
 @dataclass(frozen=True)
 @show
 class Balance:
-    """All oscillations that harmonic balance predicts, slowest first, with a summary in a sentence.
+    """All oscillations that harmonic balance predicts, slowest first, with a verdict in a sentence.
 
-    Attributes
-    ----------
-    least_phi
-        The boundary layer at which the last oscillation ends, in the unit of s.
-    rest
-        The rate of decay of the linear loop in a boundary layer, in 1/s, from its exact poles: negative where
-        it does not, zero to rounding where a part of the loop drifts that the switch cannot move; None without a
-        layer.
+    The last oscillation ends at a boundary layer of `least_phi`, in the unit of s. `rest` is the rate of decay of the
+    linear loop in the layer, in 1/s: zero to rounding where a part drifts that the switch cannot move; None without a
+    layer.
     """
 
     oscillations: tuple[Oscillation, ...]
@@ -197,13 +167,8 @@ class Balance:
 def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     """The solutions (a, w) of 1 + N(a, j w) W(j w) = 0 for u = -f(s), s = W u, with Loeb's criterion for each.
 
-    W is exact: a hold and a period in a computer are its own, up to w = pi / period, one switch at every instant.
-    The harmonics of s are neglected, and whatever moves s besides u.
-
-    Parameters
-    ----------
-    system
-        W: a `LinearPart`, or a python-control system from u to s.
+    W, a `LinearPart` or a python-control system from u to s, is exact: a hold and a period in a computer are its own,
+    up to w = pi / period. The harmonics of s are neglected, and whatever moves s besides u.
 
     Raises
     ------
@@ -213,7 +178,6 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     References
     ----------
     Gelb and Vander Velde (1968), Multiple-Input Describing Functions, chapter 3 (limit cycles and their stability).
-    Boiko (2009), Discontinuous Control Systems.
     Utkin, Guldner and Shi (2009), Sliding Mode Control in Electro-Mechanical Systems, chapter 8 (chattering).
     """
     W = LinearPart.of(system)
@@ -221,10 +185,9 @@ def harmonic_balance(system: Any, switch: AbstractSwitch) -> Balance:
     crossings = _crossings(W)
     found = [(w, a) for w in crossings if (a := switch.amplitude(-(1 / complex(W.response(w)[0][0])).real)) is not None]
     held = tuple(o for w, a in found if (o := _oscillation(W, switch, w, a)).residual < BALANCED)
-    layer = isinstance(switch, BoundaryLayer)
     least = switch.K * max((abs(complex(W.response(w)[0][0])) for w in crossings), default=0.0)
     rest = W.closed(switch.K / switch.phi) if isinstance(switch, BoundaryLayer) else None
-    return Balance(held, _verdict(held, layer, least, rest), least, rest)
+    return Balance(held, _verdict(held, least, rest), least, rest)
 
 
 def _crossings(W: LinearPart) -> list[float]:
@@ -266,7 +229,7 @@ def _grid(W: LinearPart) -> Array:
     return w[w < np.pi / W.period * (1 - 1e-6)] if W.period else w
 
 
-def _verdict(held: tuple[Oscillation, ...], layer: bool, least: float, rest: float | None) -> str:
+def _verdict(held: tuple[Oscillation, ...], least: float, rest: float | None) -> str:
     stable = [o for o in held if o.stable]
     if stable:
         return "; ".join(
@@ -274,9 +237,9 @@ def _verdict(held: tuple[Oscillation, ...], layer: bool, least: float, rest: flo
             f"{o.third:.1%}"
             for o in stable
         )
-    if layer and rest is not None and rest < -ROUNDING:
+    if rest is not None and rest < -ROUNDING:
         return "the rest within the layer is unstable, and no oscillation about it was found to attract"
-    if layer and least:
+    if rest is not None and least:
         return (
             f"no oscillation: the layer is wider than {least:.4g}, which is K |W| where W has a phase of -180 degrees"
         )

@@ -26,14 +26,9 @@ INSTANTS = (0, 1009)  # at which a rest is asked for; nothing may depend on time
 @dataclass(frozen=True, eq=False)
 @door
 class LinearPart:
-    """W = c (zeta I - A)^-1 b with one input and one output.
+    """W = c (zeta I - A)^-1 b from u to s = c x, with x' = A x + b u, or x+ = A x + b u with a period.
 
-    Attributes
-    ----------
-    A, b, c
-        (nx, nx), (nx,), (nx,): x' = A x + b u without a period, x+ = A x + b u with one; s = c x.
-    period
-        0 in continuous time, else the sampling period in s: zeta is s or z = exp(s period).
+    A is (nx, nx), b and c (nx,); the period in s is 0 in continuous time; zeta is s or z = exp(s period).
 
     Raises
     ------
@@ -66,7 +61,7 @@ class LinearPart:
         Raises
         ------
         Refused
-            If its states cannot be found from its polynomials, which are too badly conditioned.
+            If the states cannot be found from its polynomials.
         ValueError
             If it has not one input and one output, feeds u through to s, or cannot be a `LinearPart`.
         """
@@ -95,13 +90,7 @@ class LinearPart:
 
     @door
     def response(self, w: Array | float) -> tuple[Complexes, Complexes]:
-        """W and dW/ds at s = j w, where w is (N,) in rad/s.
-
-        Raises
-        ------
-        ValueError
-            If w is no such vector, or W is infinite at one of its frequencies.
-        """
+        """W and dW/ds at s = j w for w (N,) in rad/s; a `ValueError` for other frequencies, or at a pole of W."""
         w = np.atleast_1d(w)
         if w.ndim != 1 or not (np.abs(w) < FASTEST).all():
             raise ValueError(f"`response(w=...)` must be a vector of finite frequencies in rad/s; got {described(w)}.")
@@ -191,9 +180,9 @@ def cut(
 ) -> LinearPart:
     """The linear part W of a loop at rest whose law has a switched term -K sat(s / phi), from that term to s; exact.
 
-    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W: c is
-    that of s, b follows from A(phi) - A(0). The rest of the loop stays as it is; a `Step` of a sampled loop keeps its
-    hold and its delay. The loop must have a smooth or clipped layer, even if the relay is to be studied.
+    Within the layer the linear loop is A(K) = A(0) - (K / phi) b c, so two Jacobians of the whole loop give W. A `Step`
+    of a sampled loop keeps its hold and its delay. The loop must have a smooth or clipped layer, even if the relay is
+    to be studied.
 
     Parameters
     ----------

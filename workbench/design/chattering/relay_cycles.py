@@ -20,21 +20,11 @@ FEWEST = 5  # periods from which a frequency is taken
 @dataclass(frozen=True)
 @show
 class Cycle:
-    """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s).
+    """A symmetric limit cycle, s(t + pi / w) = -s(t), of a relay u = -K sign(s), its frequency w in rad/s.
 
-    Attributes
-    ----------
-    amplitude, highest
-        The peak of |s|, and the highest that it can be: a linear part with an integrator keeps any offset of s that
-        changes none of its signs, and `highest` is that of the farthest one.
-    frequency
-        w in rad/s.
-    contraction
-        The spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an offset.
-    samples
-        The number of instants of the computer in half a period T.
-    residual
-        |x(T/2) + x(0)| over |x(0)|.
+    `amplitude` is the peak of |s|, and `highest` that of the farthest offset which changes no sign of s, where W has an
+    integrator. `contraction` is the spectral radius over half a period: below 1 the cycle attracts, at 1 it keeps an
+    offset. Half a period T has so many `samples`; `residual` is |x(T/2) + x(0)| over |x(0)|.
     """
 
     amplitude: float
@@ -54,15 +44,8 @@ class Cycle:
 def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     """All symmetric limit cycles of u = -K sign(s), s = W u, with two switches a period, slowest first; exact.
 
-    Beneath a computer half a period of the cycle is a whole number of sampling periods; the signs of s are held
-    against each such number.
-
-    Parameters
-    ----------
-    system
-        W: a sampled `LinearPart`, or a discrete python-control system from u to s.
-    most
-        The greatest number of instants in half a period.
+    W is a sampled `LinearPart`, or a discrete python-control system from u to s. Half a period of the cycle is a whole
+    number of sampling periods, of which each up to `most` is tried.
 
     Raises
     ------
@@ -73,25 +56,13 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
 
     References
     ----------
-    Tsypkin (1984), Relay Control Systems.
-    Astrom (1995), Oscillations in systems with relay feedback, Adaptive Control, Filtering, and Signal
-    Processing, IMA Volumes in Mathematics 74.
+    Tsypkin (1984), Relay Control Systems. Astrom (1995), Oscillations in systems with relay feedback, IMA Volumes in
+    Mathematics 74.
     """
     whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     if not W.period:
         raise ValueError("`relay_cycles(system=...)` must be sampled, as by `control.c2d(system, period)`; it is not.")
-    found = _symmetric_cycles(W, K, most)
-    if not found:
-        raise Refused(
-            "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
-            f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
-        )
-    return tuple(sorted(found, key=lambda cycle: cycle.frequency))
-
-
-def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
-    """The cycles of each half period up to so many instants with which the signs of s agree."""
     found, nx = [], len(W.c)
     Phi, Gamma = np.eye(nx), np.zeros(nx)
     free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1
@@ -109,22 +80,21 @@ def _symmetric_cycles(W: LinearPart, K: float, most: int) -> list[Cycle]:
         offset = float(s.min()) if contraction > 1 - ROUNDING else 0.0
         residual = float(np.linalg.norm(Phi @ start - K * Gamma + start) / np.linalg.norm(start))
         found.append(Cycle(s.max(), s.max() + offset, np.pi / (m * W.period), contraction, m, residual))
-    return found
+    if not found:
+        raise Refused(
+            "`relay_cycles(system, K)` needs a half period after which s comes back with its sign changed, and none of "
+            f"up to {most} instants does; the relay slides, or its oscillation is not symmetric. Simulate it."
+        )
+    return tuple(sorted(found, key=lambda cycle: cycle.frequency))
 
 
 @dataclass(frozen=True)
 @show
 class RecordedOscillation:
-    """The oscillation in a record of s.
+    """The oscillation in a record of s: its offset, amplitude, frequency in rad/s, and the scatter of its periods.
 
-    Attributes
-    ----------
-    amplitude, offset
-        Half of the highest minus the lowest s, and their mean.
-    frequency
-        In rad/s, of the upward passages through the offset; None where there are not five periods.
-    scatter
-        The standard deviation of the periods over their mean: how far it is one oscillation; None likewise.
+    `scatter` is the standard deviation of the periods over their mean; it and the frequency are None where there are
+    not five periods.
     """
 
     amplitude: float
@@ -140,7 +110,7 @@ def record_oscillation(t: Array, s: Array) -> RecordedOscillation:
     Raises
     ------
     Refused
-        If a number is not finite: a run that was lost has no amplitude.
+        If s is not finite: a run that was lost has no amplitude.
     ValueError
         If t and s are not two vectors of one length, or t does not rise.
     """

@@ -1,7 +1,7 @@
 """Linear models of an `Ode`, and their properties: rest points, modes, paths and margins.
 
 The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
-first, then `modes.py` for poles, `feedback_loops.py` and `loop_margins.py` for loops that are cut.
+first, then `linear_modes.py` for poles, `feedback_loops.py` and `loop_margins.py` for loops that are cut.
 """
 
 from workbench.design.linear.compensators import Placement, lead_lag, place
@@ -14,10 +14,9 @@ from workbench.design.linear.feedback_loops import (
     sensitivity,
 )
 from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
-from workbench.design.linear.linear_path import LinearPath, along, freeze
+from workbench.design.linear.linear_path import LinearPath, LyapunovExponents, along, freeze, lyapunov_exponents
 from workbench.design.linear.linearization import forward_differences, linearize, to_control
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
-from workbench.design.linear.lyapunov_exponents import LyapunovExponents, lyapunov_exponents
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
 
 __all__ = [

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import linear_sum_assignment
 
-from workbench.design.linear.arguments import state_space
 from workbench.design.linear.linear_modes import controllability
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused
 from workbench.validation.refusals import Array, described, finite, raised, refusal
 from workbench.validation.signatures import door
@@ -54,8 +55,7 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
 
     References
     ----------
-    Tits and Yang (1996), Globally convergent algorithms for robust pole assignment by state feedback, IEEE Trans.
-    Autom. Control 41.
+    Tits and Yang (1996), Globally convergent algorithms for robust pole assignment, IEEE Trans. Autom. Control 41.
 
     Examples
     --------
@@ -110,8 +110,6 @@ def _conjugate(poles: Any, system: Any) -> Complex:
 
 def _apart(wanted: Complex, reached: Complex) -> float:
     """The largest distance between poles that are matched one by one."""
-    from scipy.optimize import linear_sum_assignment
-
     distance = np.abs(wanted[:, np.newaxis] - reached)
     return float(distance[linear_sum_assignment(distance)].max())
 
@@ -131,10 +129,8 @@ def lead_lag(
     ----------
     plant
         A `StateSpace` or `TransferFunction` in continuous time with one input and one output.
-    crossover
-        In rad/s.
-    margin
-        In degrees, between 0 and 90.
+    crossover, margin
+        In rad/s, and in degrees between 0 and 90.
     boost
         The factor by which the lag raises the gain at low frequencies; 1 for no lag.
 
@@ -158,7 +154,10 @@ def lead_lag(
     """
     import control
 
-    _refuse_no_plant(plant)
+    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
+    if not linear or not plant.issiso() or plant.isdtime(strict=True):
+        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
+        raise refusal("lead_lag(plant=...)", must, plant)
     wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
     more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
@@ -173,15 +172,6 @@ def lead_lag(
             f"{poles[poles.real.argmax()]:.3g}, so it is not stable; take another crossover, or `lqg`."
         )
     return C
-
-
-def _refuse_no_plant(plant: Any) -> None:
-    import control
-
-    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
-    if not linear or not plant.issiso() or plant.isdtime(strict=True):
-        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
-        raise refusal("lead_lag(plant=...)", must, plant)
 
 
 def _lead(wc: float, phase: float) -> control.TransferFunction:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
-from workbench.design.linear.arguments import row_of
 from workbench.design.linear.equilibria_proofs import prove_equilibria
+from workbench.design.linear.operating_point import row_of
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -27,24 +27,12 @@ MOST_STARTS = 100_000
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibrium:
-    """A state at which f(x, p, u) = 0.
+    """A state x (nx,) at which f(x, p, u) = 0, with the poles (nx,) of df/dx in 1/s, the slowest to decay first.
 
-    Attributes
-    ----------
-    x
-        (nx,).
-    error
-        The length of a further step of Newton, relative to the size of x: an estimate of its error.
-    condition
-        The norm of df/dx, or its median over the starts where that is larger, times the norm of its inverse: how
-        many times a relative error of the equations grows in x. From 1e10 on the point may be one of a continuum of
-        rest points.
-    poles
-        The eigenvalues (nx,) of df/dx in 1/s, the slowest to decay first.
-    radius
-        A rest point is proved to lie within this distance of x in each state; None where that was not proved.
-    along
-        The states that change along a continuum of rest points through x; none where x is not seen to lie on one.
+    `error` is a further step of Newton, relative to the size of x. `condition` is the norm of df/dx, or its median over
+    the starts where that is larger, times the norm of its inverse: from 1e10 on the point may be one of a continuum,
+    along which the states `along` are seen to change. A rest point is proved to lie within `radius` of x in each state,
+    if not None.
     """
 
     x: Array
@@ -63,18 +51,10 @@ class Equilibrium:
 @dataclass(frozen=True, eq=False)
 @show
 class Equilibria:
-    """The rest points that were found in a box.
+    """The rest points that were found in a box, in the order of their states.
 
-    Attributes
-    ----------
-    points
-        In the order of their states.
-    starts, converged
-        From how many states Newton's method began, and how many of these reached a rest point, in the box or not.
-    complete
-        True if intervals prove that the box holds no others.
-    boxes
-        The number of boxes of that proof, also of one that failed.
+    Newton's method began from so many `starts`, of which `converged` reached a rest point, in the box or not. The box
+    holds no others, by intervals of so many `boxes`, if it is `complete`.
     """
 
     points: tuple[Equilibrium, ...]
@@ -84,7 +64,6 @@ class Equilibria:
     boxes: int
 
     def __str__(self) -> str:
-        """The number of points, and whether others are excluded, in words."""
         found = {0: "no rest point", 1: "1 rest point"}.get(len(self.points), f"{len(self.points)} rest points")
         tried = f"{self.converged} of {self.starts} starts converged"
         if self.complete:
@@ -110,8 +89,7 @@ def equilibria(
 ) -> Equilibria:
     """The rest points of x' = f(x, p, u) in a box, found by Newton's method from quasi-random starts.
 
-    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees the piece
-    that it is on.
+    Angles that differ by a turn are different states. Where f jumps or has corners, Newton's method sees one piece.
 
     Parameters
     ----------
@@ -149,11 +127,12 @@ def equilibria(
     room = 1e-9 * (high - low)
     inside = [x for x in reached if ((low - room <= x) & (x <= high + room)).all()]
     found = _distinct(inside)
-    usual, proof = _usual(ode, begun, row), prove_equilibria(_at(ode, row), low, high, found, boxes)
+    usual = _usual(ode, begun, row)
+    radii, complete, looked_at = prove_equilibria(ode, row, low, high, found, boxes)
     # where the proof is complete, a point with no zero near it is none: its rate is small, but not zero
-    kept = [(x, r) for x, r in zip(found, proof.radii, strict=True) if r is not None or not proof.complete]
+    kept = [(x, r) for x, r in zip(found, radii, strict=True) if r is not None or not complete]
     points = [_certified(ode, x, row, usual, radius) for x, radius in kept]
-    return Equilibria(tuple(points), starts, len(reached), proof.complete, proof.boxes)
+    return Equilibria(tuple(points), starts, len(reached), complete, looked_at)
 
 
 def _ends(states: Layout, box: Mapping[str, tuple[float, float]]) -> tuple[Array, Array]:
@@ -205,18 +184,11 @@ def _newton(ode: Ode, start: Array, p: Array) -> Array | None:
 
 
 def _distinct(points: list[Array]) -> list[Array]:
-    """The points, each once, in the order of their states."""
     kept: list[Array] = []
     for x in points:
         if all(np.abs(x - other).max() > MERGED * (1 + np.abs(x).max()) for other in kept):
             kept.append(x)
     return sorted(kept, key=lambda x: [round(float(value), 6) for value in x])
-
-
-def _at(ode: Ode, p: Array) -> Ode:
-    """The equation with these parameters as its defaults."""
-    values = ode.parameters.unpack(p)
-    return replace(ode, parameters=Layout(tuple(replace(e, default=values[e.name]) for e in ode.parameters.entries)))
 
 
 def _usual(ode: Ode, begun: Array, p: Array) -> float:

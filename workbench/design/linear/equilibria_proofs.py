@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -19,52 +19,44 @@ SHARES, ROUNDED = (0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5), 1 + 1e-9
 AT_ONCE = 4096
 
 
-@dataclass(frozen=True)
-class Proof:
-    """The proof of the rest points in a box: a radius for each point, within which there is one, or None.
+def prove_equilibria(
+    ode: Ode, p: Array, low: Array, high: Array, points: Sequence[Array], most: int
+) -> tuple[list[float | None], bool, int]:
+    """The proof of the zeros of f(x) in a box, of which some are known, by looking at no more than `most` boxes:
 
-    It is `complete` if the box holds none but these; so many boxes were looked at.
-    """
+    a radius for each point, within which there is a zero, or None; if the box holds none but these; and the boxes.
 
-    radii: tuple[float | None, ...]
-    complete: bool
-    boxes: int
-
-
-def prove_equilibria(ode: Ode, low: Array, high: Array, points: Sequence[Array], most: int) -> Proof:
-    """The proof of the zeros of f(x) in a box, of which some are known.
-
-    Near a point x the map N(x) = x - Y f(x) is a contraction: its derivative is smaller than 1. So there is one zero
-    in that neighbourhood, and not two (Banach). The rest of the box is halved until in each part an entry of f has no
-    zero. A state whose rate is another state, as that of an angle, fixes that one at zero. Of `ode` the defaults are
-    the parameters, and the rate does not depend on time; `most` boxes may be looked at, 0 for no proof at all.
+    Near a point x the map N(x) = x - Y f(x) is a contraction: so there is one zero in that neighbourhood, and not two
+    (Banach). The rest of the box is halved until in each part an entry of f has no zero. A state whose rate is another
+    state, as that of an angle, fixes that one at zero.
 
     References
     ----------
     Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
     """
-    nothing = Proof((None,) * len(points), False, 0)
+    nothing: list[float | None] = [None] * len(points)
     at_zero = _rates_that_are_states(ode)
     free = [i for i in range(ode.states.size) if i not in at_zero]
     if most <= 0 or not free:
-        return nothing
+        return nothing, False, 0
     if any(low[i] > 0 or high[i] < 0 for i in at_zero):
-        return replace(nothing, complete=True, boxes=1)
+        return nothing, True, 1
     x, zeros = ode.x[free], ode.x[at_zero]
     f = ca.densify(ca.substitute(ode.rate, zeros, ca.DM.zeros(zeros.shape)))
     f = f[[i for i in range(f.numel()) if not f[i].is_zero()]]
     # parameters stay symbols, within intervals of no width: what is folded to a constant would be rounded
-    space = Space(tuple(x[k].name() for k in range(len(free))), _constants(ode))
+    space = Space(
+        tuple(x[k].name() for k in range(len(free))), dict(zip(map(str, ca.vertsplit(ode.p)), p.tolist(), strict=True))
+    )
     try:
         smooth = not jumps(walk(f), space.names)  # else df/dx does not bound differences of f
         around = [_neighbourhood(f, x, ode.p, point[free], space) if smooth else None for point in points]
         complete, used = _swept(walk(f), space, low[free], high[free], [n for n in around if n], most)
     except NoBound:
-        return nothing
+        return nothing, False, 0
     # the states that are fixed at zero may be off by rounding in a point
     off = (float(np.abs(point[at_zero]).max(initial=0.0)) for point in points)
-    radii = tuple(max(n.radius, rounding) if n else None for n, rounding in zip(around, off, strict=True))
-    return Proof(radii, complete, used)
+    return [max(n.radius, o) if n else None for n, o in zip(around, off, strict=True)], complete, used
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +80,6 @@ class Space:
         held = {name: Interval(low[:, k], high[:, k]) for k, name in enumerate(self.names)}
         fixed = {name: np.full(len(low), value) for name, value in self.constants.items()}
         return held | {name: Interval(value, value) for name, value in fixed.items()}
-
-
-def _constants(ode: Ode) -> dict[str, float]:
-    values = ode.parameters.default.tolist()
-    return {ode.p[i].name(): value for i, value in enumerate(values)}
 
 
 def _rates_that_are_states(ode: Ode) -> list[int]:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.linear.arguments import state_space
-from workbench.design.matrices import Complex
+from workbench.design.linear.operating_point import state_space
+from workbench.design.matrices import EPS, Complex, pole_text
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 from workbench.validation.views import show
@@ -16,7 +16,6 @@ from workbench.validation.views import show
 if TYPE_CHECKING:
     import control
 
-ROUNDING = float(np.finfo(float).eps)
 TOLERANCE = 1e-9  # of the margin: below it a mode counts as not reached
 TAKES_PART = 0.1  # of the largest entry: what a state must have to be named
 DESCENTS = 30
@@ -26,21 +25,12 @@ NEARBY = 4.0  # times the norm of A and the nx-th root of rounding: how far that
 @dataclass(frozen=True)
 @show
 class Pole:
-    """An eigenvalue lambda of A, with its frequency, its damping and its dominant states.
+    """An eigenvalue lambda of A in 1/s, or z of a discrete system, with its frequency, damping and dominant states.
 
-    Attributes
-    ----------
-    value
-        lambda in 1/s; of a discrete system the number z itself.
-    frequency
-        The natural frequency |lambda| in rad/s; of a discrete system that of log(z) / dt, infinite at z = 0.
-    damping
-        -Re lambda / |lambda|: 1 for a decay without oscillation, negative where it grows, NaN at zero.
-    condition
-        By how much a small change of A may move the pole, relative to that change (Wilkinson); infinite at a
-        defective eigenvalue.
-    states
-        The states that take part, by participation factors of at least a tenth of the largest, that one first.
+    `frequency` is |lambda| in rad/s, of a discrete system that of log(z) / dt; `damping` is -Re lambda / |lambda|: 1
+    for a decay without oscillation, negative where it grows, NaN at zero. A small change of A moves the pole by
+    `condition` times as much; infinite at a defective eigenvalue. `states` take part by factors of at least a tenth of
+    the largest, that one first.
     """
 
     value: complex
@@ -53,11 +43,6 @@ class Pole:
 @door
 def poles(system: control.StateSpace) -> tuple[Pole, ...]:
     """The poles of a system, the slowest to decay first.
-
-    Raises
-    ------
-    ValueError
-        If it is no `StateSpace` with finite matrices.
 
     References
     ----------
@@ -94,19 +79,11 @@ def _spread(value: complex, dt: float | None) -> tuple[float, float]:
 @dataclass(frozen=True, eq=False)
 @show
 class Mode:
-    """An eigenvalue of A under the test of Popov, Belevitch and Hautus.
+    """An eigenvalue of A under the test of Popov, Belevitch and Hautus, where its matrix is nearest to a loss of rank.
 
-    Attributes
-    ----------
-    value
-        lambda, where the matrix of the test is nearest to a loss of rank.
-    margin
-        The smallest singular value of [lambda I - A, B], or of [lambda I - A; Cy], as a share of the norm of
-        [A, B] or [A; Cy]: how small a change of the matrices would hide the mode.
-    direction
-        The unit vector (nx,) that no input moves, as w* x, or that no output shows.
-    states
-        The states that take part in it, the largest first.
+    `margin` is the smallest singular value of [lambda I - A, B], or [lambda I - A; Cy], as a share of the norm of [A,
+    B] or [A; Cy]: how small a change of the matrices would hide the mode. No input moves, or no output shows, the unit
+    vector `direction` (nx,), in which `states` take part, the largest first.
     """
 
     value: complex
@@ -118,17 +95,7 @@ class Mode:
 @dataclass(frozen=True, eq=False)
 @show
 class Hautus:
-    """The outcome of a test of Popov, Belevitch and Hautus.
-
-    Attributes
-    ----------
-    kind
-        "controllable" or "observable".
-    modes
-        All eigenvalues, the smallest margin first.
-    tolerance
-        The value that a margin must exceed.
-    """
+    """A test of Popov, Belevitch and Hautus, its modes by their margins, each of which must exceed the tolerance."""
 
     kind: str
     modes: tuple[Mode, ...]
@@ -150,12 +117,11 @@ class Hautus:
         return self.modes[0].margin
 
     def __str__(self) -> str:
-        """The verdict in a sentence, with the modes that fail."""
         if self.holds:
             return f"{self.kind}: the smallest margin is {self.margin:.2g} (tolerance {self.tolerance:.1g})"
         what = "no input moves" if self.kind == "controllable" else "no output shows"
         modes = "; ".join(
-            f"{_figure(m.value)} along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
+            f"{pole_text(m.value)} 1/s along {', '.join(m.states)} (margin {m.margin:.1g})" for m in self.failing
         )
         return f"not {self.kind}: {what} the mode {modes} (tolerance {self.tolerance:.1g})"
 
@@ -164,18 +130,8 @@ class Hautus:
 def controllability(system: control.StateSpace, tolerance: float = TOLERANCE) -> Hautus:
     """The test that rank [lambda I - A, B] = nx at every eigenvalue lambda of A: inputs move every mode.
 
-    Margins depend on the units of the states, as every distance between matrices does. At an eigenvalue that rounding
-    has moved, as it moves multiple ones, the smallest singular value is sought nearby.
-
-    Parameters
-    ----------
-    tolerance
-        The margin, relative to the norm of [A, B], at which a mode counts as not reached.
-
-    Raises
-    ------
-    ValueError
-        If it is no `StateSpace` with finite matrices, or the tolerance is not between rounding and 1.
+    Margins depend on the units of the states; one below the tolerance, between rounding and 1, counts as none. At an
+    eigenvalue that rounding has moved, as it moves multiple ones, the smallest singular value is sought nearby.
 
     References
     ----------
@@ -209,16 +165,8 @@ def _named(vector: Complex, names: list[str]) -> tuple[str, ...]:
     return tuple(names[i] for i in order if size[i] >= TAKES_PART * size.max())
 
 
-def _figure(value: complex) -> str:
-    return (
-        f"{value.real:.4g}{value.imag:+.4g}j 1/s"
-        if abs(value.imag) > ROUNDING * abs(value)
-        else f"{value.real:.4g} 1/s"
-    )
-
-
 def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -> Hautus:
-    if not ROUNDING < tolerance < 1:
+    if not EPS < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
     scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
     modes = (_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
@@ -228,7 +176,7 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
 def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
     """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
-    start, reach = value, NEARBY * ROUNDING ** (1 / len(A)) * float(np.linalg.norm(A, 2))
+    start, reach = value, NEARBY * EPS ** (1 / len(A)) * float(np.linalg.norm(A, 2))
     for _ in range(DESCENTS):
         step = margin / slope if slope else 0.0
         for nearby in (value - step, value - abs(slope) ** 2 * step):

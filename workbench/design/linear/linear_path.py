@@ -1,35 +1,32 @@
-"""Linear models along a path, and equations of which some states are frozen."""
+"""Linear models along a path, equations of which some states are frozen, and Lyapunov exponents."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode
-from workbench.design.linear.arguments import inputs_of, jacobians, row_of
+from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
+from workbench.design.linear.operating_point import inputs_of, jacobians, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
-from workbench.validation.refusals import Array, as_array, described, numbers
+from workbench.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
 from workbench.validation.signatures import door
 from workbench.validation.views import show
+
+BATCHES = 10
+STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the next
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class LinearPath:
-    """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion, at N times.
+    """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion x (N, nx) at times t (N,) in s.
 
-    Attributes
-    ----------
-    t, x
-        (N,) in s, and (N, nx).
-    A, B, Cy, D
-        (N, nx, nx), (N, nx, nu), (N, ny, nx) and (N, ny, nu).
-    states, inputs, outputs
-        The names, number by number.
+    A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); states, inputs and outputs are names, number by
+    number.
     """
 
     t: Array
@@ -43,36 +40,27 @@ class LinearPath:
     outputs: tuple[str, ...]
 
     def eigenvalues(self) -> Complex:
-        """The eigenvalues of A at each frozen time, (N, nx), the slowest to decay first.
-
-        They say how a small deviation begins to move, and prove nothing of how it ends: a system may grow though each
-        of its frozen eigenvalues decays, and the other way round.
-        """
+        """The eigenvalues of A at each frozen time, (N, nx), the slowest first; they prove nothing of the motion."""
         values = np.linalg.eigvals(self.A).astype(complex)
         order = np.lexsort((-values.imag, -np.round(values.real, 9)), axis=-1)
         return np.asarray(np.take_along_axis(values, order, axis=-1))
 
 
 @door
-def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float, float]] | None = None) -> LinearPath:
+def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
     """The linear models of an `Ode` at the states of a motion.
 
     Parameters
     ----------
     t, x
-        Times (N,), increasing, in s, and states (N, nx): those of a simulation, say.
+        Times (N,), increasing, in s, and states (N, nx).
     p
         The parameters (np,), or (N, np) where inputs change along the path.
-    box
-        Low and high of states, by the name of a quantity or one of its numbers, that the path must not leave.
 
     Raises
     ------
     ValueError
-        If times and states do not fit or are not finite, a Jacobian is not finite, or the path leaves the box: state,
-        time and bound are named.
-    LookupError
-        If the box names no state.
+        If times and states do not fit or are not finite, or a Jacobian is not finite.
     """
     times, states = numbers("along(t=...)", t), numbers("along(x=...)", x)
     if times.ndim != 1 or states.shape != (len(times), ode.states.size) or not len(times):
@@ -82,7 +70,6 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
         )
     if not (np.isfinite(times).all() and np.isfinite(states).all() and (times[1:] > times[:-1]).all()):
         raise ValueError("`along(t, x)` must be finite numbers, and times that increase; a run may have diverged.")
-    _refuse_to_leave(ode, times, states, box or {})
     table = as_array(p)
     table = table if table is not None and table.ndim == 2 else None
     if table is not None and len(table) != len(times):
@@ -97,35 +84,9 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None, box: Mapping[str, tuple[float
     return LinearPath(times, states, A, B, Cy, D, *names)
 
 
-def _refuse_to_leave(ode: Ode, t: Array, x: Array, box: Mapping[str, tuple[float, float]]) -> None:
-    """Refuse a path at the first time that a state is beyond a bound."""
-    first: tuple[int, int, float] | None = None
-    for name, ends in box.items():
-        low, high = ends
-        if not low < high:
-            raise ValueError(f"`along(box=...)`: '{name}' must be (low, high), low < high; got {described(ends)}.")
-        for i in ode.states.indices(name):
-            beyond = np.flatnonzero((x[:, i] < low) | (x[:, i] > high))
-            if beyond.size and (first is None or beyond[0] < first[0]):
-                first = int(beyond[0]), i, low if x[beyond[0], i] < low else high
-    if first is not None:
-        k, i, bound = first
-        raise ValueError(
-            f"`along(box=...)` must hold the whole path; '{ode.states.labels[i]}' = {x[k, i]:g} is beyond {bound:g} at "
-            f"t = {t[k]:g} s. Widen the box, or end the path earlier."
-        )
-
-
 @door
 def freeze(ode: Ode, names: Sequence[str]) -> Ode:
     """The same equation with the named states frozen: parameters of the same names take their places.
-
-    Of an adaptive loop it is the loop of frozen gains; its Jacobian is the block of the states that are left.
-
-    Parameters
-    ----------
-    names
-        Names of states, as in 'controller.K'.
 
     Raises
     ------
@@ -150,3 +111,109 @@ def freeze(ode: Ode, names: Sequence[str]) -> Ode:
         p=ca.vertcat(ode.p, ode.x[fixed]),
         rate=ode.rate[free],
     )
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class LyapunovExponents:
+    """Mean rates of growth of nx orthogonal deviations over a finite time: an estimate, not a bound.
+
+    The values (nx,) are in 1/s, the largest first; their `error` (nx,) is the change from twice the step, plus twice
+    the standard error of the means of ten batches. `imbalance` is how far their sum is from the mean trace of A, which
+    it equals by Liouville's formula, and `span` the time they were taken over, in s.
+    """
+
+    values: Array
+    error: Array
+    imbalance: float
+    span: float
+
+
+@door
+def lyapunov_exponents(
+    ode: Ode, until: float, h: float, p: Any = None, x0: Any = None, *, skip: float = 0.0
+) -> LyapunovExponents:
+    """The Lyapunov exponents along the solution from x0, by QR factorisations of Phi from piece to piece of the path.
+
+    The solution and Phi are those of Runge and Kutta with half the step h; a run with h says what the step does.
+
+    Parameters
+    ----------
+    until, h
+        The end of the path and the step, in s; `until` - `skip` is a multiple of 200 h.
+    skip
+        The time left out at the start, in s, while the path and the directions settle: a multiple of 20 h.
+
+    Raises
+    ------
+    ValueError
+        If times are not as above, the rate may jump as the states change, or the solution or Phi is not finite.
+
+    References
+    ----------
+    Benettin, Galgani, Giorgilli and Strelcyn (1980), Meccanica 15; Dieci and Van Vleck (1995), Applied Numerical
+    Mathematics 17.
+    """
+    call = "lyapunov_exponents"
+    seconds(f"{call}(h=...)", h)
+    if skip != 0:
+        multiple(f"{call}(skip=...)", seconds(f"{call}(skip=...)", skip), 2 * STEPS_BETWEEN * h, "20 steps, together")
+    span = positive(f"{call}(until=...)", until, " of seconds") - skip
+    multiple(f"{call}(until - skip)", span, BATCHES * 2 * STEPS_BETWEEN * h, "200 steps, together")
+    start = ode.states.default if x0 is None else vector_of("x0", x0, ode.states)
+    row = row_of(ode, p)
+    _refuse_jumps(ode, row)
+    coarse, _ = _logarithms(ode, start, row, h, until, skip)
+    fine, trace = _logarithms(ode, start, row, h / 2, until, skip)
+    batches = fine.reshape(BATCHES, -1, ode.states.size).sum(axis=1) * (BATCHES / span)
+    values = fine.sum(axis=0) / span
+    scatter = 2 * batches.std(axis=0, ddof=1) / np.sqrt(BATCHES)
+    error = np.abs(values - coarse.sum(axis=0) / span) + scatter
+    order = np.argsort(-values)
+    return LyapunovExponents(values[order], error[order], float(abs(values.sum() - trace / span)), span)
+
+
+def _logarithms(ode: Ode, x0: Array, p: Array, h: float, until: float, skip: float) -> tuple[Array, float]:
+    """log |R_ii| of each piece after `skip`, (pieces, nx), and the integral of the trace of A over these."""
+    nx = ode.states.size
+    both = with_sensitivity(ode, ode.states.names)
+    both = with_quadrature(both, {"trace": ca.trace(ca.jacobian(ode.rate, ode.x))})
+    rule = rk4(both, h).rule
+    step = ca.Function("step", [rule.x, rule.k, rule.p, rule.h], [rule.next], {"cse": True})
+    piece = step.mapaccum("piece", STEPS_BETWEEN)
+    x, Q, kept, trace = x0, np.eye(nx), [], 0.0
+    pieces, first = round(until / h / STEPS_BETWEEN), round(skip / h / STEPS_BETWEEN)
+    for j in range(pieces):
+        steps = np.arange(j * STEPS_BETWEEN, (j + 1) * STEPS_BETWEEN)[np.newaxis]
+        start = np.concatenate([x, np.eye(nx).ravel(), [0.0]])
+        end = np.array(piece(start, steps, p, h))[:, -1]
+        if not np.isfinite(end).all():
+            raise ValueError(
+                f"`lyapunov_exponents(...)`: the solution of '{ode.name}' is not finite at t = "
+                f"{steps[0, -1] * h + h:g} s; take a shorter step or an earlier end."
+            )
+        x = end[:nx]
+        Q, R = np.linalg.qr(end[nx:-1].reshape(nx, nx).T @ Q)
+        if j >= first:
+            with np.errstate(divide="ignore"):
+                kept.append(np.log(np.abs(np.diag(R))))
+            trace += float(end[-1])
+    logarithms = np.array(kept)
+    if not np.isfinite(logarithms).all():
+        raise ValueError(
+            f"`lyapunov_exponents(...)`: a direction of '{ode.name}' shrinks to nothing within {STEPS_BETWEEN} steps "
+            f"of {h:g} s, so it has no finite exponent; take a shorter step."
+        )
+    return logarithms, trace
+
+
+def _refuse_jumps(ode: Ode, p: Array) -> None:
+    from workbench.reference.surfaces import Switched  # half a second, which few callers of this room need
+
+    for surface in Switched.of(ode, p).surfaces:
+        if surface.jumps and ca.depends_on(surface.sigma, ode.x):
+            raise ValueError(
+                "`lyapunov_exponents(ode=...)` must have a rate that is continuous in the states; that of "
+                f"'{ode.name}' may jump where {surface.name} = 0. Hold what moves slowly by `freeze`, or take "
+                f"{smooth(ode)}."
+            )

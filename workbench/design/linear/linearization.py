@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Sampled
-from workbench.design.linear.arguments import (
+from workbench.core import Layout, Ode, Sampled
+from workbench.core.step import runge_kutta
+from workbench.design.linear.operating_point import (
+    AT_REST,
     jacobians,
     names_of,
     places_of,
+    rate_terms,
     refuse_jump_at,
     row_of,
     time_of,
     vector_of,
 )
-from workbench.design.linear.operating_point import AT_REST, rate_terms
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
+from workbench.notation.program import walk
+from workbench.proofs.interval import jumps
+from workbench.validation.refusals import MOST, Array
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
-from dataclasses import replace
-
-import casadi as ca
-
-from workbench.core import Layout
-from workbench.core.step import runge_kutta
-from workbench.notation.program import walk
-from workbench.proofs.interval import jumps
-from workbench.validation.refusals import MOST
 
 CONVERGED = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14
@@ -45,18 +41,13 @@ def linearize(
 ) -> control.StateSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
-    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow.
-
-    A, B, Cy and D are the exact Jacobians of the equations at (t, x, p, u), of shapes (nx, nx),
-    (nx, nu), (ny, nx) and (ny, nu). On the corner of a saturation or of |s| they are those of one of the smooth
-    pieces that meet there.
+    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow. The
+    matrices are exact Jacobians; on the corner of a saturation or of |s| those of one of the pieces that meet there.
 
     Parameters
     ----------
-    t
-        Time in s.
-    x
-        The state (nx,), each number in its unit.
+    t, x
+        Time in s, and the state (nx,), each number in its unit.
     p, u
         The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
     at_rest
@@ -65,9 +56,8 @@ def linearize(
     Raises
     ------
     ValueError
-        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs (a
-        python-control `StateSpace` has at least one of each), if a Jacobian is not finite, if the rate jumps at
-        the state, or if the state must be a rest point and is none.
+        If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs, if a Jacobian
+        is not finite, if the rate jumps at the state, or if the state must be a rest point and is none.
 
     Examples
     --------
@@ -86,10 +76,10 @@ def linearize(
             )
     row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
     if isinstance(ode, Sampled):
-        period = one_period("linearize", ode, time, state, row)
+        end, matrices = _one_period("linearize", ode, time, state, row)
+        dt = ode.period
         if at_rest:
-            _refuse_step(ode, state, period)
-        matrices, dt = (period.A, period.B, period.Cy, period.D), ode.period
+            _refuse_step(ode, state, end, matrices[0])
     else:
         refuse_jump_at("linearize", ode, time, state, row)
         matrices, dt = jacobians("linearize", ode, time, state, row), 0
@@ -110,10 +100,9 @@ def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
         )
 
 
-def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
+def _refuse_step(sampled: Sampled, x: Array, end: Array, A: Array) -> None:
     """Refuse a state that changes over a period, in the parts on which the next period depends."""
-    end, counts = period.end, period.A.any(axis=0)
-    change = np.abs(end - x) / (1 + np.abs(x)) * counts
+    change = np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0)
     worst = int(change.argmax())
     if not change[worst] <= AT_REST:
         raise ValueError(
@@ -122,20 +111,12 @@ def _refuse_step(sampled: Sampled, x: Array, period: Period) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class Period:
-    """The state at the end of a period (nx,), and the model dx+ = A dx + B du, dy = Cy dx + D du."""
-
-    end: Array
-    A: Array
-    B: Array
-    Cy: Array
-    D: Array
-
-
-def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> Period:
-    """The linear model of the jump at t and the flow that follows it; the outputs are those just after the jump."""
-    k = _instant(call, sampled, t)
+def _one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, tuple[Array, ...]]:
+    """The state after the jump at t and the flow that follows it, and A, B, Cy, D of both; outputs follow the jump."""
+    k = t / sampled.period
+    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
+        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
+    k = float(round(k))
     jump = _jump(sampled)
     _refuse_stairs(call, jump, k, p)
     refuse_jump_at(call, jump, k, x, p)
@@ -144,14 +125,7 @@ def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> Per
     refuse_jump_at(call, sampled.flow, t, after, p)
     _, _, Cy, D = jacobians(call, sampled.flow, t, after, p)
     end, by_x, by_u = _flow(call, sampled, t, after, p)
-    return Period(end, by_x @ A, by_x @ B + by_u, Cy @ A, Cy @ B + D)
-
-
-def _instant(call: str, sampled: Sampled, t: float) -> float:
-    k = t / sampled.period
-    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
-        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
-    return float(round(k))
+    return end, (by_x @ A, by_x @ B + by_u, Cy @ A, Cy @ B + D)
 
 
 def _jump(sampled: Sampled) -> Ode:
@@ -207,17 +181,10 @@ def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Ar
 
 @door
 def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.NonlinearIOSystem:
-    """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode`.
+    """The system x' = f(t, x, u), y = h(t, x, u) of python-control, with the names of `ode` and its CasADi functions.
 
-    The equations are evaluated by their own CasADi functions, so nothing is approximated. States,
-    inputs and outputs are named number by number, as in `q[0]`; the inputs are the declared ones.
-
-    Parameters
-    ----------
-    p
-        The parameters (np,), each in its unit; those of the inputs are overwritten by u.
-    name
-        The name of the system in python-control.
+    States, inputs and outputs are named number by number, as in `q[0]`; the inputs are the declared ones, which
+    overwrite theirs in the parameters p (np,).
 
     Raises
     ------

@@ -1,34 +1,138 @@
-"""The inputs and free states at which an equation rests: a trimmed state."""
+"""The point of an `Ode` that a call is about, its Jacobians there, and the point at which the equation rests."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import casadi as ca
 import numpy as np
 
-from workbench.core import Ode
-from workbench.design.linear.arguments import (
-    inputs_of,
-    jacobians,
-    places_of,
-    row_of,
-    time_of,
-)
-from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array, as_array, described, require
+from workbench.core import Layout, Ode
+from workbench.design.matrices import LARGEST, Refused
+from workbench.notation.program import walk
+from workbench.proofs.interval import jumps
+from workbench.validation.refusals import Array, as_array, described, finite, refusal, require
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
-if TYPE_CHECKING:
-    pass
-
+ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
+JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
 AT_REST = 1e-8
 GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
+
+
+def names_of(ode: Ode) -> dict[str, list[str]]:
+    """The names of states, inputs and outputs, number by number; a column of one number goes by its own name."""
+    ports = {"states": ode.states, "inputs": inputs_of(ode), "outputs": ode.outputs}
+    return {
+        port: [n for e in own.entries for n in (e.labels() if e.size > 1 else [e.name])] for port, own in ports.items()
+    }
+
+
+def inputs_of(ode: Ode) -> Layout:
+    """The declared inputs, in their order."""
+    return Layout(tuple(ode.parameters[name] for name in ode.inputs))
+
+
+def places_of(ode: Ode) -> list[int]:
+    """The places of the numbers of u in p."""
+    return [place for name in ode.inputs for place in ode.parameters.indices(name)]
+
+
+def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
+    """A copy of p (np,), the defaults if it is None, with u (nu,) in its places unless that is None."""
+    require("ode", ode, Ode)
+    row = ode.parameters.default if p is None else vector_of("p", p, ode.parameters)
+    if u is not None:
+        row[places_of(ode)] = vector_of("u", u, inputs_of(ode))
+    ode.parameters.check(row[np.newaxis])
+    return row
+
+
+def vector_of(what: str, value: Any, layout: Layout) -> Array:
+    """A vector with a number for each label of the layout, every one finite and its square too."""
+    labels = f": {', '.join(layout.labels)}" if layout.size < 9 else ""
+    want, array = f"{layout.size} finite numbers{labels}", as_array(value)
+    if array is None:
+        raise ValueError(f"`{what}` must be {want}; got {described(value)}.")
+    fits = array.shape == (layout.size,)
+    if not fits or not (np.abs(array) < LARGEST).all():
+        size = f" below {LARGEST:g} in size" if fits and np.isfinite(array).all() else ""
+        raise ValueError(f"`{what}` must be {want}{size}; got {described(array.tolist())} of shape {array.shape}.")
+    return array
+
+
+def time_of(t: Any) -> float:
+    """A finite time in s."""
+    return finite("t", t, " of seconds", low=-LARGEST, high=LARGEST)
+
+
+def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+    """A, B, Cy and D at a point, or a refusal where the equations have no derivative."""
+    matrices = tuple(np.array(J(t, x, p)) for J in (ode.A, ode.B, ode.Cy, ode.D))
+    rates = [f"the rate of '{label}'" for label in ode.states.labels]
+    rows, columns = (rates, [repr(label) for label in ode.outputs.labels]), (ode.states.labels, inputs_of(ode).labels)
+    for k, (letter, matrix) in enumerate(zip(("A", "B", "Cy", "D"), matrices, strict=True)):
+        for i, j in np.argwhere(~np.isfinite(matrix))[:1]:
+            raise ValueError(
+                f"`{call}(...)`: {letter} is not finite at t = {t:g}, x = {x.tolist()}: {rows[k // 2][i]} has no "
+                f"derivative by '{columns[k % 2][j]}' there; linearise at another state."
+            )
+    A, B, Cy, D = matrices
+    return A, B, Cy, D
+
+
+def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
+    """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
+    n, driven = ode.states.size, places_of(ode)
+    z = ca.vertcat(ode.x, ode.p[driven])
+    both = ca.densify(ca.vertcat(ode.rate, ode.output))
+    if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
+        return
+    function = ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
+    at = np.concatenate([x, p[driven]])
+    reach = ON_IT * (1 + np.abs(at))
+    labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
+    # all at once too, in no special direction: sign(x1 x2) jumps along neither axis
+    across = np.vstack([np.diag(reach), reach * np.cos(np.arange(1.0, len(at) + 1))])
+    for direction, label in zip(across, [*labels, "all of them change"], strict=True):
+        moves, heights, slopes = direction != 0, [], []
+        for side in (-1, 0, 1):
+            row, moved = p.copy(), at + side * direction
+            row[driven] = moved[n:]
+            height, slope = (np.array(part) for part in function(t, moved[:n], row))
+            heights.append(height.ravel())
+            slopes.append(np.abs(slope[:, moves]) @ np.abs(direction[moves]))
+        change = np.ptp(heights, axis=0) - 4 * np.maximum(slopes[0], slopes[2])
+        if change.max() > JUMP * (1 + np.abs(heights[0]).max()):
+            names = (*(f"the rate of '{label}'" for label in ode.states.labels), *map(repr, ode.outputs.labels))
+            raise ValueError(
+                f"`{call}(...)`: {names[int(change.argmax())]} jumps by {change.max():.3g} as {label} at this state, "
+                f"so it has no linear model there; take another state, another input or {smooth(ode)}."
+            )
+
+
+def smooth(ode: Ode) -> str:
+    """The advice on smooth replacements of a jump."""
+    friction = any(name.endswith(".coulomb") for name in ode.parameters.names)
+    return f"a continuous saturation{' (of friction from a file: `friction_speed=...`)' if friction else ''}"
+
+
+def state_space(call: str, system: Any) -> tuple[Array, Array, Array, Array]:
+    """A, B, C and D of a `StateSpace` of python-control, all finite."""
+    import control
+
+    if not isinstance(system, control.StateSpace):
+        raise refusal(f"{call}(system=...)", "a `StateSpace` of python-control, as `linearize` gives", system)
+    A, B, C, D = (np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D))
+    if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
+        raise ValueError(f"`{call}(system=...)` must have finite matrices; '{system.name}' has not.")
+    return A, B, C, D
 
 
 def rate_terms(A: Array, x: Array) -> Array:
@@ -39,18 +143,10 @@ def rate_terms(A: Array, x: Array) -> Array:
 @dataclass(frozen=True, eq=False)
 @show
 class OperatingPoint:
-    """A state at rest, and the inputs that hold it there.
+    """A state at rest x (nx,), and the inputs u (nu,) that hold it there, also in their places in p (np,).
 
-    Attributes
-    ----------
-    x, u, p
-        (nx,), (nu,), and the parameters (np,) with u in its places.
-    residual
-        The largest rate that remains, as a share of the size of its terms.
-    condition
-        Of the Jacobian by all that was free: how many times a relative error of the equations may grow.
-    error
-        The last step of Newton's method, relative to the size of the free numbers: an estimate of their error.
+    `residual` is the largest rate that remains, as a share of its terms; `condition` that of the Jacobian by all that
+    was free; `error` the last step of Newton's method, relative to the size of the free numbers.
     """
 
     x: Array
@@ -133,7 +229,6 @@ def _descend(ode: Ode, t: float, x: Array, p: Array, free: list[int]) -> tuple[f
 
 
 def _share(change: Array, at: Array) -> float:
-    """The largest change, relative to the size of the number that changes."""
     return float((np.abs(change) / (1 + np.abs(at))).max())
 
 

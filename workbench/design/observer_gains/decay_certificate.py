@@ -1,4 +1,4 @@
-"""The proof that an observer's error decays in a region, and the audit of one set of gains:
+"""The proof that an observer's error decays in a region, and gains that come with one:
 
     V = x~' P x~,    V' <= -2 rate V    as long as the arm and its estimate stay in the region.
 
@@ -14,17 +14,16 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.design.matrices import Refused, symmetric
-from workbench.design.observer_gains.error_dynamics import Frozen, Noise, noise, over, peaking, tolerated
-from workbench.design.observer_gains.gains import Gains, Region
+from workbench.design.observer_gains.gains import Gains, Region, by_poles
 from workbench.design.observer_gains.inequality import Inequality, exactly_definite, prove
-from workbench.design.observer_gains.matrix_inequalities import lyapunov_matrix
+from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, solvers
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
-from workbench.validation.refusals import Array, positive
+from workbench.validation.refusals import Array, positive, require
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
-# How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
-HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)
+# The least double pole is found to this factor, and sought up to so many times the rate.
+FINE, FARTHEST = 1.05, 1000.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,16 +43,9 @@ class Reach:
 @dataclass(frozen=True, eq=False)
 @show
 class RateCertificate:
-    """V = x~' P x~ falls at least as exp(-2 rate t) while arm and estimate stay in the region: proved.
+    """V = x~' P x~ falls at least as exp(-2 rate t), in 1/s, while arm and estimate stay in the region: proved.
 
-    Parameters
-    ----------
-    P
-        (2n, 2n), symmetric.
-    rate
-        In 1/s.
-    boxes
-        The number of boxes of positions in the proof.
+    P is (2n, 2n) and symmetric; the proof took so many `boxes` of positions.
     """
 
     gains: Gains
@@ -64,13 +56,7 @@ class RateCertificate:
 
     @door
     def reach(self, arm: Region) -> Reach:
-        """The initial errors with which the estimate stays in the certificate's region while the arm stays in `arm`.
-
-        Raises
-        ------
-        ValueError
-            If `arm` does not lie within the region, or leaves the estimate no room.
-        """
+        """The initial errors with which the estimate stays in the region while the arm stays in `arm`, inside it."""
         room = self._room(arm)
         inverse = np.linalg.inv(self.P)
         n, bounded = self.gains.joints, np.isfinite(room)
@@ -110,8 +96,7 @@ def check(mismatch: Mismatch, gains: Gains, region: Region, P: Array, rate: floa
     Raises
     ------
     ValueError
-        If the sizes differ, the rate is not positive, or any position is allowed to equations that do not repeat
-        after a turn.
+        If the sizes differ, the rate is not positive, or any position is allowed to equations that do not repeat.
     Refused
         If P is not positive definite, or the inequality is not proved.
     """
@@ -139,102 +124,65 @@ def _inequality(gains: Gains, P: Array, rate: float, mismatch: Mismatch, region:
     return Inequality(W.T @ Z0 @ W, W.T @ F, W, size)
 
 
-@dataclass(frozen=True, eq=False)
-@show
-class Audit:
-    """The sampled poles and the proved decay of a set of gains in a region.
-
-    Parameters
-    ----------
-    frozen
-        The poles with state and torque frozen: seen.
-    certificate
-        A proof of a decay at the asked rate, in the region with its speeds and torques times `share`.
-    share
-        1 where the whole region is certified; None, with no certificate, where nothing was, and `why` says so.
-    reach
-        The initial errors that are admitted while the arm keeps the inner region, of the same share.
-    tolerated
-        The largest rho such that every Delta with |Delta| <= rho |x~| is proved to let the error decay.
-    noise, peaking
-        Where the model adds nothing.
-    """
-
-    gains: Gains
-    frozen: Frozen
-    certificate: RateCertificate | None
-    share: float | None
-    reach: Reach | None
-    tolerated: float
-    noise: Noise
-    peaking: float
-    why: str
-
-
 @door
-def audit(
-    dynamics: Dynamics, gains: Gains, region: Region, inner: float, rate: float, known: RateCertificate | None = None
-) -> Audit:
-    """Judge the gains L1, L2 of an observer of this arm in a region.
-
-    Parameters
-    ----------
-    inner
-        The share of the region's speeds that the arm itself keeps; the rest is room for the estimate's error.
-    rate
-        The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
-    known
-        The certificate of these gains in the whole region, if there is one; else one is sought (extra `lmi`). Its P is
-        proved again for this arm.
+def by_lmi(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
+    """The gains with the least bound of noise of all that share one P for a rate in a region (extra `lmi`).
 
     Raises
     ------
-    ValueError
-        If sizes differ, the rate is not positive, `inner` does not lie between 0 and 1, or `known` is the certificate
-        of something else.
     Refused
-        If the P of `known` is not proved here.
+        If there are none, the proof fails, or the extra is not installed.
     """
-    positive("audit(rate=...)", rate, " of 1/s")
-    if not 0 < positive("audit(inner=...)", inner) < 1:
-        raise ValueError(f"`audit(inner=...)` is a share, so it lies between 0 and 1; got {inner}.")
-    if known is not None and (known.gains is not gains or known.region is not region or known.rate != rate):
-        raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
+    positive("by_lmi(rate=...)", rate, " of 1/s")
     mismatch = Mismatch.of(dynamics)
-    seen = over(mismatch, gains, region)
-    certificate, share, why = (
-        (check(mismatch, gains, region, known.P, rate), 1.0, "") if known else _certified(mismatch, gains, region, rate)
-    )
-    reach = None
-    if certificate is not None:
-        whole = certificate.region
-        reach = certificate.reach(Region(inner * whole.speed, whole.torque, whole.low, whole.high))
-    return Audit(gains, seen, certificate, share, reach, tolerated(gains)[0], noise(gains), peaking(gains), why)
+    gains, P = least_noise(mismatch, region, rate)
+    return check(mismatch, gains, region, P, rate)
 
 
-def _certified(
-    mismatch: Mismatch, gains: Gains, region: Region, rate: float
-) -> tuple[RateCertificate | None, float | None, str]:
-    """A certificate in the whole region, or in the largest share of it that halving finds."""
-    try:
-        return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate), 1.0, ""
-    except Refused as none:
-        why = str(none)
-    low, high = 0.0, 1.0
-    for _ in range(HALVINGS):
-        share = (low + high) / 2 if low else high / 4
+@door
+def least_double_pole(dynamics: Dynamics, region: Region, rate: float) -> RateCertificate:
+    """L1 = 2 p I, L2 = p^2 I with the least p, to some percent, that is certified a rate in a region (extra `lmi`).
+
+    Raises
+    ------
+    Refused
+        If no p up to a thousand times the rate is, or the extra is not installed.
+    """
+    solvers("least_double_pole")
+    mismatch, low = Mismatch.of(dynamics), positive("least_double_pole(rate=...)", rate, " of 1/s")
+    p = low
+    while not _proposed(mismatch, region, rate, p):
+        low, p = p, 2 * p
+    while p > FINE * low:
+        middle = float(np.sqrt(low * p))
+        low, p = (low, middle) if _proposed(mismatch, region, rate, middle) else (middle, p)
+    while True:
+        gains = by_poles(mismatch.joints, -p, -p)
         try:
-            lyapunov_matrix(mismatch, gains, region.scaled(share), rate)
+            return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate)
         except Refused:
-            high = share
-        else:
-            low = share
-    for part in SURE if low else ():
-        smaller = region.scaled(part * low)
-        try:
-            found = check(mismatch, gains, smaller, lyapunov_matrix(mismatch, gains, smaller, rate), rate)
-        except Refused as none:
-            why = str(none)
-        else:
-            return found, part * low, ""
-    return None, None, why
+            p = _bounded(FINE * p, rate)
+
+
+def _proposed(mismatch: Mismatch, region: Region, rate: float, p: float) -> bool:
+    """True if a P is found for the double pole -p."""
+    try:
+        lyapunov_matrix(mismatch, by_poles(mismatch.joints, -_bounded(p, rate), -p), region, rate)
+    except Refused:
+        return False
+    return True
+
+
+def _bounded(p: float, rate: float) -> float:
+    if p > FARTHEST * rate:
+        raise ValueError(f"No double pole up to {FARTHEST:g} times the rate of {rate:g} 1/s is certified there.")
+    return p
+
+
+@door
+def certify(dynamics: Dynamics, gains: Gains, region: Region, rate: float) -> RateCertificate:
+    """A certificate that the error of given gains decays at a rate in a region; refusals are those of `by_lmi`."""
+    require("certify(region=...)", region, Region)
+    positive("certify(rate=...)", rate, " of 1/s")
+    mismatch = Mismatch.of(dynamics)
+    return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate)

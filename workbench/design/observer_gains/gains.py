@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, described, finite
+from workbench.design.matrices import square
+from workbench.validation.refusals import Array, described, finite, positive, whole
 from workbench.validation.signatures import door
 
 MOST_SHARE = 1e6  # of speeds and torques
+MOST_JOINTS, MOST_GAIN = 1000, 1e100
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +23,8 @@ class Gains:
         q_hat'  = qd_hat + L1 (q - q_hat)
         qd_hat' = f(q_hat, qd_hat, tau) + L2 (q - q_hat),    f = M^-1 (tau - C qd - G).
 
-    They have the right sign if the error decays where the model adds nothing to it: all eigenvalues of
-    [[-L1, I], [-L2, 0]] have a negative real part. For one joint that is L1 > 0 and L2 > 0.
+    All eigenvalues of [[-L1, I], [-L2, 0]] must have a negative real part: the error decays where the model adds
+    nothing.
 
     Raises
     ------
@@ -33,7 +36,7 @@ class Gains:
     L2: Array
 
     def __post_init__(self) -> None:
-        L1, L2 = (_square(name, getattr(self, name)) for name in ("L1", "L2"))
+        L1, L2 = (square("Gains(L1, L2)", name, getattr(self, name)) for name in ("L1", "L2"))
         if L1.shape != L2.shape:
             raise ValueError(f"`Gains(L1, L2)` must be of one size, a row a joint; got {L1.shape} and {L2.shape}.")
         for name, L in (("L1", L1), ("L2", L2)):
@@ -58,13 +61,7 @@ class Gains:
 
     @door
     def error_matrix(self, J: Array | None = None) -> Array:
-        """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n): the error's rate by the error (x1~, x2~).
-
-        Parameters
-        ----------
-        J
-            [df/dq, df/dqd], (..., n, 2n); none for an f that does not depend on the state.
-        """
+        """A = [[-L1, I], [-L2, 0] + J], (..., 2n, 2n), with J = [df/dq, df/dqd], (..., n, 2n), or none."""
         n = self.joints
         if J is not None and J.shape[-2:] != (n, 2 * n):
             raise ValueError(f"`error_matrix(J=...)` must have shape (..., {n}, {2 * n}); got {J.shape}.")
@@ -74,29 +71,12 @@ class Gains:
         return np.concatenate([upper, lower], axis=-2)
 
 
-def _square(name: str, given: Array) -> Array:
-    L = given.copy()
-    if L.ndim != 2 or L.shape[0] != L.shape[1] or not L.size:
-        raise ValueError(f"`Gains({name}=...)` must be square, a row and a column a joint; got shape {L.shape}.")
-    if not np.isfinite(L).all():
-        i, j = np.argwhere(~np.isfinite(L))[0]
-        raise ValueError(f"`Gains({name}=...)` must be finite; its entry [{i}, {j}] is {L[i, j]}.")
-    return L
-
-
 @dataclass(frozen=True, eq=False)
 @door
 class Region:
     """low <= q <= high, |qd| <= speed, |tau| <= torque, joint by joint; any position where `low` and `high` are None.
 
-    Parameters
-    ----------
-    speed
-        (n,), in rad/s: of the arm and of its estimate.
-    torque
-        (n,), in N m.
-    low, high
-        (n,), in rad.
+    The speed, in rad/s, is that of the arm and of its estimate, the torque in N m, the positions in rad, (n,) each.
 
     Raises
     ------
@@ -142,18 +122,6 @@ class Region:
         share = finite("scaled(share=...)", share, low=0, high=MOST_SHARE)
         return Region(share * self.speed, share * self.torque, self.low, self.high)
 
-    @door
-    def outside(self, q: Array, qd: Array, tau: Array) -> Array:
-        """True for each of N states and torques, (N, n) each, that is not in it, (N,)."""
-        if not q.shape == qd.shape == tau.shape == (len(np.atleast_1d(q)), self.joints):
-            shapes = f"{q.shape}, {qd.shape} and {tau.shape}"
-            raise ValueError(f"`outside(q, qd, tau)` must be N rows of {self.joints} numbers each; got {shapes}.")
-        low, high = self.box
-        beyond = (np.abs(qd) > self.speed) | (np.abs(tau) > self.torque)
-        if self.low is not None:
-            beyond |= (q < low) | (q > high)
-        return np.asarray(beyond.any(axis=1))
-
 
 def _vector(name: str, given: Array, size: int) -> Array:
     value = given.copy()
@@ -162,3 +130,45 @@ def _vector(name: str, given: Array, size: int) -> Array:
         raise ValueError(f"`Region({name}=...)` must hold {must}; got {described(value.tolist())}.")
     value.flags.writeable = False
     return value
+
+
+@door
+def by_poles(joints: int, first: float | complex, second: float | complex) -> Gains:
+    """L1 = -(s1 + s2) I, L2 = s1 s2 I: where the model adds nothing, each joint has the poles s1 and s2, in 1/s.
+
+    Raises
+    ------
+    ValueError
+        If the poles do not decay, or are no pair of a real polynomial, or `joints` is no positive whole number.
+    """
+    identity = _identity("by_poles", joints)
+    total, product = complex(first + second), complex(first * second)
+    size = np.hypot(abs(first), abs(second))
+    if not size < MOST_GAIN or abs(total.imag) > 1e-12 * size or abs(product.imag) > 1e-12 * size**2:
+        raise ValueError(f"`by_poles(...)` needs two real poles or a conjugate pair; got {first} and {second}.")
+    if max(complex(first).real, complex(second).real) >= 0:
+        raise ValueError(f"`by_poles(...)` needs poles with a negative real part, in 1/s; got {first} and {second}.")
+    return Gains(-total.real * identity, product.real * identity)
+
+
+@door
+def high_gain(joints: int, a1: float, a2: float, epsilon: float) -> Gains:
+    """L1 = a1 / epsilon I, L2 = a2 / epsilon^2 I: the poles are the roots of s^2 + a1 s + a2 over epsilon, in s.
+
+    All three are positive numbers.
+
+    References
+    ----------
+    Khalil (2017), High-Gain Observers in Nonlinear Feedback Control, section 2.2.
+    """
+    for name, value, unit in (("a1", a1, ""), ("a2", a2, ""), ("epsilon", epsilon, " of seconds")):
+        positive(f"high_gain({name}=...)", value, unit)
+    identity = _identity("high_gain", joints)
+    sizes = a1 / epsilon, a2 / epsilon / epsilon
+    if not max(sizes) < MOST_GAIN:
+        raise ValueError(f"`high_gain(a1, a2, epsilon)` must give gains below {MOST_GAIN:g}; got {sizes}.")
+    return Gains(sizes[0] * identity, sizes[1] * identity)
+
+
+def _identity(call: str, joints: Any) -> Array:
+    return np.eye(whole(f"{call}(joints=...)", joints, most=MOST_JOINTS, of=" of joints"))

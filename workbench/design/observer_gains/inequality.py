@@ -36,35 +36,21 @@ SHARES, SAMPLES = (0.01, 0.03, 0.1, 0.3), 20_000
 
 def exactly_definite(S: Array) -> bool:
     """True if a symmetric matrix is positive definite: all its leading minors are positive, in rational arithmetic."""
-    return _definite(_fractions(S))
-
-
-def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
-    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly.
-
-    Then z' P z falls along z' = A z + B w for every w with |w| <= rho |z|.
-    """
-    p, a, b = (_fractions(part) for part in (P, A, B))
-    pa, pb, square = _product(p, a), _product(p, b), Fraction(rho) ** 2
-    rest, places = _product(pb, [list(column) for column in zip(*pb, strict=True)]), range(len(p))
-    left = [[-(pa[i][j] + pa[j][i] + rest[i][j] + (square if i == j else 0)) for j in places] for i in places]
-    return _definite(p) and _definite(left)
-
-
-def _definite(rows: Matrix) -> bool:
+    rows: Matrix = exact(S).tolist()
     leading = ([row[:k] for row in rows[:k]] for k in range(1, len(rows) + 1))
     return all(characteristic_polynomial(block)[-1] * (-1) ** len(block) > 0 for block in leading)
 
 
-def _fractions(S: Array) -> Matrix:
-    return [[Fraction(float(value)) for value in row] for row in S]
+def bears_mismatch(P: Array, A: Array, B: Array, rho: float) -> bool:
+    """True if P > 0 and A' P + P A + rho^2 I + P B B' P < 0, exactly; then z' P z falls for |w| <= rho |z|."""
+    p, a, b = (exact(part) for part in (P, A, B))
+    pa, pb, square = p @ a, p @ b, Fraction(rho) ** 2 * np.eye(len(p), dtype=int)
+    return exactly_definite(p) and exactly_definite(-(pa + pa.T + square + pb @ pb.T))
 
 
-def _product(a: Matrix, b: Matrix) -> Matrix:
-    return [
-        [sum((x * y for x, y in zip(row, column, strict=True)), Fraction(0)) for column in zip(*b, strict=True)]
-        for row in a
-    ]
+def exact(S: Any) -> Any:
+    """The matrix as fractions, whose sums and products do not round."""
+    return np.vectorize(Fraction, otypes=[object])(S)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +82,7 @@ class Inequality:
 def prove(inequality: Inequality, mismatch: Mismatch, region: Region, what: str, budget: int = BUDGET) -> int:
     """Prove Z(J) > 0 over a region, and return how many boxes of positions that took.
 
-    It is refused if it does not hold for the hull at the middle of a box, or not within the budget; `what` names it.
+    `Refused` if it fails for the hull at the middle of a box, or not within the budget; `what` names it.
     """
     Y, (low, high) = mismatch.vertices(region), region.box
     c, r = ((low + high) / 2)[None], ((high - low) / 2)[None] * (1 + 8 * UNIT) + 8 * UNIT * np.abs(low + high)
@@ -152,7 +138,6 @@ def _halves(inequality: Inequality, mismatch: Mismatch, Y: Array, todo: _Todo, w
 
 
 def _refuse_failure(inequality: Inequality, J: Array, c: Array, what: str) -> None:
-    """Refuse an inequality that fails at the middle of a box, as no halving helps there."""
     least = np.linalg.eigvalsh(inequality.at(J))[:, 0]
     if len(least) and not least.min() > 0:
         where = np.round(c[int(np.argmin(least))], 4).tolist()
@@ -193,9 +178,7 @@ class Lipschitz:
 def lipschitz(mismatch: Mismatch, region: Region) -> Lipschitz:
     """The Lipschitz constants of the mismatch (14) over a region, proved by intervals:
 
-        |Delta| <= rho_q |q~| + rho_v |qd~|,    rho_q = max |df/dq|, rho_v = max |df/dqd|,
-
-    in 2-norms. Without a bound of the torque there is no such constant.
+        |Delta| <= rho_q |q~| + rho_v |qd~|,    rho_q = max |df/dq|, rho_v = max |df/dqd|,     in 2-norms.
 
     Raises
     ------

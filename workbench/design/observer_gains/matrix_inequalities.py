@@ -1,7 +1,6 @@
-"""Certificates and gains proposed by linear matrix inequalities, which CVXPY writes and Clarabel solves.
+"""Certificates and gains proposed by linear matrix inequalities, which CVXPY writes and Clarabel solves (extra `lmi`).
 
 The result is a proposal in floating point, which the caller must prove, and refuse if the proof fails.
-The extra `lmi` installs both packages.
 
 References
 ----------
@@ -30,12 +29,12 @@ POINTS, ROUNDS, ADDED, ROOM = 17, 20, 10, 0.04
 def common_lyapunov(A: Array, rate: float) -> Array:
     """P (m, m) of least condition with A_i' P + P A_i + 2 rate P < 0 for all of N matrices: V = z' P z falls for each.
 
-    P lies between I and its condition times I, and each inequality keeps 1e-6 |A_i| of room. A (N, m, m), in 1/s, is in
-    coordinates in which its states are of like size.
+    P lies between I and its condition times I. A (N, m, m), in 1/s, is in coordinates in which its states are of like
+    size.
     """
-    cp, m = _cvxpy("common_lyapunov"), A.shape[-1]
+    cp, m = solvers("common_lyapunov"), A.shape[-1]
     P, condition = cp.Variable((m, m), symmetric=True), cp.Variable()
-    falls = [P @ Ai + Ai.T @ P + 2 * rate * P << -_room(Ai) for Ai in A]
+    falls = [P @ Ai + Ai.T @ P + 2 * rate * P << -1e-6 * np.linalg.norm(Ai, 2) * np.eye(m) for Ai in A]
     _solve(cp, condition, [P >> np.eye(m), P << condition * np.eye(m), *falls], "common_lyapunov")
     return _symmetric(P.value)
 
@@ -49,7 +48,7 @@ def least_noise_observer(A: Array, nominal: Array, C: Array, rate: float, weight
 
     these have the least trace of L' P L, whose root bounds the H2 norm from v to weight z of the nominal A (m, m).
     """
-    cp, (k, m) = _cvxpy("least_noise_observer"), C.shape
+    cp, (k, m) = solvers("least_noise_observer"), C.shape
     P, Y, W = cp.Variable((m, m), symmetric=True), cp.Variable((m, k)), cp.Variable((k, k), symmetric=True)
 
     def falls(Ai: Array) -> Any:
@@ -61,23 +60,15 @@ def least_noise_observer(A: Array, nominal: Array, C: Array, rate: float, weight
     return solved, np.linalg.solve(solved, np.asarray(Y.value, dtype=float))
 
 
-def require_solvers(call: str) -> None:
-    """Refuse a call that needs the extra `lmi` where it is not installed."""
+def solvers(call: str) -> Any:
+    """CVXPY, or a refusal of a call that needs the extra `lmi` where it is not installed."""
     if find_spec("cvxpy") is None or find_spec("clarabel") is None:
         raise Refused(
             f"`{call}(...)` needs CVXPY and Clarabel, which are not here: pip install control-workbench[lmi]."
         )
-
-
-def _cvxpy(call: str) -> Any:
-    require_solvers(call)
     import cvxpy
 
     return cvxpy
-
-
-def _room(A: Array) -> Array:
-    return np.asarray(1e-6 * np.linalg.norm(A, 2) * np.eye(len(A)))
 
 
 def _solve(cp: Any, objective: Any, constraints: Sequence[Any], call: str) -> None:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 
 import casadi as ca
 import numpy as np
@@ -40,16 +39,9 @@ NODES, SQUARES = (-1.0, -0.5, 0.0, 0.5, 1.0), (1.0, 0.0, 0.0, 0.0, 1.0)
 class Mismatch:
     """J = [df/dq, df/dqd] of one arm at nominal parameters, and its coefficients J_k over boxes of positions.
 
-    Attributes
-    ----------
-    function
-        (q, qd, tau) -> J (n, 2n), entry by entry, column by column.
-    coefficients, slopes
-        The J_k, K of them, and their derivatives by q, as operations over q and the parameters.
-    numbers
-        The values of the parameters, by the name of their symbols.
-    periodic
-        True if the equations are the same after a whole turn of any joint: proved by their normal form.
+    `function` is (q, qd, tau) -> J (n, 2n), entry by entry, column by column. `coefficients` are the J_k and `slopes`
+    their derivatives by q, as operations over q and the parameters, which have the values `numbers`. The equations are
+    the same after a whole turn of any joint if they are `periodic`, which is proved by their normal form.
     """
 
     joints: int
@@ -63,12 +55,8 @@ class Mismatch:
     @staticmethod
     @door
     def of(dynamics: Dynamics) -> Mismatch:
-        """The mismatch of an arm.
-
-        Raises
-        ------
-        ValueError
-            If its acceleration may jump or bend, or is not quadratic in the velocities, as with some frictions.
+        """The mismatch of an arm; a `ValueError` if its acceleration may jump or bend, or is not quadratic in the
+        velocities.
         """
         require("Mismatch.of(dynamics)", dynamics, Dynamics)
         q, qd, n = dynamics.q, dynamics.qd, dynamics.dof
@@ -119,19 +107,11 @@ class Mismatch:
 
     @door
     def vertices(self, region: Region) -> Array:
-        """Points y (V, K) whose hull holds the y of all speeds and torques of a region.
+        """Points y (V, K) whose hull holds the y of all speeds and torques of a region of up to four joints.
 
-        A polynomial lies in the hull of its coefficients in Bernstein's basis; here of degree two in each speed,
-        on both sides of zero. In the torques J is affine, so their corners serve.
-
-        Raises
-        ------
-        ValueError
-            If the arm has so many joints that a proof would take hours.
-
-        References
-        ----------
-        Farouki (2012), The Bernstein polynomial basis: a centennial retrospective, Computer Aided Geometric Design 29.
+        A polynomial lies in the hull of its coefficients in Bernstein's basis; here of degree two in each speed, on
+        both sides of zero. In the torques J is affine, so their corners serve (Farouki 2012, Computer Aided Geometric
+        Design 29).
         """
         n = self.joints
         if region.joints != n:
@@ -152,11 +132,6 @@ class Mismatch:
             shapes = ", ".join(str(part.shape) for part in parts)
             raise ValueError(f"`{call}(...)` must be N rows of {self.joints} numbers each; got shapes {shapes}.")
 
-    @cached_property
-    def terms(self) -> int:
-        """The number K of coefficients of J."""
-        return len(self.coefficients.entries) // (2 * self.joints**2)
-
     @door
     def expand(self, c: Array, r: Array) -> tuple[Array, Array, Array]:
         """A (B, K, n, 2n), L (B, n, K, n, 2n), R (B, K, n, 2n) with |J_k(q) - A_k - sum_l L_lk (q_l - c_l)| <= R_k.
@@ -164,7 +139,8 @@ class Mismatch:
         That holds for |q - c| <= r, (B, n) each, by intervals of the J_k at c and of their derivatives over the box.
         """
         self._refuse_misfit("expand", c, r)
-        n, K = self.joints, self.terms
+        n = self.joints
+        K = len(self.coefficients.entries) // (2 * n**2)
         still = {name: Interval(*[np.full(len(c), number)] * 2) for name, number in self.numbers.items()}
         thin = {name: Interval(c[:, i], c[:, i]) for i, name in enumerate(self.names)}
         ends = np.nextafter(c - r, -np.inf), np.nextafter(c + r, np.inf)

@@ -1,19 +1,15 @@
-"""An algebraic Riccati equation: its residual at an X, its linear part there, and its Hamiltonian matrix."""
+"""An algebraic Riccati equation: its residual at an X, the derivative there with its inverse, and its Hamiltonian."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy import linalg
 
+from workbench.design.matrices import EPS, Complex
 from workbench.design.riccati.double_double import Twice, twice
-from workbench.design.riccati.operators import (
-    LyapunovOperator,
-    SteinOperator,
-    lyapunov_operator,
-    stein_operator,
-)
 from workbench.validation.refusals import Array
 
 REFINEMENTS = 3  # of a gain: each gains as many digits as the condition of R + B'XB leaves
@@ -60,70 +56,133 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Continuous:
-    """A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0."""
+class Operator:
+    """The map X -> F'XE + E'XF of a flow, or X -> F'XF - E'XE of a recursion, by the Schur form U T U* of F E^-1.
 
-    data: Data
+    References
+    ----------
+    Bartels, Stewart (1972), Solution of the matrix equation AX + XB = C, Comm. ACM 15. Kitagawa (1977), An algorithm
+    for solving the matrix equation X = F X F' + S, Int. J. Control 25.
+    """
 
-    def at(self, X: Array | Twice) -> Point:
-        """The equation at a symmetric X (n, n); `LinAlgError` if there is no gain."""
-        d, x = self.data, twice(X)
-        V = x if d.E is None else x @ d.E
-        K = _gain(twice(d.R), V.T @ d.B + d.S)
-        closed = twice(d.A) - twice(d.B) @ K
-        half = V.T @ closed - twice(d.S) @ K
-        left = (half + half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
-        terms = 2 * norm(V.high) * (norm(d.A) + norm(d.B) * norm(K)) + _cost(d, K)
-        return Point(x.high, K, closed.high, V.high, x.high @ closed.high, _even(left), terms, d.R)
+    T: Any
+    U: Any
+    E: Array | None
+    discrete: bool
 
-    def operator(self, point: Point) -> LyapunovOperator:
-        """The derivative of the residual, X -> F'XE + E'XF, with F = A - B K."""
-        return lyapunov_operator(point.closed, self.data.E)
+    @staticmethod
+    def of(F: Array, E: Array | None, discrete: bool) -> Operator:
+        """The operator of the pencil F - lambda E."""
+        quotient = F if E is None else np.asarray(np.linalg.solve(E.T, F.T).T)
+        T, U = linalg.schur(quotient.astype(complex) if discrete else quotient)
+        return Operator(T, U, E, discrete)
 
-    def steering(self, point: Point, D: Array) -> Array:
-        """The first-order change R^-1 B'D E of K (m, n) when X changes by D."""
-        DE = D if self.data.E is None else D @ self.data.E
-        return np.asarray(np.linalg.solve(point.W, self.data.B.T @ DE))
+    @property
+    def poles(self) -> Complex:
+        """The eigenvalues (n,) of the pencil."""
+        return np.array(np.diag(self.T)) if self.discrete else np.asarray(linalg.eigvals(self.T), dtype=complex)
 
-    def curvature(self, point: Point, H: Array) -> Array:
-        """The residual at X + H beyond its linear part, with its sign turned: E'H B R^-1 B'H E."""
-        HE = H if self.data.E is None else H @ self.data.E
-        inputs = self.data.B.T @ HE
-        return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
+    @property
+    def margins(self) -> Array:
+        """The distance of each pole (n,) from instability."""
+        return distances(self.poles, self.discrete)
+
+    @property
+    def margin(self) -> float:
+        """The distance of the slowest pole from instability."""
+        return float(self.margins.min())
+
+    def sure_margin(self) -> float:
+        """The margin that is left when rounding moves every pole as far as it may (Golub, Van Loan 2013, 7.2.2)."""
+        poles, left, right = linalg.eig(self.T, left=True, right=True)
+        along = np.abs((left.conj() * right).sum(axis=0))
+        rounding = EPS * np.linalg.norm(self.T, 2) * (1.0 if self.E is None else np.linalg.cond(self.E))
+        return float((distances(np.asarray(poles), self.discrete) - rounding / np.maximum(along, EPS)).min())
+
+    def solve(self, W: Array) -> Array:
+        """The symmetric X (n, n) that is mapped to a symmetric W (n, n); `LinAlgError` if there is none."""
+        W = W if self.E is None else np.asarray(np.linalg.solve(self.E.T, np.linalg.solve(self.E.T, W).T))
+        right = self.U.conj().T @ W @ self.U
+        Y = self._by_columns(right) if self.discrete else self._by_lapack(right)
+        X = (self.U @ Y @ self.U.conj().T).real
+        if not np.isfinite(X).all():
+            raise np.linalg.LinAlgError("the operator is singular")
+        return np.asarray((X + X.T) / 2)
+
+    def _by_lapack(self, right: Array) -> Array:
+        Y, scale, perturbed = linalg.lapack.dtrsyl(self.T, self.T, right, trana="T")
+        if perturbed:
+            raise np.linalg.LinAlgError("two poles add up to zero")
+        return np.asarray(Y / scale)
+
+    def _by_columns(self, right: Array) -> Array:
+        T, n = self.T, len(self.T)
+        Y = np.zeros_like(right)
+        for k in range(n):
+            known = T.conj().T @ (Y[:, :k] @ T[:k, k])
+            Y[:, k] = linalg.solve_triangular((T[k, k] * T.conj().T) - np.eye(n), right[:, k] - known, lower=True)
+        return Y
 
 
 @dataclass(frozen=True)
-class Discrete:
-    """A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0."""
+class Equation:
+    """A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, or if it is discrete
+
+    A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0.
+    """
 
     data: Data
+    discrete: bool
 
     def at(self, X: Array | Twice) -> Point:
         """The equation at a symmetric X (n, n); `LinAlgError` if there is no gain."""
         d, x = self.data, twice(X)
         V = x if d.E is None else x @ d.E
-        XB = x @ d.B
-        W = twice(d.B.T) @ XB + d.R
-        K = _gain(W, twice(d.A.T) @ XB + d.S)
+        if self.discrete:
+            XB = x @ d.B
+            W = twice(d.B.T) @ XB + d.R
+            K = _gain(W, twice(d.A.T) @ XB + d.S)
+        else:
+            W = twice(d.R)
+            K = _gain(W, V.T @ d.B + d.S)
         closed = twice(d.A) - twice(d.B) @ K
-        ahead, now = x @ closed, V if d.E is None else twice(d.E.T) @ V
-        half = twice(d.S) @ K
-        left = (closed.T @ ahead - now - half - half.T + twice(K.T) @ (twice(d.R) @ K) + d.Q).high
-        terms = norm(x.high) * (norm(d.A) + norm(d.B) * norm(K)) ** 2 + norm(now.high) + _cost(d, K)
-        return Point(x.high, K, closed.high, ahead.high, V.high, _even(left), terms, W.high)
+        cost = twice(K.T) @ (twice(d.R) @ K) + d.Q
+        terms = norm(d.Q) + 2 * norm(d.S) * norm(K) + norm(d.R) * norm(K) ** 2
+        largest = norm(d.A) + norm(d.B) * norm(K)
+        if self.discrete:
+            ahead, now = x @ closed, V if d.E is None else twice(d.E.T) @ V
+            half = twice(d.S) @ K
+            left = (closed.T @ ahead - now - half - half.T + cost).high
+            terms += norm(x.high) * largest**2 + norm(now.high)
+            beside = ahead.high, V.high
+        else:
+            half = V.T @ closed - twice(d.S) @ K
+            left = (half + half.T + cost).high
+            terms += 2 * norm(V.high) * largest
+            beside = V.high, x.high @ closed.high
+        return Point(x.high, K, closed.high, *beside, (left + left.T) / 2, terms, W.high)
 
-    def operator(self, point: Point) -> SteinOperator:
-        """The derivative of the residual, X -> F'XF - E'XE, with F = A - B K."""
-        return stein_operator(point.closed, self.data.E)
+    def operator(self, point: Point) -> Operator:
+        """The derivative of the residual, with F = A - B K."""
+        return Operator.of(point.closed, self.data.E, self.discrete)
 
     def steering(self, point: Point, D: Array) -> Array:
-        """The first-order change W^-1 B'D F of K (m, n) when X changes by D."""
-        return np.asarray(np.linalg.solve(point.W, self.data.B.T @ D @ point.closed))
+        """The first-order change W^-1 B'D E, or W^-1 B'D F, of K (m, n) when X changes by D."""
+        return np.asarray(np.linalg.solve(point.W, self._inputs(point, D)))
 
     def curvature(self, point: Point, H: Array) -> Array:
-        """The residual at X + H beyond its linear part, with its sign turned: F'H B W^-1 B'H F for a small H."""
-        inputs = self.data.B.T @ H @ point.closed
+        """The residual at X + H, for a small H, beyond its linear part, with its sign turned."""
+        inputs = self._inputs(point, H)
         return np.asarray(inputs.T @ np.linalg.solve(point.W, inputs))
+
+    def _inputs(self, point: Point, D: Array) -> Array:
+        E = point.closed if self.discrete else self.data.E
+        return np.asarray(self.data.B.T @ (D if E is None else D @ E))
+
+
+def distances(poles: Complex, discrete: bool) -> Array:
+    """The distance of each pole (n,) to the left of the imaginary axis, or inside the unit circle."""
+    return np.asarray(1 - np.abs(poles) if discrete else -poles.real)
 
 
 def norm(matrix: Array) -> float:
@@ -137,7 +196,7 @@ def size(matrix: Array) -> float:
 
 
 def _gain(W: Twice, right: Twice) -> Array:
-    """The K with W K = right', after one step of iterative refinement for an ill-conditioned W."""
+    """The K with W K = right'."""
     factor = linalg.lu_factor(W.high)
     K = linalg.lu_solve(factor, right.T.high)
     for _ in range(REFINEMENTS):
@@ -145,14 +204,6 @@ def _gain(W: Twice, right: Twice) -> Array:
     if not np.isfinite(K).all():
         raise np.linalg.LinAlgError("there is no gain")
     return np.asarray(K)
-
-
-def _cost(d: Data, K: Array) -> float:
-    return norm(d.Q) + 2 * norm(d.S) * norm(K) + norm(d.R) * norm(K) ** 2
-
-
-def _even(matrix: Array) -> Array:
-    return (matrix + matrix.T) / 2
 
 
 def plain(d: Data) -> Data:
@@ -175,6 +226,3 @@ def hamiltonian(d: Data) -> Array:
     """H (2 n, 2 n), whose stable invariant subspace is spanned by [I; X] if E is the identity."""
     p = plain(d)
     return np.block([[p.A, -quadratic(p)], [-p.Q, -p.A.T]])
-
-
-Equation = Continuous | Discrete

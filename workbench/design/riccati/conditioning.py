@@ -1,23 +1,17 @@
 """The scaling of a Riccati equation, and the sensitivity of its solution to small changes of the data.
 
-A change of units by powers of two makes no rounding error.
+The inverse of the derivative of Res at a stabilising solution, with its sign turned, maps semidefinite matrices to
+such. So a change of the equation between -M and M moves X by no more than H(M), the image of M. A change dZ of a
+matrix enters as P' dZ + dZ' P, which lies between both signs of c r^2 Z'Z + P'P / c for every c > 0, with r = |d|.
 
-The inverse of the derivative of Res at a stabilising solution, with its sign turned, maps positive
-semidefinite matrices to such. So a change of the equation between -M and M moves X by no more than H(M), the
-image of M, and bounds come from a few Lyapunov or Stein equations. A change of a matrix enters as
-P' dZ + dZ' P, which lies between both signs of c r^2 Z'Z + P'P / c for every c > 0, r being the norm of d.
-
-All this is the linear picture. It ends where the curvature of Res along H(M) reaches M / 4: for one state that
-is Kantorovich's condition, beyond which an equation with the changed data may have no solution; for more
-states it is an estimate of the same distance. For a continuous equation there is another: the least singular
-value of H - i omega over the frequencies of the slow poles, H being the Hamiltonian matrix. Smaller changes of H
-move no eigenvalue onto the imaginary axis. Both are pessimistic, so the larger one counts.
+That linear picture ends where the curvature of Res along H(M) reaches M / 4 (for one state Kantorovich's condition,
+for more an estimate), or, for a continuous equation, at the least singular value of H - i omega over the frequencies
+of the slow poles, with the Hamiltonian matrix H. Both are pessimistic, so the larger one counts.
 
 References
 ----------
 Kenney, Hewer (1990), The sensitivity of the algebraic and differential Riccati equations, SIAM J. Control
-Optim. 28: the bound by H0, H1, H2, here with all matrices instead of A, G and Q.
-Kantorovich's theorem, in Kantorovich, Akilov (1964), Functional Analysis in Normed Spaces, XVIII.
+Optim. 28. Kantorovich, Akilov (1964), Functional Analysis in Normed Spaces, XVIII.
 """
 
 from __future__ import annotations
@@ -29,14 +23,7 @@ import numpy as np
 from scipy import linalg
 
 from workbench.design.matrices import EPS, Refused
-from workbench.design.riccati.algebraic_equation import (
-    Continuous,
-    Data,
-    Equation,
-    hamiltonian,
-    norm,
-    size,
-)
+from workbench.design.riccati.algebraic_equation import Data, Equation, hamiltonian, norm, size
 from workbench.design.riccati.newton import Refined
 from workbench.validation.refusals import Array
 
@@ -98,14 +85,10 @@ def in_range(call: str, name: str, full: Array, within: Array) -> Array:
 def good_units(d: Data) -> Units:
     """Units in which the extended Hamiltonian pencil has rows and columns alike, and stays Hamiltonian.
 
-    Balancing leaves a state alone that nothing drives or that drives nothing, so it starts where the entries are
-    nearest to one size: then the answer is the same in all units of the caller.
-
     References
     ----------
-    Benner (2001), Symplectic balancing of Hamiltonian matrices, SIAM J. Sci. Comput. 22.
-    Kenney, Laub, Wette (1989), A stability-enhancing scaling procedure for Schur-Riccati solvers, Systems
-    Control Lett. 12 (the size of X).
+    Benner (2001), Symplectic balancing of Hamiltonian matrices, SIAM J. Sci. Comput. 22. Kenney, Laub, Wette (1989),
+    Systems Control Lett. 12 (the size of X).
     """
     n, m = d.B.shape
     none = Units(np.zeros(n, dtype=int), np.zeros(m, dtype=int))
@@ -130,12 +113,7 @@ def _pencil(d: Data) -> Array:
 
 
 def _level(d: Data) -> Units:
-    """Units that bring the logarithms of the pencil's entries, but for zeros, nearest to one number by least squares.
-
-    References
-    ----------
-    Curtis, Reid (1972), On the automatic scaling of matrices for Gaussian elimination, IMA J. Appl. Math. 10.
-    """
+    """Units that bring the logarithms of the pencil's entries nearest to one number (Curtis and Reid 1972)."""
     n, m = d.B.shape
     pencil = _pencil(d)
     seen = (pencil != 0).astype(float)
@@ -163,9 +141,8 @@ class Conditioning:
     """The effect of small changes of the data.
 
     `condition` and `in_good_units` bound the relative change of X, in the 2-norm, over that of every matrix in good
-    units: as the caller measures X, and as it is in good units. `reach` estimates the relative change of every matrix
-    up to which there is a stabilising solution. `response` is how far X moves, in the 2-norm, when the equation in
-    good units is changed by a matrix of norm one.
+    units: as the caller measures X, and in good units. Up to a relative change of every matrix by about `reach` there
+    is a stabilising solution. `response` is how far X moves when the equation is changed by a matrix of norm one.
     """
 
     condition: float
@@ -205,7 +182,7 @@ def conditioning(equation: Equation, found: Refined, units: Units) -> Conditioni
         c = np.sqrt(by_P / by_Z) / r
         M += c * r**2 * Z.T @ Z + P.T @ P / c
     reach = _reach(equation, found, M)
-    if reach <= EPS**0.75 and isinstance(equation, Continuous):
+    if reach <= EPS**0.75 and not equation.discrete:
         reach = max(reach, _distance(d, found))
     response = size(units.out_of(most(one)))
     return Conditioning(total / whole if whole > 0 else 0.0, inside / X if X > 0 else 0.0, reach, response)
@@ -225,6 +202,6 @@ def _reach(equation: Equation, found: Refined, M: Array) -> float:
 def _distance(d: Data, found: Refined) -> float:
     """The least singular value of H - i omega at the frequencies of the slowest poles, over the norm of H."""
     H, one = hamiltonian(d), np.eye(2 * d.n)
-    slow = found.operator.poles[np.argsort(found.operator.margins())[:MOST_POLES]]
+    slow = found.operator.poles[np.argsort(found.operator.margins)[:MOST_POLES]]
     least = [np.linalg.svd(H - 1j * omega * one, compute_uv=False)[-1] for omega in np.unique(np.abs(slow.imag))]
     return float(min(least)) / size(H)

@@ -1,8 +1,7 @@
 """Sums and products of matrices in twice the working precision, by error-free transformations.
 
-A number is an unevaluated sum `high + low` of two floats. A product is split into slices so short that
-every product of two slices is an exact sum of exact products, which the machine's own fast matrix product may
-then add in any order: the digits are the same on every machine.
+A number is an unevaluated sum `high + low` of two floats. A product is split into slices so short that every product
+of two slices is exact in any order of its sums: the digits are the same on every machine.
 
 References
 ----------
@@ -64,7 +63,6 @@ def _two_sum(a: Array, b: Array) -> tuple[Array, Array]:
 
 
 def _product(A: Array, B: Array) -> Twice:
-    """The product of two plain matrices to twice the working precision."""
     # n products of two integers below 2^bits add up to less than 2^53
     bits = (DIGITS - int(np.ceil(np.log2(max(A.shape[1], 2))))) // 2
     left, right = _slices(A, bits), [part.T for part in _slices(B.T, bits)]

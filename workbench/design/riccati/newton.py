@@ -2,13 +2,8 @@
 
 References
 ----------
-Laub (1979), A Schur method for solving algebraic Riccati equations, IEEE Trans. Autom. Control 24.
-Byers (1987), Solving the algebraic Riccati equation with the matrix sign function, Linear Algebra Appl. 85.
-Chu, Fan, Lin, Wang (2004), Structure-preserving algorithms for periodic discrete-time algebraic Riccati
-equations, Int. J. Control 77 (doubling).
-Kleinman (1968), On an iterative technique for Riccati equation computations, IEEE Trans. Autom. Control 13.
-Hewer (1971), An iterative technique for the computation of the steady state gains for the discrete optimal
-regulator, IEEE Trans. Autom. Control 16.
+Laub (1979), IEEE Trans. Autom. Control 24 (Schur form). Chu, Fan, Lin, Wang (2004), Int. J. Control 77 (doubling).
+Kleinman (1968), IEEE Trans. Autom. Control 13, and Hewer (1971), the same, 16 (Newton's method).
 """
 
 from __future__ import annotations
@@ -23,15 +18,14 @@ from scipy import linalg
 from workbench.design.matrices import EPS
 from workbench.design.riccati.algebraic_equation import (
     Data,
-    Discrete,
     Equation,
+    Operator,
     Point,
     hamiltonian,
     norm,
     plain,
     quadratic,
 )
-from workbench.design.riccati.operators import AbstractOperator
 from workbench.validation.refusals import Array
 
 MOST_ROUNDS = 60  # of an iteration that squares or doubles
@@ -54,19 +48,6 @@ def _schur(d: Data) -> Array:
     return np.asarray(np.linalg.solve(U[:n, :n].T, U[n:, :n].T).T)
 
 
-def _sign(d: Data) -> Array:
-    """X from (sign + I) [I; X] = 0, with the sign of the Hamiltonian by Newton's scaled iteration."""
-    Z, n = hamiltonian(d), d.n
-    for _ in range(MOST_ROUNDS):
-        scale = np.exp(-np.linalg.slogdet(Z)[1] / (2 * n))
-        following = (scale * Z + np.linalg.inv(Z) / scale) / 2
-        change, Z = np.linalg.norm(following - Z), following
-        if change <= 1e-14 * np.linalg.norm(Z):
-            break
-    kernel = Z + np.eye(2 * n)
-    return np.asarray(np.linalg.lstsq(kernel[:, n:], -kernel[:, :n])[0])
-
-
 def _doubling(d: Data) -> Array:
     """X by doubling the horizon again and again; quadratic as long as R has an inverse."""
     p = plain(d)
@@ -85,11 +66,11 @@ def _doubling(d: Data) -> Array:
 class Refined:
     """The end of Newton's method: the equation at the last X kept, its derivative there, and the steps kept.
 
-    `correction` (n, n) is the next step, which was not kept: to first order, what X still lacks.
+    `correction` (n, n) is the next step: to first order, what X still lacks.
     """
 
     point: Point
-    operator: AbstractOperator
+    operator: Operator
     steps: int
     correction: Array
 
@@ -97,8 +78,7 @@ class Refined:
 def refine(equation: Equation, X: Array) -> Refined:
     """Newton's method from X, as long as each step makes the residual smaller; `LinAlgError` if a step fails.
 
-    Where the residual is below the working precision it says no more: there the next step must be shorter by half,
-    until it is below the last digit of X.
+    Where the residual is below the working precision, the next step must be shorter by half.
     """
     now = _looked_at(equation, X, 0)
     while now.steps < MOST_STEPS:
@@ -126,11 +106,10 @@ def candidates(equation: Equation) -> Iterator[Array]:
     d = equation.data
 
     def scipys(d: Data) -> Array:
-        solver = linalg.solve_discrete_are if isinstance(equation, Discrete) else linalg.solve_continuous_are
+        solver = linalg.solve_discrete_are if equation.discrete else linalg.solve_continuous_are
         return np.asarray(solver(d.A, d.B, d.Q, d.R, e=d.E, s=d.S))
 
-    methods = (_zero, _doubling, scipys) if isinstance(equation, Discrete) else (_zero, _schur, scipys, _sign)
-    for method in methods:
+    for method in (_zero, _doubling, scipys) if equation.discrete else (_zero, _schur, scipys):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # an inaccurate candidate is judged by what Newton makes of it

@@ -1,128 +1,53 @@
-"""The algebraic Riccati equations, and the linear-quadratic regulator and estimator that they give."""
+"""Linear-quadratic regulators, estimators, and both together."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 
-from workbench.design.matrices import definite, invertible, matrix, semidefinite, square, symmetric
-from workbench.design.riccati.algebraic_equation import Continuous, Data, Discrete
-from workbench.design.riccati.stabilisation import ESTIMATOR, Riccati, stabilising
-from workbench.validation.refusals import Array
+from workbench.core import Ode
+from workbench.design.linear.operating_point import jacobians, row_of, vector_of
+from workbench.design.matrices import (
+    Certificate,
+    Complex,
+    definite,
+    indefinite,
+    matrix,
+    semidefinite,
+    square,
+)
+from workbench.design.riccati.algebraic_equation import distances, norm
+from workbench.design.riccati.stabilisation import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.validation.refusals import Array, seconds
 from workbench.validation.signatures import door
-
-
-def is_system(value: Any) -> bool:
-    """True if a value is a linear system by its matrices, as python-control's `StateSpace`."""
-    return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt"))
-
-
-def is_discrete(system: Any) -> bool:
-    """True if a system is sampled: python-control writes 0 or None for one that is not."""
-    return system.dt not in (0, None)
-
-
-def _check_joint(call: str, Q: Array, N: Array, R: Array) -> None:
-    """Refuse a matrix [Q N; N' R] that is not positive semidefinite, but for rounding."""
-    # measured by the roots of the diagonals, in which the rounding of eigenvalues means something
-    whole = np.block([[Q, N], [N.T, R]])
-    root = np.sqrt(np.maximum(np.diag(whole), np.finfo(float).tiny))
-    values = np.linalg.eigvalsh(whole / root[:, None] / root)
-    if values[0] < -8 * len(whole) * np.finfo(float).eps * max(1.0, np.abs(values).max()):
-        raise ValueError(
-            f"`{call}`: [Q N; N' R] must be positive semidefinite, or the cost has no minimum; its least eigenvalue, "
-            f"with its diagonal scaled to one, is {values[0]:.3g}. Weigh less across, or more on the diagonal."
-        )
-
-
-@door
-def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
-    """The stabilising X of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, and K = R^-1 (B'XE + S').
-
-    With u = -K x every pole of E x' = A x + B u lies left of the imaginary axis. Q may be indefinite, as in
-    H-infinity problems, where the certificate warns.
-
-    Parameters
-    ----------
-    A, E
-        (n, n); without E, the identity.
-    B
-        (n, m).
-    Q, R
-        The weights of states (n, n) and inputs (m, m), both symmetric, R positive definite.
-    S
-        The weight between states and inputs (n, m); zero if it is not given.
-
-    Raises
-    ------
-    ValueError
-        If a matrix is not real, finite, or of its shape, Q or R not symmetric, R not positive definite, or E
-        singular.
-    Refused
-        If there is no stabilising X, or none that can be trusted.
-    """
-    call = "care(A, B, Q, R)"
-    return stabilising(call, _data(call, A, B, Q, R, S, E), Continuous)
-
-
-@door
-def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
-    """The stabilising X of A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0, and its gain K.
-
-    With u = -K x, K = (R + B'XB)^-1 (B'XA + S'), every pole of E x+ = A x + B u lies inside the unit circle.
-    R may be singular or indefinite, as long as R + B'XB has an inverse; where that is not positive definite the
-    cost has no minimum, and the certificate says so.
-
-    Parameters
-    ----------
-    A, E
-        (n, n); without E, the identity.
-    B
-        (n, m).
-    Q, R
-        The weights of states (n, n) and inputs (m, m), both symmetric.
-    S
-        The weight between states and inputs (n, m); zero if it is not given.
-
-    Raises
-    ------
-    ValueError
-        If a matrix is not real, finite, or of its shape, Q or R not symmetric, or E singular.
-    Refused
-        If there is no stabilising X, or none that can be trusted.
-    """
-    call = "dare(A, B, Q, R)"
-    return stabilising(call, _data(call, A, B, Q, R, S, E, positive=False), Discrete)
+from workbench.validation.views import show
 
 
 @door
 def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, discrete: bool = False) -> Riccati:
     """The gain K of u = -K x that makes the integral, or sum, of x'Qx + 2 x'Nu + u'Ru smallest.
 
-    The system is x' = A x + B u, or x+ = A x + B u if it is discrete. A python-control `StateSpace` takes
-    the place of A and B, as in `lqr(system, Q, R)` and `lqr(system, Q, R, N)`, and says itself whether it is
-    sampled.
+    The system is x' = A x + B u, or x+ = A x + B u if it is `discrete`. A python-control `StateSpace` takes the place
+    of A and B, as in `lqr(system, Q, R)`, and says itself whether it is sampled.
 
     Parameters
     ----------
     A, B
         (n, n) and (n, m).
-    Q, R
-        The weights of states (n, n), positive semidefinite, and inputs (m, m), positive definite.
-    N
-        The weight between states and inputs (n, m), such that [Q N; N' R] is positive semidefinite.
-    discrete
-        True if A and B are those of a sampled system.
+    Q, R, N
+        The weights of states (n, n) and inputs (m, m), positive definite, and between them (n, m), such that [Q N; N'
+        R] is positive semidefinite.
 
     Raises
     ------
     ValueError
         If a matrix is not real, finite, of its shape, or not as definite as it must be.
     Refused
-        If no gain stabilises, as a mode is not moved by any input, or stays on the boundary as it costs
-        nothing; or if none can be trusted.
+        If no gain stabilises, or none can be trusted; the message names the mode that is to blame.
 
     References
     ----------
@@ -140,10 +65,10 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
         if B is not None:  # weights in the places of matrices, the rest of them by name
             Q, R, N = (B, R, N) if Q is None else (B, Q, R if N is None else N)
         A, B = A.A, A.B
-    d = _data(call, A, B, Q, R, N)
+    d = checked_data(call, A, B, Q, R, N)
     semidefinite(call, "Q", d.Q)
     _check_joint(call, d.Q, d.S, d.R)
-    return stabilising(call, d, Discrete if discrete else Continuous)
+    return stabilising(call, d, discrete)
 
 
 @door
@@ -155,26 +80,15 @@ def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Ric
 
     Parameters
     ----------
-    A
-        (n, n).
-    G, C
-        (n, nw), where the noise w enters, and (ny, n).
+    A, G, C
+        (n, n), (n, nw) and (ny, n).
     Qn, Rn
         The intensities of w (nw, nw), positive semidefinite, and v (ny, ny), positive definite.
-    discrete
-        True if the system is sampled.
 
     Raises
     ------
-    ValueError
-        If a matrix is not real, finite, of its shape, or not as definite as it must be.
-    Refused
-        If no gain stabilises, as no output sees a mode, or a mode on the boundary is not driven by noise;
-        or if none can be trusted.
-
-    References
-    ----------
-    Kalman, Bucy (1961), New results in linear filtering and prediction theory, J. Basic Eng. 83.
+    ValueError, Refused
+        As `lqr`.
     """
     call = "lqe(A, G, C, Qn, Rn)"
     a = square(call, "A", A)
@@ -182,23 +96,199 @@ def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Ric
     c = matrix(call, "C", C, columns=len(a))
     q, r = semidefinite(call, "Qn", Qn, g.shape[1]), definite(call, "Rn", Rn, len(c))
     driven = g @ q @ g.T
-    d = _data(call, a.T, c.T, (driven + driven.T) / 2, r)  # the equation of the transposed system
-    dual = stabilising(call, d, Discrete if discrete else Continuous, ESTIMATOR)
+    d = checked_data(call, a.T, c.T, (driven + driven.T) / 2, r)  # the equation of the transposed system
+    dual = stabilising(call, d, discrete, ESTIMATOR)
     return replace(dual, K=dual.K.T)
 
 
-def _data(call: str, A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None, positive: bool = True) -> Data:
-    """The matrices of a Riccati equation, checked; R need not be positive definite if `positive` is False."""
-    a = square(call, "A", A)
-    n = len(a)
-    b = matrix(call, "B", B, rows=n)
-    m = b.shape[1]
-    weight = definite if positive else symmetric
-    return Data(
-        A=a,
-        B=b,
-        Q=symmetric(call, "Q", Q, n),
-        R=weight(call, "R", R, m),
-        S=np.zeros((n, m)) if S is None else matrix(call, "S", S, n, m),
-        E=None if E is None else invertible(call, "E", E, n),
+@door
+def steady_kalman(
+    ode: Ode,
+    Q: Any,
+    R: Any,
+    outputs: Sequence[str] = (),
+    *,
+    period: float | None = None,
+    x: Any = None,
+    u: Any = None,
+    p: Any = None,
+) -> Riccati:
+    """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
+
+    Without a period K is that of x_hat' = f + K (y - h), for readings at all times. With one it is that of x_hat+ =
+    x_hat + K (y_k - h) at each reading, between which x_hat' = f: X is then P before a reading. `poles` are those of
+    the error.
+
+    Parameters
+    ----------
+    Q, R
+        The intensity of w (nx, nx), semidefinite; and that of v, with a period the covariance of one reading, (ny, ny).
+    outputs
+        The outputs that are read, or single numbers of them (`q[0]`); all where none is named.
+    x, u, p
+        (nx,), (nu,) and (np,); the starts and defaults of `ode` where none is given.
+
+    Raises
+    ------
+    LookupError
+        If an output has no such name.
+    ValueError, Refused
+        As `lqe`.
+
+    References
+    ----------
+    Simon (2006), Optimal State Estimation, sections 7.3 and 8.3.
+
+    Examples
+    --------
+    >>> wb.steady_kalman(wb.open_loop(wb.DCMotor()), Q=np.eye(2), R=[[1e-2]], period=0.01).K.round(3)
+    array([[0.581],
+           [0.149]])
+    """
+    call = "steady_kalman(ode, Q, R)"
+    state = ode.states.default if x is None else vector_of("x", x, ode.states)
+    A, _, Cy, _ = jacobians("steady_kalman", ode, 0.0, state, row_of(ode, p, u))
+    C = Cy[[place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]]
+    q, r = semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
+    if period is None:
+        return lqe(A, np.eye(len(A)), C, q, r)
+    Phi, Qd = _sampled(A, q, seconds("steady_kalman(period=...)", period))
+    answer = lqe(Phi, np.eye(len(A)), C, Qd, r, discrete=True)
+    K = np.asarray(np.linalg.solve(C @ answer.X @ C.T + r, C @ answer.X).T, dtype=float)
+    return replace(answer, K=K)
+
+
+def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
+    """exp(A period), and the covariance that white noise of intensity Q gathers over the period (Van Loon 1978)."""
+    n = len(A)
+    block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * period)
+    Phi = block[n:, n:].T
+    Qd = Phi @ block[:n, n:]
+    return Phi, (Qd + Qd.T) / 2
+
+
+@dataclass(frozen=True)
+@show
+class Lqg:
+    """A linear-quadratic-Gaussian controller from y to u, a python-control `StateSpace` with the feedback sign inside.
+
+    The poles (2 n,) of the closed loop are computed from the loop and not from its two halves. The certificate is that
+    of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
+    """
+
+    controller: Any
+    regulator: Riccati
+    estimator: Riccati
+    poles: Complex
+    certificate: Certificate
+
+
+@door
+def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = None) -> Lqg:
+    """The controller u = -K x_hat, x_hat' = A x_hat + B u + L (y - C x_hat - D u), as a python-control `StateSpace`.
+
+    It makes the mean of x'Qx + 2 x'Nu + u'Ru smallest for x' = A x + B u + G w, y = C x + D u + v, with white w
+    and v. A sampled system gives a sampled controller, in the form of the predictor. Such a loop has no guaranteed
+    margins (Doyle 1978).
+
+    Parameters
+    ----------
+    system
+        The python-control `StateSpace` with n states.
+    Q, R, N
+        The weights, as for `lqr`.
+    Qn, Rn
+        The intensities of w (nw, nw) and v (ny, ny), as for `lqe`.
+    G
+        (n, nw), where w enters; without it, at each state.
+
+    Raises
+    ------
+    ValueError, Refused
+        If `system` is no `StateSpace`, or as `lqr` and `lqe`.
+
+    References
+    ----------
+    Athans (1971), IEEE Trans. Autom. Control 16. Doyle (1978), the same, 23.
+
+    Examples
+    --------
+    >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
+    >>> answer = wb.lqg(motor, Q=np.diag([100.0, 0.0]), R=[[1.0]], Qn=np.eye(2), Rn=[[1e-3]])
+    >>> wb.ClosedLoop(wb.DCMotor(), controller=answer.controller).controller.drives.names
+    ('v',)
+    """
+    if not is_system(system):
+        kind = type(system).__name__
+        raise ValueError(f"`lqg(system, Q, R, Qn, Rn)`: system must be a python-control `StateSpace`; got {kind}.")
+    regulator = lqr(system, Q, R, N)
+    entry = np.eye(len(system.A)) if G is None else G
+    estimator = lqe(system.A, entry, system.C, Qn, Rn, discrete=is_discrete(system))
+    controller = _controller(system, regulator.K, estimator.K)
+    loop, apart = _loops(system, controller, regulator.K, estimator.K)
+    poles = np.asarray(np.linalg.eigvals(loop), dtype=complex)
+    certificate = Certificate(
+        residual=norm(apart) / norm(loop),
+        error=max(regulator.certificate.error, estimator.certificate.error),
+        condition=max(regulator.certificate.condition, estimator.certificate.condition),
+        margin=float(distances(poles, is_discrete(system)).min()),
+        refined=max(regulator.certificate.refined, estimator.certificate.refined),
+        warnings=tuple(_warnings(system, controller, regulator, estimator)),
     )
+    return Lqg(controller, regulator, estimator, poles, certificate)
+
+
+def is_system(value: Any) -> bool:
+    """True if a value is a linear system by its matrices, as python-control's `StateSpace`."""
+    return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt"))
+
+
+def is_discrete(system: Any) -> bool:
+    """True if a system is sampled: python-control writes 0 or None for one that is not."""
+    return system.dt not in (0, None)
+
+
+def _check_joint(call: str, Q: Array, N: Array, R: Array) -> None:
+    # measured by the roots of the diagonals, in which the rounding of eigenvalues means something
+    whole = np.block([[Q, N], [N.T, R]])
+    root = np.sqrt(np.maximum(np.diag(whole), np.finfo(float).tiny))
+    scaled = whole / root[:, None] / root
+    if indefinite(scaled):
+        least = np.linalg.eigvalsh(scaled)[0]
+        raise ValueError(
+            f"`{call}`: [Q N; N' R] must be positive semidefinite, or the cost has no minimum; its least eigenvalue, "
+            f"with its diagonal scaled to one, is {least:.3g}. Weigh less across, or more on the diagonal."
+        )
+
+
+def _controller(system: Any, K: Array, L: Array) -> Any:
+    import control  # takes seconds, and only this function needs it
+
+    inside = system.A - system.B @ K - L @ (system.C - system.D @ K)
+    return control.ss(
+        inside,
+        L,
+        -K,
+        np.zeros((len(K), L.shape[1])),
+        system.dt,
+        name=f"lqg of {system.name}",
+        states=[f"{label}_hat" for label in system.state_labels],
+        inputs=list(system.output_labels),
+        outputs=list(system.input_labels),
+    )
+
+
+def _warnings(system: Any, controller: Any, regulator: Riccati, estimator: Riccati) -> Iterator[str]:
+    for name, half in (("regulator", regulator), ("estimator", estimator)):
+        yield from (f"{name}: {warning}" for warning in half.certificate.warnings)
+    if not distances(np.linalg.eigvals(controller.A), is_discrete(system)).min() > 0:
+        yield "the controller is unstable by itself: the loop must be closed before it runs"
+
+
+def _loops(system: Any, controller: Any, K: Array, L: Array) -> tuple[Array, Array]:
+    """The matrix (2 n, 2 n) of plant and controller, and its distance, in x and x - x_hat, from separation."""
+    acting, seeing, n = system.B @ controller.C, controller.B @ system.C, len(system.A)
+    loop = np.block([[system.A, acting], [seeing, controller.A + controller.B @ system.D @ controller.C]])
+    change = np.block([[np.eye(n), np.zeros((n, n))], [np.eye(n), -np.eye(n)]])
+    apart = np.block([[system.A - system.B @ K, system.B @ K], [np.zeros((n, n)), system.A - L @ system.C]])
+    return loop, change @ loop @ change - apart

@@ -2,8 +2,7 @@
 
 References
 ----------
-Hautus (1969), Controllability and observability conditions of linear autonomous systems, Indag. Math. 31
-(the test of Popov, Belevitch and Hautus).
+Hautus (1969), Controllability and observability conditions of linear autonomous systems, Indag. Math. 31.
 """
 
 from __future__ import annotations
@@ -11,16 +10,31 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy import linalg
 
-from workbench.design.matrices import EPS, Certificate, Complex, Refused, indefinite, one_thread
-from workbench.design.riccati.algebraic_equation import Continuous, Data, Discrete, Equation, hamiltonian, norm
+from workbench.design.matrices import (
+    EPS,
+    Certificate,
+    Complex,
+    Refused,
+    definite,
+    indefinite,
+    invertible,
+    matrix,
+    one_thread,
+    pole_text,
+    square,
+    symmetric,
+)
+from workbench.design.riccati.algebraic_equation import Data, Equation, distances, hamiltonian, norm
 from workbench.design.riccati.conditioning import Conditioning, Units, conditioning, good_units, in_range
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.newton import Refined, candidates, refine
 from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
 from workbench.validation.views import show
 
 NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
@@ -36,45 +50,107 @@ ROUNDING = 8 * EPS  # what a few operations on the data, a change of coordinates
 
 
 @dataclass(frozen=True)
-class Words:
-    """The wording of the reasons, for a regulator or for an estimator."""
+@show
+class Riccati:
+    """The stabilising solution X (n, n) of an algebraic Riccati equation, symmetric, and its gain.
 
-    unmoved: str
-    free: str
+    K is (m, n) of a regulator u = -K x, or (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat); the poles (n,)
+    are those of A - B K, or A - K C.
+    """
+
+    X: Array
+    K: Array
+    poles: Complex
+    certificate: Certificate
 
 
-REGULATOR = Words(
-    unmoved="the pair (A, B) is not stabilisable: no input moves the unstable mode {mode} of A (relative PBH distance "
-    "{distance:.1e}). Give it an actuator, or leave it out of the model",
-    free="the mode {mode} of A lies on the {edge} and costs nothing in Q (relative PBH distance {distance:.1e}), so it "
-    "stays where it is. Give it a weight in Q",
-)
-ESTIMATOR = Words(
-    unmoved="the pair (A, C) is not detectable: no output sees the unstable mode {mode} of A (relative PBH distance "
+@door
+def care(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
+    """The stabilising X of A'XE + E'XA - (E'XB + S) R^-1 (B'XE + S') + Q = 0, and K = R^-1 (B'XE + S').
+
+    With u = -K x every pole of E x' = A x + B u lies left of the imaginary axis. Q may be indefinite.
+
+    Parameters
+    ----------
+    A, B, E
+        (n, n), (n, m) and (n, n); without E, the identity.
+    Q, R, S
+        The symmetric weights of states (n, n) and inputs (m, m), R positive definite, and between them (n, m), or zero.
+
+    Raises
+    ------
+    ValueError
+        If a matrix is not real, finite, or of its shape, Q or R not symmetric, R not positive definite, or E singular.
+    Refused
+        If there is no stabilising X, or none that can be trusted.
+    """
+    call = "care(A, B, Q, R)"
+    return stabilising(call, checked_data(call, A, B, Q, R, S, E), discrete=False)
+
+
+@door
+def dare(A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None) -> Riccati:
+    """The stabilising X of A'XA - E'XE - (A'XB + S) (R + B'XB)^-1 (B'XA + S') + Q = 0, and its gain K.
+
+    With u = -K x, K = (R + B'XB)^-1 (B'XA + S'), every pole of E x+ = A x + B u lies inside the unit circle. Shapes and
+    refusals are those of `care`, but R may be singular or indefinite, as long as R + B'XB has an inverse; where that is
+    not positive definite the certificate warns.
+    """
+    call = "dare(A, B, Q, R)"
+    return stabilising(call, checked_data(call, A, B, Q, R, S, E, positive=False), discrete=True)
+
+
+def checked_data(
+    call: str, A: Any, B: Any, Q: Any, R: Any, S: Any = None, E: Any = None, positive: bool = True
+) -> Data:
+    """The matrices of a Riccati equation, each of its shape; R must be definite if it must be `positive`."""
+    a = square(call, "A", A)
+    n = len(a)
+    b = matrix(call, "B", B, rows=n)
+    m = b.shape[1]
+    weight = definite if positive else symmetric
+    return Data(
+        A=a,
+        B=b,
+        Q=symmetric(call, "Q", Q, n),
+        R=weight(call, "R", R, m),
+        S=np.zeros((n, m)) if S is None else matrix(call, "S", S, n, m),
+        E=None if E is None else invertible(call, "E", E, n),
+    )
+
+
+# The reasons that there is no gain, in words for a regulator and for an estimator.
+REGULATOR = {
+    "unmoved": "the pair (A, B) is not stabilisable: no input moves the unstable mode {mode} of A (relative PBH "
+    "distance {distance:.1e}). Give it an actuator, or leave it out of the model",
+    "free": "the mode {mode} of A lies on the {edge} and costs nothing in Q (relative PBH distance {distance:.1e}), "
+    "so it stays where it is. Give it a weight in Q",
+}
+ESTIMATOR = {
+    "unmoved": "the pair (A, C) is not detectable: no output sees the unstable mode {mode} of A (relative PBH distance "
     "{distance:.1e}). Give it a sensor, or leave it out of the model",
-    free="the mode {mode} of A lies on the {edge} and no noise drives it (relative PBH distance {distance:.1e}), so "
+    "free": "the mode {mode} of A lies on the {edge} and no noise drives it (relative PBH distance {distance:.1e}), so "
     "the filter stops to look at it. Give it noise in Qn",
-)
+}
 
 
-def reason(d: Data, discrete: bool, words: Words = REGULATOR) -> str:
+def reason(d: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> str:
     """One sentence on why there is no stabilising solution, or an empty text if none is seen."""
     modes: Complex = np.asarray(linalg.eigvals(d.A, d.E), dtype=complex)
     modes = modes[np.isfinite(modes)]
-    inside = 1 - np.abs(modes) if discrete else -modes.real
+    inside = distances(modes, discrete)
     scale = 1.0 if discrete else max(1e-300, float(np.abs(modes).max(initial=0)))
     mode, distance = _worst(d, modes[inside <= NEAR * scale], d.B, beside=True)
     if distance <= LOST:
-        return words.unmoved.format(mode=figure(mode), distance=distance)
+        return words["unmoved"].format(mode=pole_text(mode), distance=distance)
     mode, distance = _worst(d, modes[np.abs(inside) <= NEAR * scale], d.Q, beside=False)
     if distance <= LOST and not d.S.any():
         edge = "unit circle" if discrete else "imaginary axis"
-        return words.free.format(mode=figure(mode), distance=distance, edge=edge)
+        return words["free"].format(mode=pole_text(mode), distance=distance, edge=edge)
     return "" if discrete else _axis(d)
 
 
 def _axis(d: Data) -> str:
-    """The reason that the Hamiltonian matrix has an eigenvalue on the imaginary axis, or an empty text."""
     try:
         values = np.linalg.eigvals(hamiltonian(d))
     except (np.linalg.LinAlgError, ValueError):
@@ -83,7 +159,7 @@ def _axis(d: Data) -> str:
     if abs(nearest.real) > NEAR * np.abs(values).max():
         return ""
     return (
-        f"the Hamiltonian matrix has the eigenvalue {figure(complex(0, abs(nearest.imag)))} on the imaginary axis, "
+        f"the Hamiltonian matrix has the eigenvalue {pole_text(complex(0, abs(nearest.imag)))} on the imaginary axis, "
         "within rounding, so no X stabilises A - B K. Weigh the states more in Q"
     )
 
@@ -102,84 +178,34 @@ def _worst(d: Data, modes: Complex, other: Array, beside: bool) -> tuple[complex
     return found
 
 
-def figure(mode: complex) -> str:
-    """A pole in four digits, as a real number if it is one."""
-    return f"{mode.real:.4g}" if abs(mode.imag) < 1e-12 * (1 + abs(mode)) else f"{mode.real:.4g}{mode.imag:+.4g}j"
-
-
-@dataclass(frozen=True)
-@show
-class Riccati:
-    """The stabilising solution X of an algebraic Riccati equation, and its gain.
-
-    Parameters
-    ----------
-    X
-        The solution (n, n), symmetric.
-    K
-        The gain: (m, n) of a regulator u = -K x, (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat).
-    poles
-        The eigenvalues (n,) of A - B K, or A - K C.
-    certificate
-        The accuracy of X, and the margin of the loop.
-    """
-
-    X: Array
-    K: Array
-    poles: Complex
-    certificate: Certificate
-
-
-@dataclass(frozen=True)
-class _Judgement:
-    """A refined candidate, its certificate, and the worst objection to it."""
-
-    found: Refined
-    K: Array
-    certificate: Certificate
-    against: str
-
-    @property
-    def settled(self) -> bool:
-        """True if this is the stabilising solution, trusted or not."""
-        known = self.certificate
-        return known.margin > 0 and known.residual <= WORST_RESIDUAL and known.error <= WORST_ERROR
-
-
 @one_thread()
 @np.errstate(all="ignore")  # what leaves the range of floats is seen in the certificate
-def stabilising(
-    call: str,
-    data: Data,
-    kind: type[Continuous] | type[Discrete],
-    words: Words = REGULATOR,
-) -> Riccati:
+def stabilising(call: str, data: Data, discrete: bool, words: dict[str, str] = REGULATOR) -> Riccati:
     """The stabilising solution of the first method that finds one that can be trusted, or a refusal with the reason."""
     units = good_units(data)
-    equation: Equation = kind(units.into(data))
+    equation = Equation(units.into(data), discrete)
     objections = []
     for X in candidates(equation):
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # singular matrices are seen in the certificate
-                judgement = _judge(equation, refine(equation, X), units)
+                found = refine(equation, X)
+                certificate, K, against = _judge(equation, found, units)
         except (OverflowError, ValueError):  # SciPy's answer to what is not finite, and the parent of LinAlgError
             continue
-        if not judgement.against:
-            point = judgement.found.point
-            X = in_range(call, "X", units.out_of(point.X), point.X)
-            K = in_range(call, "K", units.gain(judgement.K), judgement.K)
-            return Riccati(X, K, judgement.found.operator.poles, judgement.certificate)
-        objections.append(judgement.against)
-        if judgement.settled:
-            break  # every method would end at this X
-    why = reason(equation.data, isinstance(equation, Discrete), words) or (
-        objections[0] if objections else "no method finds one"
-    )
+        if not against:
+            X = in_range(call, "X", units.out_of(found.point.X), found.point.X)
+            K = in_range(call, "K", units.gain(K), K)
+            return Riccati(X, K, found.operator.poles, certificate)
+        objections.append(against)
+        if certificate.margin > 0 and certificate.residual <= WORST_RESIDUAL and certificate.error <= WORST_ERROR:
+            break  # every method would end at this X, trusted or not
+    why = reason(equation.data, discrete, words) or (objections[0] if objections else "no method finds one")
     raise Refused(f"`{call}`: there is no stabilising solution X that can be trusted: {why}.")
 
 
-def _judge(equation: Equation, found: Refined, units: Units) -> _Judgement:
+def _judge(equation: Equation, found: Refined, units: Units) -> tuple[Certificate, Array, str]:
+    """The certificate of a refined candidate, its gain, and the worst objection to it."""
     point = found.point
     margin = found.operator.margin
     known = conditioning(equation, found, units) if margin > 0 else Conditioning(np.inf, np.inf, 0.0, np.inf)
@@ -198,12 +224,13 @@ def _judge(equation: Equation, found: Refined, units: Units) -> _Judgement:
         refined=found.steps,
         warnings=tuple(_warnings(equation, found, error, of_gain, known)),
     )
-    return _Judgement(found, beyond.K, certificate, _against(found, certificate, known))
+    return certificate, beyond.K, _against(found, certificate, known)
 
 
 def _against(found: Refined, certificate: Certificate, known: Conditioning) -> str:
     if not certificate.margin > 0:
-        return f"the closed loop of the nearest solution has the pole {figure(found.operator.slowest)}"
+        slowest = complex(found.operator.poles[found.operator.margins.argmin()])
+        return f"the closed loop of the nearest solution has the pole {pole_text(slowest)}"
     if not certificate.residual <= WORST_RESIDUAL:
         return f"the relative residual stays at {certificate.residual:.1e}, above {WORST_RESIDUAL:g}"
     if not known.reach > ROUNDING:
@@ -219,11 +246,16 @@ def _against(found: Refined, certificate: Certificate, known: Conditioning) -> s
     return ""
 
 
-def _warnings(equation: Equation, found: Refined, error: float, of_gain: float, known: Conditioning) -> Iterator[str]:
-    if known.condition * EPS > WORTH_A_WARNING:
-        yield f"rounding the data can change X by up to {known.condition * EPS:.1e} of its size"
+def doubts(condition: float, error: float) -> Iterator[str]:
+    """The reasons for doubt in a solution X of any equation."""
+    if condition * EPS > WORTH_A_WARNING:
+        yield f"rounding the data can change X by up to {condition * EPS:.1e} of its size"
     if error > WORTH_A_WARNING:
         yield f"X is known to a relative error of about {error:.1e} only"
+
+
+def _warnings(equation: Equation, found: Refined, error: float, of_gain: float, known: Conditioning) -> Iterator[str]:
+    yield from doubts(known.condition, error)
     if of_gain > WORTH_A_WARNING:
         yield f"K is known to a relative error of about {of_gain:.1e} only"
     margin = found.operator.margin

@@ -4,7 +4,6 @@ The room knows matrices and functions of time or state that give them, and no pl
 takes `moebius.py` where coefficients are constant, and `time_varying.py` where they are not.
 """
 
-from workbench.design.riccati_flow.differential import RiccatiFlow, fpre, rde
-from workbench.design.riccati_flow.state_dependent import StateDependent, sdre
+from workbench.design.riccati_flow.differential import RiccatiFlow, StateDependent, fpre, rde, sdre
 
 __all__ = ["RiccatiFlow", "StateDependent", "fpre", "rde", "sdre"]

@@ -1,48 +1,36 @@
-"""The Riccati equations in time: backward from a terminal weight, and forward from a start."""
+"""The Riccati equations in time, backward from a terminal weight and forward from a start, and along states."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from workbench.design.matrices import Refused, symmetric
+from workbench.design.matrices import EPS, Certificate, Refused, answer, symmetric
+from workbench.design.riccati import Riccati, care
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
 from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
 from workbench.validation.refusals import Array, as_array, described
 from workbench.validation.signatures import door
 from workbench.validation.views import show
 
-EPS = float(np.finfo(float).eps)
 GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does
 CAUTION = 10.0  # by which that difference is taken for the error
 PASSES = 4
 FINEST = 1e-14  # tolerance of a step, below which there is only rounding
+Factors = Callable[[Array], tuple[Any, Any]]
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class RiccatiFlow:
-    """P(t) at the times asked for, symmetric to the last bit, with the gains K = R^-1 B' P of u = -K x.
+    """P(t) (N, n, n) at times (N,) in s, symmetric to the last bit, with the gains K = R^-1 B' P (N, m, n) of u = -K x.
 
-    Parameters
-    ----------
-    times
-        (N,), in s.
-    P
-        (N, n, n).
-    K
-        (N, m, n).
-    error
-        (N,), an estimate of the relative error of P in the Frobenius norm.
-    least
-        (N,), the least eigenvalue of P.
-    rest
-        (N,), the norm of P' over the sum of those of its four terms: zero where P is at rest.
-    distance
-        (N,), of P from the stabilising solution X of the algebraic equation, over the norm of X; None where the
-        coefficients vary or there is no such X.
+    All (N,): `error` estimates the relative error of P, in the Frobenius norm; `least` is the least eigenvalue of P,
+    `rest` the norm of P' over the sum of those of its four terms, `distance` that of P from the stabilising solution X
+    of the algebraic equation over the norm of X, None where the coefficients vary or there is no such X.
     """
 
     times: Array
@@ -69,8 +57,8 @@ def rde(
 
         -P' = A'P + PA - P B R^-1 B' P + Q,      P(t_N) = P1.
 
-    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N), and x'P(t)x
-    is that minimum. Where Q and P1 are positive semidefinite P(t) exists at all times, and is so too.
+    u = -R^-1 B' P(t) x minimises the integral of x'Qx + u'Ru over [t, t_N] plus x(t_N)' P1 x(t_N). Where Q and P1 are
+    positive semidefinite P(t) exists at all times, and is so too.
 
     Parameters
     ----------
@@ -92,9 +80,8 @@ def rde(
 
     References
     ----------
-    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2.
-    Davison and Maki (1973), The numerical solution of the matrix Riccati differential equation, IEEE Transactions
-    on Automatic Control 18(1).
+    Anderson and Moore (1990), Optimal Control: Linear Quadratic Methods, chapter 2. Davison and Maki (1973), The
+    numerical solution of the matrix Riccati differential equation, IEEE Transactions on Automatic Control 18(1).
     """
     return _solved("rde(A, B, Q, R, P1, times)", (A, B, Q, R), ("P1", P1), times, rtol, backward=True)
 
@@ -108,25 +95,7 @@ def fpre(
         P' = A'P + PA - P B R^-1 B' P + Q,       P(t_1) = P0.
 
     For constant coefficients it is `rde` with time turned round, and tends to the same algebraic solution; for
-    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise.
-
-    Parameters
-    ----------
-    A, B, Q, R
-        (n, n), (n, m), (n, n) and (m, m), each a matrix or a smooth function of time that gives one.
-    P0
-        (n, n), symmetric.
-    times
-        (N,), rising, in s; the first is that of P0.
-    rtol
-        The relative error allowed.
-
-    Raises
-    ------
-    ValueError
-        If a matrix does not fit, Q or P0 is not symmetric, R not positive definite, or the times do not rise.
-    Refused
-        If P escapes to infinity within the times (the message brackets when), or its error would be beyond rtol.
+    others u = -R^-1 B' P(t) x minimises nothing, and need not stabilise. Arguments and refusals are those of `rde`.
 
     References
     ----------
@@ -136,13 +105,75 @@ def fpre(
     return _solved("fpre(A, B, Q, R, P0, times)", (A, B, Q, R), ("P0", P0), times, rtol, backward=False)
 
 
+@dataclass(frozen=True, eq=False)
+@show
+class StateDependent:
+    """P (N, n, n) at states (N, n), with the gains K = R^-1 B' P (N, m, n) of u = -K x and N certificates."""
+
+    states: Array
+    P: Array
+    K: Array
+    certificates: tuple[Certificate, ...]
+
+    @property
+    def margin(self) -> float:
+        """The least stability margin with the state frozen, in 1/s, which proves nothing for the moving state."""
+        return min(certificate.margin for certificate in self.certificates)
+
+
+@door
+def sdre(factors: Factors, states: Array, Q: Any, R: Any) -> StateDependent:
+    """The solution of the state-dependent Riccati equation at states x of x' = A(x) x + B(x) u:
+
+        A(x)'P + P A(x) - P B(x) R^-1 B(x)' P + Q = 0.
+
+    u = -R^-1 B(x)' P(x) x stabilises a neighbourhood of x = 0 and is optimal in the limit there. The
+    factorisation A(x) is not unique, and another one gives another P.
+
+    Parameters
+    ----------
+    factors
+        From a state (n,) to A (n, n) and B (n, m).
+    states
+        (N, n), or one state (n,).
+    Q, R
+        (n, n) and (m, m), as `care` takes them.
+
+    Raises
+    ------
+    ValueError
+        If the states are no such array, or a matrix does not fit.
+    Refused
+        If there is no stabilising solution at one of the states, which the message names.
+
+    References
+    ----------
+    Cimen (2008), State-dependent Riccati equation (SDRE) control: a survey, IFAC World Congress.
+    """
+    call = "sdre(factors, states, Q, R)"
+    x = np.atleast_2d(states)
+    if x.ndim != 2 or x.size == 0 or not np.isfinite(x).all():
+        raise ValueError(f"`{call}`: states must be finite numbers (N, n); got shape {x.shape}.")
+    answers: list[Riccati] = []
+    for i, state in enumerate(x):
+        where = f"`{call}`, at state {i}, {state.tolist()}"
+        try:
+            found = answer(call, "factors", factors, state)
+            if not isinstance(found, tuple | list) or len(found) != 2:
+                raise ValueError(f"factors must give A and B; got {type(found).__name__}.")
+            A, B = found
+            answers.append(care(A, B, Q, R))
+        except ValueError as error:  # a `Refused` is one, and stays one
+            raise type(error)(f"{where}: {error}") from error
+        if answers[-1].K.shape != answers[0].K.shape:
+            shapes = f"{answers[-1].K.shape} after {answers[0].K.shape}"
+            raise ValueError(f"{where}: A and B must have the same shapes at all states; K is {shapes}.")
+    P, K = (np.array([getattr(answer, name) for answer in answers]) for name in ("X", "K"))
+    return StateDependent(x, P, K, tuple(answer.certificate for answer in answers))
+
+
 def _solved(
-    call: str,
-    given: tuple[Coefficient, ...],
-    start: tuple[str, Any],
-    times: Any,
-    rtol: float,
-    backward: bool,
+    call: str, given: tuple[Coefficient, ...], start: tuple[str, Any], times: Any, rtol: float, backward: bool
 ) -> RiccatiFlow:
     coefficients = Coefficients(call, *given)
     t = _rising(call, times)
@@ -165,7 +196,7 @@ def _solved(
         error,
         np.array(np.linalg.eigvalsh(found)[:, 0]),
         np.array([at.rest(X) for at, X in zip(terms, found, strict=True)]),
-        _distance(coefficients, found) if coefficients.constant else None,
+        _distance(coefficients, found),
     )
 
 
@@ -179,7 +210,8 @@ def _constant(
         lengths = np.full_like(lengths, gone[-1] / len(lengths))
     one, other = (constant_flow(at.A, scale * at.G, at.Q / scale, P / scale, lengths, finer) for finer in GRIDS)
     if isinstance(one, Escape) and isinstance(other, Escape):
-        raise _refusal(coefficients.call, one.joined(other), begin, sign)
+        both = Escape(min(one.after, other.after), max(one.before, other.before))
+        raise _refusal(coefficients.call, both, begin, sign)
     if isinstance(one, Escape) or isinstance(other, Escape):
         raise Refused(
             f"`{coefficients.call}`: whether P escapes to infinity hangs on the last digits of the data, so no P can "
@@ -200,7 +232,7 @@ def _varying(
         found = varying_flow(lambda s: coefficients.hamiltonian(begin + sign * s, scale), P / scale, gone, local)
         if isinstance(found, Escape):
             raise _refusal(coefficients.call, found, begin, sign)
-        fine, coarse = (np.array([getattr(track, name) for track in found]) for name in ("fine", "coarse"))
+        fine, coarse = (np.array(tracks) for tracks in zip(*found, strict=True))
         error = _apart(fine, coarse) + EPS
         if error.max() <= rtol or local <= FINEST:
             break
@@ -247,8 +279,8 @@ def _refusal(call: str, escape: Escape, begin: float, sign: float) -> Refused:
 
 def _distance(coefficients: Coefficients, P: Array) -> Array | None:
     """The distance of each P (N, n, n) from the stabilising solution of the algebraic equation, if there is one."""
-    from workbench.design.riccati import care  # which opens python-control, and that takes seconds
-
+    if not coefficients.constant:
+        return None
     at = coefficients.at(0.0)
     try:
         X = care(at.A, at.B, at.Q, at.R).X

@@ -22,9 +22,9 @@ STEPS = 20_000  # pieces beyond which halving is given up, and what is lost coun
 class Moebius:
     """P -> Pi + Phi' P (I + Gamma P)^-1 Phi, of (n, n) matrices with symmetric Gamma and Pi.
 
-    The flow of P' = A'P + PA - PGP + Q over any piece of time is such a map, and so is that of a symplectic
-    integrator. Pi is where P = 0 comes to, Gamma the Gramian of G over the piece, and Phi the transition matrix
-    that the poles of both leave. All three stay bounded where exp(tH) grows: composing them is stable.
+    The flow of P' = A'P + PA - PGP + Q over a piece of time is such a map: Pi is where P = 0 comes to, Gamma the
+    Gramian of G, and Phi the transition matrix that the poles of both leave. All three stay bounded where exp(tH)
+    grows.
     """
 
     Phi: Array
@@ -37,23 +37,6 @@ class Moebius:
         w, V = np.linalg.eigh(self.Gamma)
         root: Array = np.sqrt(np.maximum(w, 0))[:, None] * V.T
         return root
-
-    @property
-    def finite(self) -> bool:
-        """True if all entries are finite."""
-        return bool(np.isfinite(self.Phi).all() and np.isfinite(self.Gamma).all() and np.isfinite(self.Pi).all())
-
-
-@dataclass(frozen=True, eq=False)
-class Image:
-    """The image of P (n, n) under a map, and whether P escapes to infinity on the way.
-
-    `loss` is by how much rounding of the map is magnified in P, relative to P.
-    """
-
-    P: Array
-    escaped: bool
-    loss: float
 
 
 def hamiltonian(A: Array, G: Array, Q: Array) -> Array:
@@ -68,12 +51,14 @@ def transition_map(E: Array) -> Moebius:
     return Moebius(Phi, _symmetric(Phi @ E[:n, n:]), _symmetric(E[n:, :n] @ Phi))
 
 
-def image(piece: Moebius, P: Array) -> Image:
-    """The image of a symmetric P (n, n).
+def image(piece: Moebius, P: Array) -> tuple[Array, float] | None:
+    """The image of a symmetric P (n, n), for a positive semidefinite Gamma; None if P escapes to infinity on the way.
 
-    With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric.
-    Gamma grows with the length of the piece, so the eigenvalues of X only rise: P has had a pole within the
-    piece if and only if X has fewer negative eigenvalues than S. (Gamma must be positive semidefinite.)
+    With it comes the factor by which rounding of the map is magnified in it, relative to its size.
+
+    With P = L S L', S a diagonal of signs, P (I + Gamma P)^-1 = L X^-1 L' where X = S + L' Gamma L is symmetric. Gamma
+    grows with the length of the piece, so the eigenvalues of X only rise: P has had a pole within the piece if and only
+    if X has fewer negative eigenvalues than S.
 
     References
     ----------
@@ -89,23 +74,23 @@ def image(piece: Moebius, P: Array) -> Image:
     else:
         mu, Y = np.linalg.eigh(np.diag(np.sign(w)) + M.T @ M)
         if (mu < 0).sum() != (w < 0).sum() or not mu.all():
-            return Image(np.zeros_like(P), True, np.inf)
+            return None
         inner = (L @ Y / mu) @ (L @ Y).T
     P = _symmetric(piece.Pi + piece.Phi.T @ inner @ piece.Phi)
     reach = _norm(inner @ piece.Phi)
     terms = reach * reach * _norm(piece.Gamma) + 2 * reach * _norm(piece.Phi) + _norm(piece.Pi)
     size = _norm(P)
-    return Image(P, False, terms / size if size else 1.0)
+    return P, terms / size if size else 1.0
 
 
 def composition(first: Moebius, then: Moebius) -> Moebius | None:
     """One map for two pieces of time in succession; None if P escapes between from P = 0."""
     through = image(then, first.Pi)
-    if through.escaped:
+    if through is None:
         return None
     n = len(first.Phi)
     W = np.linalg.solve(np.eye(n) + then.Gamma @ first.Pi, np.hstack([then.Phi, then.Gamma @ first.Phi.T]))
-    return Moebius(first.Phi @ W[:, :n], _symmetric(first.Gamma + first.Phi @ W[:, n:]), through.P)
+    return Moebius(first.Phi @ W[:, :n], _symmetric(first.Gamma + first.Phi @ W[:, n:]), through[0])
 
 
 def _symmetric(X: Array) -> Array:
@@ -125,10 +110,6 @@ class Escape:
     after: float
     before: float
 
-    def joined(self, other: Escape) -> Escape:
-        """The escape that covers both."""
-        return Escape(min(self.after, other.after), max(self.before, other.before))
-
 
 def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
     """The escape between `start` and `start + length`, by bisection."""
@@ -137,7 +118,7 @@ def bracket(H: Array, P: Array, start: float, length: float) -> Escape:
         middle = (low + high) / 2
         if not low < middle < high:
             break
-        if image(transition_map(scipy.linalg.expm(middle * H)), P).escaped:
+        if image(transition_map(scipy.linalg.expm(middle * H)), P) is None:
             high = middle
         else:
             low = middle
@@ -161,7 +142,7 @@ def ladder(H: Array, length: float, finer: int) -> Ladder:
     rungs = [transition_map(scipy.linalg.expm(h * H))]
     while len(rungs) <= halvings:
         doubled = composition(rungs[-1], rungs[-1])
-        if doubled is None or not doubled.finite:
+        if doubled is None or not np.isfinite([doubled.Phi, doubled.Gamma, doubled.Pi]).all():
             break
         rungs.append(doubled)
     return Ladder(h, tuple(rungs), 2 ** (halvings + 1 - len(rungs)))
@@ -170,22 +151,21 @@ def ladder(H: Array, length: float, finer: int) -> Ladder:
 def climb(P: Array, steps: Ladder, H: Array) -> Array | Escape:
     """P at the end of a ladder's length from P at its start, or the escape on the way; its times count from there.
 
-    Every piece is one of the ladder's longest, unless that magnifies its rounding in P or P escapes on it: then
-    it is gone through in halves, down to the shortest.
+    A piece that magnifies its rounding in P, or on which P escapes, is gone through in halves, down to the shortest.
     """
     ahead, done, taken = [len(steps.rungs) - 1] * min(steps.count, STEPS + 1), 0, 0
     while ahead and taken <= STEPS:
         rung = ahead.pop()
         gone = image(steps.rungs[rung], P)
         taken += 1
-        if rung and (gone.escaped or (not gone.loss <= LOSS and taken + 2**rung < STEPS)):
+        if rung and (gone is None or (not gone[1] <= LOSS and taken + 2**rung < STEPS)):
             ahead += [rung - 1, rung - 1]
             continue
-        if gone.escaped:
+        if gone is None:
             return bracket(H, P, done * steps.h, steps.h)
-        if not np.abs(gone.P).max() < LARGEST:
+        if not np.abs(gone[0]).max() < LARGEST:
             return Escape(done * steps.h, np.inf)
-        P = gone.P
+        P = gone[0]
         done += 2**rung
     return Escape(done * steps.h, np.inf) if ahead else P
 

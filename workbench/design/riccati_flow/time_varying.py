@@ -10,14 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.design.matrices import answer, definite, matrix, square, symmetric
-from workbench.design.riccati_flow.moebius import (
-    LARGEST,
-    Escape,
-    Moebius,
-    hamiltonian,
-    image,
-    transition_map,
-)
+from workbench.design.riccati_flow.moebius import LARGEST, Escape, Moebius, hamiltonian, image, transition_map
 from workbench.validation.refusals import Array
 
 Coefficient = Array | Callable[[float], Array]
@@ -73,47 +66,31 @@ class Coefficients:
 
     def at(self, t: float) -> Terms:
         """The coefficients at time t in s, checked."""
-        if self.constant:
-            return self._still
-        terms = self._terms(f"{self.call} at t = {t:g} s", t)
-        first = self._shape.setdefault("B", terms.B.shape)
-        if terms.B.shape != first:
-            raise ValueError(
-                f"`{self.call} at t = {t:g} s`: B must have the same shape (n, m) at all times; got {terms.B.shape} "
-                f"after {first}. Where states or inputs come or go, solve for each stretch of time by itself."
-            )
-        return terms
-
-    @cached_property
-    def _shape(self) -> dict[str, tuple[int, ...]]:
-        """The shape of B when it was first asked for."""
-        return {}
-
-    @cached_property
-    def _still(self) -> Terms:
-        return self._terms(self.call, 0.0)
-
-    @cached_property
-    def _checked(self) -> dict[str, Array]:
-        """The constant ones that have been checked once."""
-        return {}
-
-    def _terms(self, call: str, t: float) -> Terms:
+        call = self.call if self.constant else f"{self.call} at t = {t:g} s"
         A = self._part(call, "A", t, square)
-        n = len(A)
-        B = self._part(call, "B", t, lambda call, name, X: matrix(call, name, X, n))
-        Q = self._part(call, "Q", t, lambda call, name, X: symmetric(call, name, X, n))
-        R = self._part(call, "R", t, lambda call, name, X: definite(call, name, X, B.shape[1]))
+        B = self._part(call, "B", t, matrix, len(A))
+        Q = self._part(call, "Q", t, symmetric, len(A))
+        R = self._part(call, "R", t, definite, B.shape[1])
+        first = self._known.setdefault("the first B", B).shape
+        if B.shape != first:
+            raise ValueError(
+                f"`{call}`: B must have the same shape (n, m) at all times; got {B.shape} after {first}. Where states "
+                "or inputs come or go, solve for each stretch of time by itself."
+            )
         half = np.linalg.solve(np.linalg.cholesky(R), B.T)
         return Terms(A, B, Q, R, half.T @ half)
 
-    def _part(self, call: str, name: str, t: float, check: Callable[[str, str, Any], Array]) -> Array:
+    @cached_property
+    def _known(self) -> dict[str, Array]:
+        return {}
+
+    def _part(self, call: str, name: str, t: float, check: Callable[..., Array], *size: int) -> Array:
         given = getattr(self, name)
         if callable(given):
-            return check(call, name, answer(call, name, given, t))
-        if name not in self._checked:
-            self._checked[name] = check(call, name, given)
-        return self._checked[name]
+            return check(call, name, answer(call, name, given, t), *size)
+        if name not in self._known:
+            self._known[name] = check(call, name, given, *size)
+        return self._known[name]
 
     def scale(self, t: float) -> float:
         """A power of two s such that P / s has terms P G P and Q of like size."""
@@ -145,19 +122,13 @@ def _extrapolation(nodes: Array) -> Array:
     return np.array(np.linalg.solve((nodes[:, None] ** powers).T, ends).T, dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
-class Track:
-    """P by the steps taken and, to see their error, by steps twice as long."""
-
-    fine: Array
-    coarse: Array
+Track = tuple[Array, Array]  # P by the steps taken and, to see their error, by steps twice as long
 
 
 def step_maps(at: Array, h: Array) -> list[Moebius]:
     """The maps over steps of lengths h (k,) by Gauss collocation of order 8, from H (k, 4, 2n, 2n) at their nodes.
 
-    The method is symplectic, so P stays symmetric; and it is the discretised optimal control problem with
-    positive weights, so P stays semidefinite, however long the step.
+    The method is symplectic, so P stays symmetric, and semidefinite, however long the step.
 
     References
     ----------
@@ -174,11 +145,10 @@ def step_maps(at: Array, h: Array) -> list[Moebius]:
 def varying_flow(H: Hamiltonian, P: Array, times: Array, rtol: float) -> list[Track] | Escape:
     """P at each of the times (N,), from P at the first of them; or the escape.
 
-    A step is two steps of half its length; it is kept where they differ from one of the whole length by less
-    than rtol. P by the long steps alone goes along, so the difference at the end is the error that the long
-    ones have gathered: an upper bound, in practice, of that of the short ones, which is 2^8 times smaller.
+    A step is two steps of half its length; it is kept where they differ from one of the whole length by less than rtol.
+    P by the long steps alone goes along: the difference at the end is, in practice, an upper bound of the error.
     """
-    t, track, found, h, taken = float(times[0]), Track(P, P), [Track(P, P)], np.inf, 0
+    t, track, found, h, taken = float(times[0]), (P, P), [(P, P)], np.inf, 0
     span = float(times[-1] - times[0])
     for until in map(float, times[1:]):
         while t < until:
@@ -187,7 +157,7 @@ def varying_flow(H: Hamiltonian, P: Array, times: Array, rtol: float) -> list[Tr
             h = (until - t) / max(1.0, float(pieces))
             after, ratio = _step(H, t, h, track, rtol)
             taken += 1
-            if after is not None and not np.abs(after.fine).max() < LARGEST:
+            if after is not None and not np.abs(after[0]).max() < LARGEST:
                 return Escape(t, np.inf)
             if after is not None and ratio <= 1:
                 t, track = (until, after) if pieces <= 1 else (t + h, after)
@@ -208,15 +178,15 @@ def _step(H: Hamiltonian, t: float, h: float, track: Track, rtol: float) -> tupl
         whole, first, second = step_maps(at, h * np.array([1.0, 0.5, 0.5]))
     except np.linalg.LinAlgError:  # far too long a step
         return track, np.inf
-    once, half, coarse = image(whole, track.fine), image(first, track.fine), image(whole, track.coarse)
-    twice = image(second, half.P)
-    if once.escaped or half.escaped or twice.escaped:
+    once, half, coarse = image(whole, track[0]), image(first, track[0]), image(whole, track[1])
+    twice = None if half is None else image(second, half[0])
+    if once is None or twice is None:
         return None, np.inf
-    if coarse.escaped:  # by its own error only
+    if coarse is None:  # by its own error only
         return track, np.inf
-    difference, size = np.linalg.norm(once.P - twice.P), np.linalg.norm(twice.P)
+    difference, size = np.linalg.norm(once[0] - twice[0]), np.linalg.norm(twice[0])
     relative = float(difference / size) if size else 0.0
-    return Track(twice.P, coarse.P), max(relative, _unseen(H, t, h, fine)) / rtol
+    return (twice[0], coarse[0]), max(relative, _unseen(H, t, h, fine)) / rtol
 
 
 def _unseen(H: Hamiltonian, t: float, h: float, fine: Array) -> float:
