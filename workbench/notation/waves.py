@@ -19,6 +19,12 @@ Terms: TypeAlias = dict[Key, Fraction]
 PLAIN: Wave = ("cos", ())
 UNIT: Key = ((), PLAIN)
 HALF = Fraction(1, 2)
+# Beyond so many products at once, or such a power, an expansion would take minutes; it is given up.
+MOST_PRODUCTS, HIGHEST_POWER = 500_000, 64
+
+
+class NotInClass(ValueError):  # noqa: N818
+    """The error of an expression without a normal form; the message names the operation."""
 
 
 def constant(value: Fraction) -> Terms:
@@ -57,6 +63,8 @@ def _add(terms: Terms, key: Key, value: Fraction) -> None:
 
 def multiplied(a: Terms, b: Terms) -> Terms:
     """a b, with each product of two waves written as the sum of two others."""
+    if len(a) * len(b) > MOST_PRODUCTS:
+        raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
     result: Terms = {}
     for (m, u), x in a.items():
         for (n, v), y in b.items():
@@ -113,19 +121,28 @@ def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[
     return [((kind, flipped), factor if kind == "cos" else -factor)]
 
 
-def wave(kind: Literal["cos", "sin"], argument: Terms) -> Terms | None:
-    """The sine or cosine of a sum without sines and cosines; None if it has some."""
+def wave(kind: Literal["cos", "sin"], argument: Terms) -> Terms:
+    """The sine or cosine of a sum without sines and cosines."""
     if any(angle for _, (_, angle) in argument):
-        return None
+        raise NotInClass(f"{kind.upper()} has a normal form only if no sine or cosine stands in its argument.")
     angle: Angle = tuple(sorted((monomial, coefficient) for (monomial, _), coefficient in argument.items()))
     return {((), kept): factor for kept, factor in _pairs(kind, angle, Fraction(1))}
 
 
-def inverse(terms: Terms) -> Terms | None:
-    """1 / x for a single term without sine or cosine; None for any other sum."""
-    if len(terms) != 1:
-        return None
-    (((monomial, kept), coefficient),) = terms.items()
-    if kept[1]:
-        return None
+def inverse(terms: Terms) -> Terms:
+    """1 / x for a single term without sine or cosine."""
+    ((monomial, (_, angle)), coefficient), *others = terms.items() or [(UNIT, Fraction(0))]
+    if others or angle or not coefficient:
+        raise NotInClass("DIV has a normal form only if the divisor is a number or a product of symbols.")
     return {(tuple((name, -exponent) for name, exponent in monomial), PLAIN): 1 / coefficient}
+
+
+def power(base: Terms, exponent: Terms) -> Terms:
+    """A whole power."""
+    n = exponent.get(UNIT, Fraction(0))
+    if exponent.keys() - {UNIT} or n.denominator != 1 or abs(n) > HIGHEST_POWER:
+        raise NotInClass(f"POW has a normal form only for whole exponents from -{HIGHEST_POWER} to {HIGHEST_POWER}.")
+    result = constant(Fraction(1))
+    for _ in range(abs(int(n))):
+        result = multiplied(result, base)
+    return inverse(result) if n < 0 else result

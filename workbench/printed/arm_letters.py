@@ -25,7 +25,7 @@ from workbench.notation.formula import (
     symbol,
 )
 from workbench.notation.normal_form import NotInClass
-from workbench.printed.formula_values import constant, normal_form
+from workbench.printed.formula_values import normal_form
 from workbench.printed.grammar import parse
 from workbench.printed.names import Key, Names, key_of
 from workbench.printed.statements import Statement
@@ -100,7 +100,7 @@ def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
     """The rational number that a declaration gives to a parameter; one that is none, or out of bounds, is refused."""
     formula = parse(statement.right, Names({}, {}))
     try:
-        number = None if isinstance(formula, Matrix) else constant(normal_form(formula, {}))
+        number = None if isinstance(formula, Matrix) else normal_form(formula, {}).number
     except NotInClass:
         number = None
     if number is None:
