@@ -11,14 +11,13 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.core.claim import Claim, Declared
 from workbench.metrics.contract import AbstractMetric, Parts
-from workbench.validation.refusals import Array, known, require, whole
+from workbench.validation.refusals import Array, known, require
 from workbench.validation.signatures import door
 
 PRIME = "'"
 # Below and above any violation, in the loop's arithmetic, where an infinity would become NaN; the second stands for a
 # margin that is not a number.
 NEVER, UNDEFINED = -1e300, 1e300
-MOST = 10_000  # components of a signal
 
 
 class SignalsOf(Mapping[str, ca.SX]):
@@ -66,38 +65,18 @@ class Largest(AbstractMetric):
         """The signal of the metric."""
         return (self.signal,)
 
-    @property
-    def grid(self) -> float | None:
-        """None: the metric is evaluated at every step."""
-        return None
-
-    def check(self, ode: Ode, horizon: float) -> None:
-        """Accept any equation and horizon."""
-        del ode, horizon
-
-    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
-        """None: the metric has no integral."""
-        del t, y
-        return None
-
-    @door
     def memory(self, size: int) -> Layout:
         """The largest so far."""
-        return Layout((Entry("largest", np.full(whole("Largest.memory(size=...)", size, most=MOST), NEVER)),))
+        return Layout((Entry("largest", np.full(size, NEVER)),))
 
-    @door
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The larger of the memory and the present value."""
-        del k, h
-        signal = y[known(self.signal, y, "signals")]
-        value = ca.if_else(ca.fabs(signal) < UNDEFINED, signal, UNDEFINED)
-        return {"largest": ca.fmax(z[known("largest", z, "memories")], value)}
+        signal = y[self.signal]
+        return {"largest": ca.fmax(z["largest"], ca.if_else(ca.fabs(signal) < UNDEFINED, signal, UNDEFINED))}
 
-    @door
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
         """The largest value of the run."""
-        del integral, horizon
-        return z[known("largest", z, "memories")]
+        return z["largest"]
 
 
 @door

@@ -22,12 +22,7 @@ from workbench.validation.signatures import door
 class Box:
     """The box low <= theta <= high of d numbers of an equation, each a parameter or an initial state.
 
-    Attributes
-    ----------
-    labels
-        One name a number: `plant.q[0]`.
-    low, high
-        (d,).
+    The `labels` name the numbers one by one, as `plant.q[0]`; `low` and `high` are (d,).
     """
 
     ode: Ode
@@ -84,7 +79,6 @@ class Box:
 
 
 def _labels(ode: Ode, name: str) -> list[str]:
-    """The labels of a quantity or of one of its numbers; a parameter is looked for first."""
     for layout in (ode.parameters, ode.states):
         if name in layout:
             return layout[name].labels()
@@ -134,7 +128,6 @@ def slope_of(ode: Ode, metric: AbstractMetric, box: Box, u: Array, until: float,
 
 
 def _at_the_worst(ode: Ode, signal: str, box: Box, runs: Trajectories, S: Array) -> Array:
-    """The derivative of a signal in the numbers of a box, at the instant of a run where it is largest."""
     y = ode.outputs.view(ode.output)[signal]
     places = [ode.parameters.labels.index(label) if label in ode.parameters.labels else -1 for label in box.labels]
     direct = ca.jacobian(y, ode.p)

@@ -116,11 +116,8 @@ class Ledger:
     @door
     def of(checks: Sequence[tuple[Claim, Check]]) -> Ledger:
         """Check each claim, in order."""
-        lines = []
-        for claim, check in checks:
-            finding = require(f"The check of '{claim.name}'", check(), Finding)
-            lines.append(Line(claim, finding))
-        return Ledger(tuple(lines))
+        findings = (require(f"The check of '{claim.name}'", check(), Finding) for claim, check in checks)
+        return Ledger(tuple(Line(claim, finding) for (claim, _), finding in zip(checks, findings, strict=True)))
 
     def __iter__(self) -> Iterator[Line]:
         return iter(self.lines)
@@ -144,10 +141,8 @@ class Ledger:
     @door
     def hypotheses(self, name: str) -> tuple[tuple[str, Kind | None], ...]:
         """The claims that a claim rests on, directly or not, each with its verdict: None if not in the ledger."""
-        found: dict[str, Kind | None] = {}
-        for hypothesis in _below(self[name].claim):
-            found[hypothesis.name] = self[hypothesis.name].finding.kind if hypothesis.name in self.names else None
-        return tuple(found.items())
+        kinds = {line.claim.name: line.finding.kind for line in self}
+        return tuple({below.name: kinds.get(below.name) for below in _below(self[name].claim)}.items())
 
     @door
     def fallen(self, name: str) -> tuple[str, ...]:

@@ -42,7 +42,6 @@ def _torque(dynamics: Dynamics, dialect: Dialect) -> Routine:
 
 
 def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect) -> Routine:
-    """The program from q, qd, p, and qdd for tau, to the results."""
     joints = [(letter, i) for letter in ("q", "qd", "qdd") for i in range(dynamics.dof)]
     letters = {f"{letter}[{i}]": f"{letter}_{i + 1}" for letter, i in joints}
     program = straight_line(results, letters | dynamics.names(), dialect)
@@ -52,7 +51,6 @@ def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect)
 
 
 def _about(dynamics: Dynamics) -> list[str]:
-    """The equation of motion and the meaning of each argument, one a line."""
     lengths, forces = _units(dynamics.units), _units("N" if unit == "m" else "N m" for unit in dynamics.units)
     meanings = {
         "q, qd, qdd": f"positions, velocities and accelerations of the joints, in {lengths}, per s and s^2",
@@ -64,13 +62,11 @@ def _about(dynamics: Dynamics) -> list[str]:
 
 
 def _units(each: Iterable[str]) -> str:
-    """The units of the joints, one by one where they differ."""
     units = list(each)
     return units[0] if len(set(units)) == 1 else f"({', '.join(units)})"
 
 
 def _nominal(dynamics: Dynamics) -> list[tuple[str, str]]:
-    """The nominal values in their order, each with its letter and unit."""
     return [(repr(x.value), f"{x.name}, {x.path}{f' [{x.unit}]' if x.unit else ''}") for x in letters_of(dynamics)]
 
 

@@ -69,7 +69,6 @@ def _head(dynamics: Dynamics) -> list[str]:
 
 
 def _blocks(dynamics: Dynamics) -> Iterator[System]:
-    """The definitions, if there are any, then M, C and G entry by entry."""
     definitions, matrices = equations_of({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names())
     if definitions:
         yield System(definitions)
@@ -163,8 +162,6 @@ def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) 
 
 
 def _firm(form: NormalForm, others: list[NormalForm]) -> NormalForm:
-    """The terms that remain when last digits of constants are moved."""
-
     def stays(key: Key, value: Fraction) -> bool:
         return all(abs(other.terms.get(key, 0) - value) <= MOVED * abs(value) for other in others)
 

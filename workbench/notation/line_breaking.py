@@ -82,7 +82,6 @@ class _Breaker:
     writer: Writer
 
     def pieces(self, formula: Formula, room: float) -> list[Piece]:
-        """A formula in unbroken pieces, each no wider than `room` if that can be."""
         write, markup = self.writer.write, self.writer.markup
         if (width := self.writer.width(formula)) <= room:
             return [Piece(write(formula), width)]
@@ -131,7 +130,6 @@ class _Breaker:
         return [replace(pieces[0], glue=glue, lead=spaces["dot"]), *pieces[1:]]
 
     def _in_parentheses(self, inner: Formula, room: float, *, function: str = "", exponent: str = "") -> list[Piece]:
-        """Pieces between parentheses that stand on different lines."""
         markup = self.writer.markup
         pieces = self.pieces(inner, room - 2 * self.writer.sign - len(function))
         pieces = self._behind(markup.opened(function), pieces)

@@ -78,7 +78,6 @@ def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
 
 
 def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], dict[int, int]]:
-    """The instructions of a function, with its work registers resolved; outputs by their number."""
     nodes: list[Operation] = []
     registers: dict[int, int] = {}
     outputs: dict[int, int] = {}
@@ -179,7 +178,6 @@ def identifier(symbol: Symbol) -> str:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """A variable for a name, different from all that are taken."""
     variable = identifier(symbol(name))
     while variable in taken:
         variable += "_"
@@ -200,7 +198,6 @@ def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) ->
 
 
 def _split(matrices: Mapping[str, ca.SX], rows: Sequence[Sequence[T]]) -> dict[str, tuple[tuple[T, ...], ...]]:
-    """Rows across all matrices, cut into those of each."""
     entries, start = {}, 0
     for letter, matrix in matrices.items():
         entries[letter] = tuple(tuple(row[start : start + matrix.shape[1]]) for row in rows)

@@ -177,7 +177,6 @@ def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbo
 
 
 def _shared(steps: Walk) -> list[int]:
-    """The nodes that are used more than once and are long enough to be worth a name."""
     uses = [0] * len(steps.nodes)
     for place in [i for node in steps.nodes for i in node.operands] + list({i for row in steps.entries for i in row}):
         uses[place] += 1  # entries that are equal are one use: they name each other
@@ -192,7 +191,6 @@ def _shared(steps: Walk) -> list[int]:
 
 
 def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
-    """Refuse a formula that would be too long or too deep, before it is built."""
     sizes: list[int] = []
     depths: list[int] = []
     largest = deepest = 0

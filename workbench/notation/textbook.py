@@ -50,7 +50,6 @@ class _Page:
     symbols: Mapping[str, Symbol]
 
     def by_wave(self, terms: Mapping[Key, Fraction]) -> Formula:
-        """Terms collected by their sine or cosine."""
         groups: dict[Wave, Polynomial] = {}
         for (powers, wave), coefficient in terms.items():
             groups.setdefault(wave, {})[powers] = coefficient
@@ -74,13 +73,11 @@ class _Page:
         return total(self.group({key: terms[key] for key in group}, linear) for group in groups)
 
     def linear(self, terms: Iterable[Key]) -> list[str]:
-        """The symbols that occur to the first power only, in their order."""
         powers = {power for monomial, _ in terms for power in monomial}
         nonlinear = {name for name, exponent in powers if exponent != 1}
         return sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
 
     def group(self, terms: dict[Key, Fraction], linear: list[str]) -> Formula:
-        """Terms with the linear symbols that they share, and their common number, taken out."""
         keys = sorted(terms, key=self.term_order)
         if len(keys) == 1:
             return self.term(keys[0], terms[keys[0]])
@@ -93,7 +90,6 @@ class _Page:
         return product([number(content), *(formula for _, formula in factors)])
 
     def term(self, key: Key, coefficient: Fraction) -> Formula:
-        """One term: its number, its symbols, its sine or cosine."""
         return product([number(coefficient), self.monomial(key[0]), self.wave(key[1])])
 
     def factors(self, polynomial: Polynomial) -> list[Formula]:
@@ -135,12 +131,10 @@ class _Page:
         return min((self.rank[name] for name, _ in first), default=(math.inf,))
 
     def sum(self, polynomial: Polynomial) -> Formula:
-        """A polynomial in descending order, not factored."""
         powers = sorted(polynomial, key=self.monomial_order)
         return total(product([number(polynomial[p]), self.monomial(p)]) for p in powers)
 
     def monomial(self, powers: Monomial) -> Formula:
-        """A product of symbols in their order."""
         ordered = sorted(powers, key=lambda power: self.rank[power[0]])
         return monomial((self.symbols[name], exponent) for name, exponent in ordered)
 
@@ -167,7 +161,6 @@ class _Page:
         return len(angle), tuple(terms), kind
 
     def term_order(self, key: Key) -> tuple[Any, ...]:
-        """The order of terms in a sum: those without sine or cosine first."""
         return self.wave_order(key[1]), self.monomial_order(key[0])
 
 

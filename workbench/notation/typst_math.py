@@ -35,7 +35,6 @@ def _letter(text: str, bold: bool) -> str:
 
 
 def _string(text: str) -> str:
-    """A string literal, in which nothing is code."""
     escaped = visible(text).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
 

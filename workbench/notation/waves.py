@@ -51,7 +51,6 @@ def added(a: Terms, b: Terms, sign: int = 1) -> Terms:
 
 
 def _add(terms: Terms, key: Key, value: Fraction) -> None:
-    """Add to one coefficient, and drop the term if that makes it zero."""
     before = terms.get(key)
     if before is None:
         terms[key] = value

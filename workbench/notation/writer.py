@@ -75,7 +75,6 @@ class Writer:
         return "thin" if _is_call(before) or _is_call(after) else "none"
 
     def _written(self, formula: Formula, last: bool) -> tuple[str, int]:
-        """A formula on one line without parentheses, and its tightness."""
         markup, flat = self.markup, self.markup.flat
         minus, size = split_sign(formula)
         if minus:
@@ -144,7 +143,6 @@ class Writer:
 
 
 def _is_call(formula: Formula) -> bool:
-    """True if a formula begins with the name of a function."""
     match formula:
         case Power(base, exponent):
             return isinstance(base, Call) and base.function in BARE and _is_whole(exponent)

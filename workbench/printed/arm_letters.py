@@ -63,7 +63,6 @@ def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
 
 
 def _held(entry: Entry, fixed: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
-    """An entry as it is, or an entry for each of its numbers if one of them is fixed."""
     if not any(label in fixed for label in entry.labels()):
         yield entry
         return
@@ -97,7 +96,6 @@ def parameter_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str 
 
 
 def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
-    """The rational number that a declaration gives to a parameter; one that is none, or out of bounds, is refused."""
     formula = parse(statement.right, Names({}, {}))
     try:
         number = None if isinstance(formula, Matrix) else normal_form(formula, {}).number

@@ -109,12 +109,10 @@ class _Comparison:
                 raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 
     def right(self, place: Place) -> ca.SX:
-        """The derived entry."""
         name, row, column = place
         return {"M": self.derived.M, "C": self.derived.C, "G": self.derived.G}[name][row - 1, column - 1]
 
     def entry(self, place: Place) -> EntryVerdict:
-        """The verdict on one entry."""
         name, row, column = place
         a, b = self.printed[place], self.right(place)
         judgement = self.judge({place: ca.SX(1)})
@@ -169,7 +167,6 @@ class _Comparison:
 
 
 def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:
-    """The printed matrices with each of their symbols replaced by the derived arm's of the same name."""
     if printed.dof != derived.dof:
         raise ValueError(
             f"`compare(printed, derived)` needs arms of the same number of joints, for their matrices to have "

@@ -128,7 +128,6 @@ class Values:
 
 
 def _states(derived: Dynamics) -> tuple[Sequence[Witness], Sequence[Witness]]:
-    """Some states with parameters of their own, and some at the nominal parameters."""
     states = candidates(derived)
     return states[-STATES:], states[:STATES]
 
@@ -160,7 +159,6 @@ def misprints(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics)
 
 
 def _misprint(sheet: Sheet, wrong: Sequence[EntryVerdict], values: Values) -> Misprint | None:
-    """The likeliest single edit among the wrong entries of a row that makes its torque right."""
     editor, row = Editor(values.symbols), wrong[0].row
     places = [("C", row, j) for j in range(1, len(values.velocities) + 1)]
     printed = [editor.value(sheet.entries[place]) for place in places]
@@ -190,7 +188,6 @@ def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> lis
 
 
 def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
-    """The slip of an entry that equals another entry of the derived matrices; None if it equals none."""
     for other, values in sorted(right.items()):
         if other != place and np.allclose(printed, values, rtol=1e-9, atol=0) and np.any(values != 0):
             label = f"G[{other[1]}]" if other[0] == "G" else f"{other[0]}[{other[1]},{other[2]}]"

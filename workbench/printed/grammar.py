@@ -125,7 +125,6 @@ class _Reader:
         return build.quotient(build.ONE, divisor)
 
     def power(self, *, signed: bool = False) -> list[Formula]:
-        """The factors an atom stands for, the last of them to its exponent."""
         if signed and self.kind in ("+", "-"):
             minus = self.take().kind == "-"
             return [MINUS_ONE, *self.power()] if minus else self.power()
@@ -276,7 +275,6 @@ def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
 
 
 def _product(factors: list[Formula]) -> Formula:
-    """The product of numbers, or of numbers and one matrix."""
     matrices = [factor for factor in factors if isinstance(factor, Matrix)]
     if not matrices:
         return build.product(factors) if len(factors) > 1 else factors[0]
@@ -287,7 +285,6 @@ def _product(factors: list[Formula]) -> Formula:
 
 
 def _total(terms: list[Formula]) -> Formula:
-    """The sum of numbers, or of matrices of one shape."""
     matrices = [term for term in terms if isinstance(term, Matrix)]
     if not matrices:
         return build.total(terms)

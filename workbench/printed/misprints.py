@@ -52,7 +52,6 @@ class _Part:
 
     @property
     def said(self) -> str:
-        """The part as a message names it."""
         return "the whole entry" if self.is_whole else text.emit(self.formula, width=60)
 
 
@@ -191,7 +190,6 @@ class Editor:
                     yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
 
     def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
-        """One symbol for another wherever it stands."""
         for letter in dict.fromkeys(letters(printed)):
             for other, value in self.meant.items():
                 if other != letter:
@@ -203,7 +201,6 @@ class Editor:
 
 
 def _near(value: Array, wanted: Array | float) -> bool:
-    """True if two sets of values agree at all states, and are numbers there."""
     scale = np.maximum(np.abs(value), np.abs(wanted))
     return bool(np.all(np.isfinite(value) & np.isfinite(wanted) & (np.abs(value - wanted) <= CLOSE * scale)))
 

@@ -54,7 +54,6 @@ class Names:
         raise refusal(token, self._unknown(token))
 
     def _side_by_side(self, token: Token) -> list[Symbol] | None:
-        """The known symbols that letters fall into, the longest first; the index belongs to the last."""
         letters = token.text
         rest: dict[int, list[Symbol]] = {}  # from each letter on
         for start in range(len(letters) - 1, -1, -1):

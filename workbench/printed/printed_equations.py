@@ -114,7 +114,6 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
 
 
 def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
-    """True if a declaration names a number of the robot by its path."""
     return len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
 
 
@@ -148,7 +147,6 @@ def _entry_symbol(place: Place) -> Symbol:
 
 
 def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
-    """The entry or the matrix that a statement prints; None if it declares a name."""
     if name.letter not in "MCG" or name.dots or name.accent or name.mark:
         return None
     numbers = statement.place
@@ -186,7 +184,6 @@ def _entries(
 
 
 def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -> Iterator[tuple[Place, Formula]]:
-    """The entries that a statement prints, each with its place."""
     if not isinstance(place, str):
         matrix, i, j = place
         if not is_place(place, n):
@@ -213,7 +210,6 @@ def is_place(place: Place, n: int) -> bool:
 
 
 def _refuse_length(formula: Formula, name: Token) -> None:
-    """Refuse an entry with more terms or longer numbers than a paper would print."""
     if expanded_size(formula) > MOST_TERMS:
         raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
     for part in parts(formula):
@@ -252,7 +248,6 @@ class _Reading:
         return [part for part in letters(self.meanings[letter][0]) if part.bold]
 
     def circle(self, ring: Sequence[Symbol]) -> FormulaError:
-        """The refusal of names that are defined by each other in a circle, the first repeated at the end."""
         shown = [name_of(letter) for letter in reversed(ring)]
         if len(shown) > MOST_NAMES:
             shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
@@ -260,7 +255,6 @@ class _Reading:
         return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
 
     def written_out(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-        """The meaning of a name, given those of the names that it needs."""
         if letter not in self.meanings:
             return self.rate(letter, resolved)
         formula, name = self.meanings[letter]
@@ -272,7 +266,6 @@ class _Reading:
         return bounded(substitute(formula, resolved), name) if used else formula
 
     def rate(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-        """The rate of a declared angle, in the velocities of the joints."""
         angle = replace(letter, dots=0)
         if (rate := rate_of(resolved[angle], self.joints)) is None:
             name = next(name for formula, name in self.meanings.values() if letter in letters(formula))

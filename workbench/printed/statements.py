@@ -55,7 +55,6 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
 
 
 def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
-    """The tokens between breaks, and between commas behind which an equation follows."""
     piece: list[Token] = []
     opened: list[str] = []
     for i, token in enumerate(found):
@@ -96,7 +95,6 @@ def _begins_statement(rest: Sequence[Token]) -> bool:
 
 
 def _equals(part: Sequence[Token]) -> list[int]:
-    """The places of the equals signs outside of brackets."""
     depth, found = 0, []
     for i, token in enumerate(part):
         depth += (token.kind in OPENING) - (token.kind in OPENING.values())
@@ -106,7 +104,6 @@ def _equals(part: Sequence[Token]) -> list[int]:
 
 
 def _split(part: list[Token]) -> Iterator[Statement]:
-    """The statements of a chain a = b = formula."""
     signs = _equals(part)
     right = tuple(part[signs[-1] + 1 :])
     if not right:

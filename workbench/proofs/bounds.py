@@ -185,7 +185,6 @@ class _Task:
     high: Array
 
     def seen(self, sign: int) -> Seen:
-        """The least (sign 1) or greatest (-1) eigenvalue by samples; a greatest with its sign turned."""
         form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
 
         def smallest(x: Array) -> Array:
@@ -198,7 +197,6 @@ class _Task:
         return least_seen(smallest, low, high)
 
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
-        """The extreme that was seen, with its proof."""
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
         box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)

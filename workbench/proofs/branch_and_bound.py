@@ -87,7 +87,6 @@ def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: floa
 
 
 def _stuck(form: AbstractForm, todo: Boxes) -> str:
-    """The reason why a box that cannot be halved has failed."""
     thin = (todo.r < NARROW * (1 + np.abs(todo.c))).all(axis=1)
     n = form.value(todo.c[:1]).shape[-1]
     rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
@@ -100,7 +99,6 @@ def _stuck(form: AbstractForm, todo: Boxes) -> str:
 
 
 def _look(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
-    """The boxes that hold, the least eigenvalue at each middle, and the halves of the boxes that fail."""
     size = max(1, HELD // max(form.cost, 1))
     parts = (Boxes(boxes.c[i : i + size], boxes.r[i : i + size]) for i in range(0, len(boxes.c), size))
     holds, centre, halves = zip(*(_test(form, part, threshold) for part in parts), strict=True)

@@ -197,7 +197,6 @@ class MeanValue(AbstractForm):
 
 
 def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """Middles and radii of intervals of entries, (b, *shape); where a radius is infinite the middle is 0."""
     middle, radius = (np.stack([getattr(part, name) for part in parts], axis=1) for name in ("middle", "radius"))
     lost = np.logical_not(np.isfinite(middle) & np.isfinite(radius))
     middle, radius = np.where(lost, 0.0, middle), np.where(lost, np.inf, radius)
@@ -205,7 +204,6 @@ def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Arra
 
 
 def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> Waves:
-    """Read the normal form of each entry as waves; NotInClass if it is none in these symbols."""
     n, names = matrix.shape[0], [symbol.name() for symbol in symbols]
     fractions = {name: Fraction(number) for name, number in numbers.items()}
     held: dict[tuple[str, tuple[float, ...], float], Array] = {}

@@ -87,7 +87,6 @@ def evolve(
 
 
 def _trials(u: Array, best: Array, rng: np.random.Generator, mixed: bool) -> Array:
-    """A trial for each member (B, d) of a population."""
     population, dimensions = u.shape
     a, b, c = (rng.permutation(population) for _ in range(3))
     elsewhere = mixed & (np.arange(population) % 2 == 1)
@@ -120,5 +119,4 @@ def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
 
 
 def _chosen(better: Flags, trials: Judged, others: Judged) -> Judged:
-    """The worth of the trials where they are `better`, and of the others elsewhere."""
     return Judged(np.where(better, trials.value, others.value), np.where(better, trials.excess, others.excess))

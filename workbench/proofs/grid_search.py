@@ -41,7 +41,6 @@ def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> S
 
 
 def _steps(m: int) -> Iterator[Array]:
-    """The offsets of the grid and of the finer ones around a point, as shares of the half widths."""
     if m == 0:
         yield np.zeros((1, 0))
         return

@@ -111,7 +111,6 @@ def _vanishes(expression: ca.SX) -> bool:
 
 
 def _apart(difference: Walk, values: dict[str, float]) -> bool:
-    """True if an entry of a difference is proved not to be zero at a point."""
     try:
         entries = evaluate(difference, {name: Interval(*[np.array([x])] * 2) for name, x in values.items()})
     except NoBound:  # an operation of which no interval is known

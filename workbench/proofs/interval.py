@@ -169,7 +169,6 @@ def _square(a: Interval) -> Interval:
 
 
 def _power(a: Interval, b: Interval) -> Interval:
-    """A whole power as products; any other as exp(b log a)."""
     n = float(b.low[0]) if b.low.size and (b.low == b.low[0]).all() and (b.high == b.low[0]).all() else math.nan
     if not (n == int(n) if math.isfinite(n) else False) or abs(n) > 64:
         return _rising("exp")(_product(b, _rising("log")(a)))
@@ -226,7 +225,6 @@ def _truth(sure: Any, possible: Any) -> Interval:
 
 
 def _chosen(condition: Interval, x: Interval) -> Interval:
-    """X where the condition holds, else 0."""
     sure, possible = (condition.low > 0) | (condition.high < 0), (condition.low != 0) | (condition.high != 0)
     low = np.where(sure, x.low, np.where(possible, np.minimum(x.low, 0.0), 0.0))
     return Interval(low, np.where(sure, x.high, np.where(possible, np.maximum(x.high, 0.0), 0.0)))

@@ -38,7 +38,6 @@ def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
 
 
 def _free_joints(dynamics: Dynamics) -> Joints:
-    """The joints (from 0) that M depends on."""
     pattern = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1))
     return np.flatnonzero(pattern.any(axis=0))
 

@@ -114,7 +114,6 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
 
 
 def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float:
-    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; NoBound if none does."""
     if broken := jumps(walk(f), [x[i].name() for i in range(x.numel())]):
         raise NoBound(f"Brouwer's theorem asks for a continuous rate; this one holds {broken[0]}, where it may jump.")
     try:

@@ -110,7 +110,6 @@ def held(dynamics: Dynamics) -> dict[str, float]:
 
 
 def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
-    """The state x with each parameter at a round multiple (0.5 to 2) of its nominal value, where bounds allow it."""
     nominal = dynamics.p.default
     wanted = np.round(np.where(nominal == 0, 1.0, nominal) * np.round(0.5 + 1.5 * u, 1), 12)
     changed = held(dynamics)
