@@ -13,8 +13,7 @@ from workbench.notation.formula import Formula, Number, name_of, symbol
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.printed.formula_values import CASADI, NUMPY, at_numbers, evaluate, normal_form
 from workbench.printed.grammar import parse
-from workbench.printed.names import Names
-from workbench.printed.tokens import tokens_of_text
+from workbench.printed.tokens import Names, tokens_of_text
 
 LETTERS = [symbol(name) for name in ("a", "b", "q_1", "q_2")]
 NAMES = {letter: name_of(letter) for letter in LETTERS}

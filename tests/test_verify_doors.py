@@ -21,10 +21,9 @@ from workbench.printed.printed_equations import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
 from workbench.proofs.evolution import Judged, evolve
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
-from workbench.proofs.identity import judge_zero
+from workbench.proofs.identity import candidates, judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric
 from workbench.proofs.rest_points import growing_modes, rest_point
-from workbench.proofs.witness import candidates
 from workbench.robots import named
 
 ARM, ODE = Dynamics.of(named("planar-1r")), decay()

@@ -27,9 +27,8 @@ from workbench.notation.formula import (
 from workbench.notation.normal_form import NotInClass
 from workbench.printed.formula_values import normal_form
 from workbench.printed.grammar import parse
-from workbench.printed.names import Key, Names, key_of
 from workbench.printed.statements import Statement
-from workbench.printed.tokens import refusal
+from workbench.printed.tokens import Key, Names, key_of, refusal
 from workbench.validation.refusals import finite, known, nearest
 from workbench.validation.signatures import door
 

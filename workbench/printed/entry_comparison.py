@@ -13,10 +13,9 @@ from workbench.notation.formula import letters, name_of
 from workbench.notation.normal_form import NormalForm
 from workbench.printed.arm_letters import symbols_of
 from workbench.printed.formula_values import CASADI, at_numbers, evaluate, normal_form
-from workbench.printed.names import PI
 from workbench.printed.printed_equations import Place, Sheet, is_place
-from workbench.proofs.identity import Judgement, Kind, judge_zero, proved_or_searched
-from workbench.proofs.witness import Witness, held
+from workbench.printed.tokens import PI
+from workbench.proofs.identity import Judgement, Kind, Witness, held, judge_zero, proved_or_searched
 from workbench.validation.refusals import described, nearest
 from workbench.validation.signatures import door
 

@@ -20,8 +20,8 @@ from workbench.printed.entry_comparison import EntryVerdict
 from workbench.printed.entry_units import units_of
 from workbench.printed.misprints import LONGEST, RANKS, Editor, Slip
 from workbench.printed.printed_equations import Place, Sheet
+from workbench.proofs.identity import Witness, candidates
 from workbench.proofs.properties import skew
-from workbench.proofs.witness import Witness, candidates
 from workbench.validation.refusals import Array
 
 STATES = 8  # two equations agree by chance at one, not at so many

@@ -13,8 +13,8 @@ from workbench.notation import text
 from workbench.notation.build import parts
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
 from workbench.printed.arm_letters import symbols_of
-from workbench.printed.names import PI
 from workbench.printed.printed_equations import Place
+from workbench.printed.tokens import PI
 
 PLAIN = 24  # the largest whole number in a fraction that is no measured value
 

@@ -26,8 +26,7 @@ from workbench.notation.formula import (
     name_of,
 )
 from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.printed.names import PI
-from workbench.printed.tokens import Token, refusal
+from workbench.printed.tokens import PI, Token, refusal
 
 HIGHEST_POWER = 16
 MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up to four of its calls a level

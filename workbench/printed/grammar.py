@@ -17,8 +17,7 @@ from fractions import Fraction
 from workbench.notation import build
 from workbench.notation.formula import Formula, Matrix, Number, Symbol
 from workbench.printed.formula_values import HIGHEST_POWER, bounded
-from workbench.printed.names import PI, Names
-from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, exact_number, refusal
+from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, PI, FormulaError, Names, Token, exact_number, refusal
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))

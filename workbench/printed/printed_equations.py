@@ -34,9 +34,8 @@ from workbench.printed.arm_letters import (
 )
 from workbench.printed.formula_values import bounded, expanded_size
 from workbench.printed.grammar import parse
-from workbench.printed.names import Key, Names, key_of, spelled
 from workbench.printed.statements import Language, Statement, statements
-from workbench.printed.tokens import FormulaError, Token, refusal
+from workbench.printed.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled
 from workbench.validation.signatures import door
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.

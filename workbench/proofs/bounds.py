@@ -15,9 +15,8 @@ import numpy as np
 
 from workbench.notation.program import walk
 from workbench.proofs import branch_and_bound
-from workbench.proofs.branch_and_bound import prove
+from workbench.proofs.branch_and_bound import Seen, least_seen, prove
 from workbench.proofs.enclosures import UNIT, AbstractForm, form_of
-from workbench.proofs.grid_search import Seen, least_seen
 from workbench.proofs.interval import NoBound, guarantee, jumps
 from workbench.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
 from workbench.validation.signatures import door

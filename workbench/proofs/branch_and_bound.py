@@ -1,4 +1,4 @@
-r"""Branch and bound: the least eigenvalue of a symmetric matrix S(x) over a box, proved from below.
+r"""The least eigenvalue of a symmetric matrix S(x) over a box: sought on a grid, and proved by branch and bound.
 
 A threshold a is proved box by box: S(x) - a I is positive definite in all of a box if, in coordinates U in
 which it is near I at the middle, its linear part less the row sums of all that is unknown is so at each
@@ -15,6 +15,7 @@ Rohn (1994), Positive definiteness and stability of interval matrices, SIAM J. M
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -148,11 +149,7 @@ def _halved(c: Array, r: Array, blame: Array) -> Boxes:
 
 
 def definite(B: Array) -> Array:
-    """True where symmetric matrices B (b, n, n) are proved positive definite, (b,).
-
-    By theorem 2.3 of Rump, that Cholesky's algorithm ends in floating point for B - s I, with s a few roundings of the
-    trace, is a proof.
-    """
+    """True (b,) where symmetric B (b, n, n) are proved positive definite: Cholesky's algorithm ends for B - s I (Rump)."""
     n = B.shape[-1]
     trace = np.abs(np.einsum("bii->bi", B)).sum(axis=1)
     B = B - (4 * (n + 2) * UNIT * trace + 1e-290)[:, None, None] * np.eye(n)
@@ -164,3 +161,64 @@ def definite(B: Array) -> Array:
         for i in range(j + 1, n):
             L[:, i, j] = (B[:, i, j] - (L[:, i, :j] * L[:, j, :j]).sum(axis=1)) / L[:, j, j]
     return holds
+
+
+# Grid points in all, and how often the grid is halved round its best point: 2^-40 of a cell is 1e-13 rad.
+GRID, HALVINGS = 20_000, 40
+# Beyond so many dimensions a grid has too many corners; then points of an even sequence take its place.
+DIMENSIONS = 5
+
+
+class Seen(NamedTuple):
+    """The least value that was seen, where, and in how many samples."""
+
+    value: float
+    x: Array
+    samples: int
+
+
+def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> Seen:
+    """The least of function (points (N, m) to values (N,)) over low <= x <= high, (m,) each.
+
+    The middle is among the points, and up to five dimensions the corners and the quarters of the box too.
+    """
+    m = len(low)
+    best, half = (low + high) / 2, (high - low) / 2
+    value, samples = np.inf, 0
+    for steps in _steps(m):
+        x = np.clip(best + steps * half, low, high)
+        values = function(x)
+        samples += len(x)
+        if values.min() < value:
+            value, best = float(values.min()), x[values.argmin()]
+    return Seen(value, best, samples)
+
+
+def _steps(m: int) -> Iterator[Array]:
+    if m == 0:
+        yield np.zeros((1, 0))
+        return
+    points = max(int(GRID ** (1 / m)) // 4, 1) * 4 + 1
+    if m <= DIMENSIONS:
+        yield _lattice(np.linspace(-1, 1, points), m)
+        near = _lattice(np.linspace(-2, 2, 5), m)
+    else:
+        yield np.vstack([np.zeros(m), 2 * sequence(GRID, m) - 1])
+        near = np.vstack([np.zeros(m), 4 * sequence(GRID // 8, m) - 2])
+    for level in range(HALVINGS):
+        yield near / (points - 1) / 2.0**level
+
+
+def _lattice(side: Array, m: int) -> Array:
+    return np.stack(np.meshgrid(*[side] * m, indexing="ij"), axis=-1).reshape(-1, m)
+
+
+def sequence(count: int, dimensions: int) -> Array:
+    """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
+    if dimensions == 0:
+        return np.zeros((count, 0))
+    root = 2.0
+    for _ in range(60):  # a contraction: the positive root of root^(d+1) = root + 1 to the last digit
+        root = (1 + root) ** (1 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1)
+    return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)

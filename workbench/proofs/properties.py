@@ -10,8 +10,7 @@ import numpy as np
 
 from workbench.core import Dynamics
 from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
-from workbench.proofs.identity import Kind, judge_zero
-from workbench.proofs.witness import Witness
+from workbench.proofs.identity import Kind, Witness, judge_zero
 from workbench.validation.refusals import Array, matrix, numbers
 from workbench.validation.signatures import door
 

@@ -22,7 +22,7 @@ from workbench.printed import (
     printed_equations,
 )
 from workbench.printed import entry_comparison as printed  # fmt: skip
-from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points, witness
+from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points
 from workbench.robots import named
 
 from ..parts import ODE
@@ -49,7 +49,7 @@ def calls() -> dict[str, Any]:
     example.write(FOLDER / "example.json")
     looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
     violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
-    seen = witness.candidates(ARM)[0]
+    seen = identity.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
@@ -106,9 +106,9 @@ def calls() -> dict[str, Any]:
         "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
         "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
         "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
-        "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
-        "candidates": partial(witness.candidates, ARM),
-        "search": partial(witness.search, ARM.M, ARM.M, ARM),
+        "Witness": partial(identity.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
+        "candidates": partial(identity.candidates, ARM),
+        "search": partial(identity.search, ARM.M, ARM.M, ARM),
 
 
     }  # fmt: skip

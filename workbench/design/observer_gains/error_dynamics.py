@@ -17,7 +17,7 @@ from workbench.design.observer_gains.gains import Gains, Region
 from workbench.design.observer_gains.inequality import bears_mismatch
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.design.riccati import lyapunov
-from workbench.proofs.grid_search import sequence
+from workbench.proofs.branch_and_bound import sequence
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 from workbench.validation.views import show
