@@ -149,7 +149,7 @@ def _halved(c: Array, r: Array, blame: Array) -> Boxes:
 
 
 def definite(B: Array) -> Array:
-    """True (b,) where symmetric B (b, n, n) are proved positive definite: Cholesky's algorithm ends for B - s I (Rump)."""
+    """True (b,) where symmetric B (b, n, n) are proved definite: the algorithm of Cholesky ends for B - s I (Rump)."""
     n = B.shape[-1]
     trace = np.abs(np.einsum("bii->bi", B)).sum(axis=1)
     B = B - (4 * (n + 2) * UNIT * trace + 1e-290)[:, None, None] * np.eye(n)

@@ -26,8 +26,8 @@ Kind = Literal["proved", "refuted", "not refuted"]
 
 STATES, POINTS = 200, 64  # of an arm, and of any symbols
 MOST_ENTRIES = 20_000  # two matrices of a hundred joints
-# A difference counts from this share of the largest term it is made of: the first is one that a reader sees at once, the
-# second is far above rounding (1e-15 a term) and far below any misprint. Between two sides the larger is the measure.
+# A difference counts from this share of the largest term it is made of: the first is one that a reader sees at once,
+# the second far above rounding (1e-15 a term) and far below any misprint. Between two sides the larger is the measure.
 VISIBLE, FAINT, PLAIN = 1e-3, 1e-9, 1e-6
 
 
