@@ -17,15 +17,8 @@ Space: TypeAlias = Literal["none", "thin", "dot"]
 Style: TypeAlias = Literal["number", "letter", "greek", "word"]
 
 # Names of functions as they are printed, where that is not the name in the code.
-PRINTED = {
-    "log": "ln",
-    "asin": "arcsin",
-    "acos": "arccos",
-    "atan": "arctan",
-    "asinh": "arsinh",
-    "acosh": "arcosh",
-    "atanh": "artanh",
-}
+PRINTED = {"log": "ln", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+PRINTED |= {"asinh": "arsinh", "acosh": "arcosh", "atanh": "artanh"}
 # Functions for which LaTeX and Typst have a name of their own.
 KNOWN = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
 HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode

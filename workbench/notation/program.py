@@ -60,6 +60,11 @@ class Walk:
     nodes: tuple[Operation, ...]
     entries: tuple[tuple[int, ...], ...]
 
+    @property
+    def names(self) -> list[str]:
+        """The names of the symbols."""
+        return [node.name for node in self.nodes if node.code == ca.OP_INPUT]
+
 
 @door
 def walk(expression: ca.SX, *, cse: bool = False) -> Walk:

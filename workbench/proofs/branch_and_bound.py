@@ -63,8 +63,7 @@ def whole(low: Array, high: Array) -> Boxes:
 def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: float, share: float, budget: int) -> Proof:
     """Prove that no eigenvalue in a box lies more than share * scale below the least that was seen.
 
-    A point that lies lower still, if one comes up, takes the place of `seen`. `NoBound` names a place where the matrix
-    has no bound: a pole, or a function beyond its domain.
+    A point that lies lower still takes the place of `seen`. `NoBound` names a pole, or a place beyond a domain.
     """
     (value, x), beyond, count, cover = seen, None, 0, box
     for gap in (COARSE, share) if share < COARSE else (share,):
@@ -178,10 +177,7 @@ class Seen(NamedTuple):
 
 
 def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> Seen:
-    """The least of function (points (N, m) to values (N,)) over low <= x <= high, (m,) each.
-
-    The middle is among the points, and up to five dimensions the corners and the quarters of the box too.
-    """
+    """The least of function (points (N, m) to values (N,)) over low <= x <= high, the middle and corners included."""
     m = len(low)
     best, half = (low + high) / 2, (high - low) / 2
     value, samples = np.inf, 0

@@ -25,8 +25,7 @@ from workbench.proofs.interval import Interval, at_points, evaluate, jumps
 from workbench.validation.refusals import Array
 
 UNIT = 2.0**-53
-# Beyond so many waves their products with U, each by itself, cost more than they save; beyond so many the intervals of
-# the Jacobian cost less than all of them.
+# Beyond so many waves their products with U cost more than they save; beyond so many intervals of the Jacobian do.
 FEW_WAVES, MANY_WAVES = 64, 1000
 
 
@@ -57,10 +56,7 @@ class AbstractForm(ABC):
 
 
 def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> AbstractForm:
-    """The sharper of the two forms that a symmetric matrix (n, n) has, with some symbols fixed to numbers by name.
-
-    The numbers go through exact or outward-rounded arithmetic too, so that no rounding is left out of the bounds.
-    """
+    """The sharper of the two forms of a symmetric matrix (n, n), with some symbols fixed to numbers, not rounded."""
     try:
         return _waves(matrix, symbols, numbers)
     except NotInClass:
@@ -69,17 +65,10 @@ def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -
 
 @dataclass(frozen=True, eq=False)
 class Waves(AbstractForm):
-    """S(x) = W_0 + sum_s W_s cos(k_s . x + phi_s).
+    """S(x) = W_0 + sum_s W_s cos(k_s . x + phi_s): (n, n), (S, n, n), slopes (S, m), phases (S,), and its sines (S,).
 
     By Taylor's theorem a wave of slopes k leaves its tangent by at most (|k| . r)^2 / 2 in a box, so R is
     the sum of |U' W_s U| (|k_s| . r)^2 / 2: taken in the coordinates U, what cancels in them costs nothing.
-
-    Attributes
-    ----------
-    constant, W
-        (n, n) and (S, n, n).
-    slopes, phases, sines
-        (S, m), (S,), and whether it is a sine (S,).
     """
 
     constant: Array

@@ -60,12 +60,11 @@ def evolve(
     ended: Callable[[], bool] = lambda: False,
     mixed: bool = True,
 ) -> tuple[Array, Judged]:
-    """The last population u (B, d) in the unit cube, and the worth of its members, by DE/best/1 and DE/rand/1.
+    """The last population u (B, d) in the unit cube, and its worth, by DE/best/1 and, if `mixed`, DE/rand/1.
 
-    Half of the trials start from the best member, half from any if `mixed`: the first are quick, the second keep
-    looking elsewhere. A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d)
-    their worth, once a generation and once before; `start` has the ends (d,) and (d,) of the box from which the first
-    population is drawn; `ended` is asked before each generation whether the search is over.
+    A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d) their worth, once a
+    generation and once before; `start` has the ends (d,) of the box from which the first population is drawn; `ended`
+    is asked before each generation.
 
     References
     ----------

@@ -72,20 +72,15 @@ class Search:
 
 @door
 def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
-    """The first candidate at which `expression` (k, 1) is plainly not zero.
-
-    The largest value over all candidates of `terms`, of which it is a sum, is the scale against which a rounding
-    error is told from a difference.
-    """
+    """The first candidate at which `expression` (k, 1) is plainly not zero, beside the largest of its `terms`."""
     for name, sought in (("expression", expression), ("terms", terms)):
         if not 0 < sought.numel() <= MOST_ENTRIES:
             raise ValueError(f"`search({name}=...)` must have 1 to {MOST_ENTRIES} entries; got {sought.numel()}.")
-    known = {symbol.name() for symbol in ca.symvar(ca.vertcat(dynamics.q, dynamics.qd, dynamics.symbols))}
+    states, inputs = candidates(dynamics), [dynamics.q, dynamics.qd, dynamics.symbols]
+    known = {symbol.name() for symbol in ca.symvar(ca.vertcat(*inputs))}
     for symbol in ca.symvar(ca.veccat(expression, terms)):
         if symbol.name() not in known:
             raise ValueError(f"A witness gives numbers to the symbols of an arm; it has none for '{symbol.name()}'.")
-    states = candidates(dynamics)
-    inputs = [dynamics.q, dynamics.qd, dynamics.symbols]
     function = ca.Function("sought", inputs, [ca.vec(ca.densify(expression)), ca.vec(ca.densify(terms))])
     columns = [np.stack([getattr(s, name) for s in states], axis=1) for name in ("q", "qd", "p")]
     values, sizes = (np.array(part).T for part in function(*columns))
@@ -145,27 +140,30 @@ class Judgement:
 
 @door
 def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
-    """Judge whether every element of `expression` is zero for all q, qd and parameters.
+    """Judge whether every element of `expression`, a difference of `terms`, is zero for all q, qd and parameters.
 
-    `proved` rests on exact rational arithmetic alone, `refuted` on a state where the value is not zero; numbers that
-    happen to agree prove nothing, and are called `not refuted`. The scale of the search for a witness are the `terms`
-    that the expression is the difference of.
+    `proved` rests on exact rational arithmetic alone, `refuted` on a state where the value is plainly not zero; numbers
+    that happen to agree prove nothing, and are called `not refuted`.
     """
     return proved_or_searched(lambda: _vanishes(expression), expression, terms, dynamics)
 
 
 def proved_or_searched(vanishes: Callable[[], bool], expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
     """The verdict by `vanishes`, which compares normal forms or raises NotInClass, else by a search for a witness."""
-    why = "the normal forms differ, but no state was found where the values do"
-    try:
-        if vanishes():
-            return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
-    except NotInClass as outside:
-        why = str(outside)
+    if not (why := _open(vanishes, "state")):
+        return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
     found = search(expression, terms, dynamics)
     if found.witness is not None:
         return Judgement("refuted", f"at {found.witness}", found)
     return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
+
+
+def _open(vanishes: Callable[[], bool], place: str) -> str:
+    """The reason why normal forms prove nothing; empty if they prove that an expression vanishes."""
+    try:
+        return "" if vanishes() else f"the normal forms differ, but no {place} was found where the values do"
+    except NotInClass as outside:
+        return str(outside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -186,18 +184,13 @@ class Equality:
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 
-    The witness is the first of a fixed list of points with one decimal: small whole numbers are tried first, in
-    the order of the symbols' names. There intervals must prove that the two differ: what rounding makes of terms
-    that cancel refutes nothing.
+    The witness is the first of a fixed list of points with one decimal at which intervals prove that the two differ:
+    what rounding makes of terms that cancel refutes nothing.
     """
     if left.shape != right.shape:
         raise ValueError(f"`judge_equal(left, right)` compares equal shapes; got {left.shape} and {right.shape}.")
-    try:
-        if _vanishes(ca.vec(left - right)):
-            return Equality("proved", "equal normal forms: an identity in all symbols")
-        why = "the normal forms differ, but no point was found where the values do"
-    except NotInClass as outside:
-        why = str(outside)
+    if not (why := _open(lambda: _vanishes(ca.vec(left - right)), "point")):
+        return Equality("proved", "equal normal forms: an identity in all symbols")
     symbols = sorted(ca.symvar(ca.vertcat(ca.vec(left), ca.vec(right))), key=lambda symbol: str(symbol.name()))
     names = [symbol.name() for symbol in symbols]
     sides = ca.Function("sides", [ca.vertcat(*symbols)], [ca.densify(ca.vec(left)), ca.densify(ca.vec(right))])

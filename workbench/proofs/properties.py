@@ -51,10 +51,7 @@ def _of_joints(unit: str, dynamics: Dynamics) -> str:
 
 @dataclass(frozen=True, eq=False)
 class PropertyVerdict:
-    """The verdict on a property of an arm's matrices.
-
-    `residual` is what ought to be zero, (n, n), at the witness; both are None unless the property is refuted.
-    """
+    """The verdict on a property; if it is refuted, with a witness and what ought to be zero there, (n, n)."""
 
     statement: str
     kind: Kind
@@ -95,11 +92,7 @@ def symmetric(dynamics: Dynamics) -> PropertyVerdict:
 
 @door
 def skew(dynamics: Dynamics) -> PropertyVerdict:
-    """N = M' - 2C is skew-symmetric, N + N^T = 0, for all q, qd and all parameters.
-
-    It is a property of the factorisation C qd as well as of the arm: of all matrices C that give the
-    same torque, that of the Christoffel symbols has it.
-    """
+    """N = M' - 2C is skew-symmetric for all q, qd and parameters, as with the C of the Christoffel symbols."""
     rate = dynamics.mass_matrix_rate
     N = rate - 2 * dynamics.C
     terms = ca.vertcat(ca.vec(rate), ca.vec(2 * dynamics.C))
@@ -121,10 +114,7 @@ def positive_definite(
     low: float | Array = -np.pi,
     high: float | Array = np.pi,
 ) -> DefinitenessVerdict:
-    """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,)).
-
-    The extreme eigenvalues of the symmetric part of M are sought by samples and proved by branch and bound.
-    """
+    """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,))."""
     first, last = box_of("positive_definite", low, high, dynamics.dof)
     least, greatest = (
         extreme_eigenvalue(dynamics.M, dynamics.q, first, last, sign, numbers=nominal(dynamics)) for sign in (1, -1)
