@@ -91,11 +91,7 @@ def as_python(dynamics: Dynamics) -> str:
     lines += ["", "", "def dynamics(q, qd, p=NOMINAL):"]
     lines += ['    """M(q) (n, n), C(q, qd) (n, n) and G(q) (n,)."""', *_in_python(matrices), "    return M, C, G"]
     lines += ["", "", "def inverse_dynamics(q, qd, qdd, p=NOMINAL):"]
-    lines += [
-        '    """The torques tau (n,) that give the accelerations qdd."""',
-        *_in_python(torque),
-        "    return tau",
-    ]
+    lines += ['    """The torques tau (n,) that give the accelerations qdd."""', *_in_python(torque), "    return tau"]
     return "\n".join([*lines, "", "", FORWARD_IN_PYTHON])
 
 

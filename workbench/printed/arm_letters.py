@@ -13,17 +13,7 @@ from workbench.core import Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds
 from workbench.notation import build
-from workbench.notation.formula import (
-    Formula,
-    Matrix,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-    letters,
-    name_of,
-    symbol,
-)
+from workbench.notation.formula import Formula, Matrix, Product, Quotient, Sum, Symbol, letters, name_of, symbol
 from workbench.notation.normal_form import NotInClass
 from workbench.printed.formula_values import normal_form
 from workbench.printed.grammar import parse

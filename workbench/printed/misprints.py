@@ -1,8 +1,7 @@
 """The likely slip: the smallest change of a printed entry that makes it right.
 
-For every part of the printed formula the value is found that this part would need for the whole to be
-right, at some states and parameters; if one edit of the part (another sign, symbol, power, factor or
-function) has that value at all of them, the edit is the likely slip.
+For every part of a formula the value is found that it would need for the whole to be right, at some states and
+parameters; an edit of the part (another sign, symbol, power, factor or function) that has it at all of them is likely.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ LONGEST = 600  # parts of a formula; in a longer one the search would take secon
 TWO = Number(Fraction(2))
 LARGEST_FACTOR = 24  # factors p/q that a slip is looked for have p and q up to this
 
-# How likely an edit is beside others that repair the entry just as well: the least comes first.
+# The kinds of edits, the likeliest first.
 RANKS = (
     *("sign", "velocity", "function", "angle", "symbol", "throughout", "power", "factor", "extra", "missing"),
     *("scale", "term", "rounded"),
@@ -122,37 +121,29 @@ class Editor:
 
     def _edits(self, part: _Part) -> Iterator[Slip]:
         match part.formula:
-            case Symbol():
-                yield from self._other_symbol(part, part.formula)
-            case Call("sin" | "cos" as function, (argument,)):
-                yield from self._other_function(part, function, argument)
+            case Symbol() as printed:
+                for other, value in self.meant.items():
+                    if other != printed and _near(value, part.needed):
+                        same = (other.letter, other.index) == (printed.letter, printed.index)
+                        yield _instead("velocity" if same else "symbol", printed, other)
+            case Call("sin" | "cos") as printed:
+                yield from self._other_function(part, printed)
         yield from self._other_power(part)
         if part.is_term:
             yield from self._other_scale(part)
         elif isinstance(part.formula, Number) and (ratio := _ratio(part.needed, np.ones(1))) is not None:
             yield Slip("factor", f"the number {text.emit(part.formula)} stands where {ratio} is right")
 
-    def _other_symbol(self, part: _Part, printed: Symbol) -> Iterator[Slip]:
-        for other, value in self.meant.items():
-            if other != printed and _near(value, part.needed):
-                same = other.letter == printed.letter and other.index == printed.index
-                yield Slip(
-                    "velocity" if same else "symbol", f"{text.emit(printed)} stands where {text.emit(other)} is right"
-                )
-
-    def _other_function(self, part: _Part, printed: str, argument: Formula) -> Iterator[Slip]:
-        was = f"{printed}({text.emit(argument)})"
-        changed = [*self.angles]
+    def _other_function(self, part: _Part, printed: Call) -> Iterator[Slip]:
+        (argument,) = printed.arguments
+        angles = [argument, *self.angles]
         for letter in letters(argument):
-            changed += [substitute(argument, {letter: other}) for other in self.values if other.letter == "q"]
-        for function in ("sin", "cos"):
-            if function != printed and _near(NUMPY.functions[function](self.value(argument)), part.needed):
-                yield Slip("function", f"{was} stands where {function}({text.emit(argument)}) is right")
-        for angle in changed:
-            for function in ("sin", "cos"):
-                if _near(NUMPY.functions[function](self.value(angle)), part.needed):
-                    said = f"{was} stands where {function}({text.emit(angle)}) is right"
-                    yield Slip("angle" if function == printed else "term", said)
+            angles += [substitute(argument, {letter: other}) for other in self.values if other.letter == "q"]
+        for angle in angles:
+            for other in (Call("sin", (angle,)), Call("cos", (angle,))):
+                if other != printed and _near(self.value(other), part.needed):
+                    kind = "angle" if other.function == printed.function else "term"
+                    yield _instead("function" if angle == argument else kind, printed, other)
 
     def _other_power(self, part: _Part) -> Iterator[Slip]:
         match part.formula:
@@ -164,8 +155,7 @@ class Editor:
                 return
         for exponent in range(1, 4):
             if exponent != printed and _near(self.value(base) ** exponent, part.needed):
-                is_right = text.emit(build.power(base, Number(Fraction(exponent))))
-                yield Slip("power", f"{text.emit(part.formula)} stands where {is_right} is right")
+                yield _instead("power", part.formula, build.power(base, Number(Fraction(exponent))))
 
     def _other_scale(self, part: _Part) -> Iterator[Slip]:
         """Another sign, a number, or a symbol too many or too few; or a term that does not belong here."""
@@ -192,12 +182,13 @@ class Editor:
     def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
         for letter in dict.fromkeys(letters(printed)):
             for other, value in self.meant.items():
-                if other != letter:
-                    changed = evaluate(printed, {**self.values, letter: value}, NUMPY)
-                    if _near(changed, right):
-                        yield Slip(
-                            "throughout", f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
-                        )
+                if other != letter and _near(evaluate(printed, {**self.values, letter: value}, NUMPY), right):
+                    said = f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
+                    yield Slip("throughout", said)
+
+
+def _instead(kind: str, printed: Formula, right: Formula) -> Slip:
+    return Slip(kind, f"{text.emit(printed)} stands where {text.emit(right)} is right")
 
 
 def _near(value: Array, wanted: Array | float) -> bool:

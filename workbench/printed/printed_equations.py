@@ -25,13 +25,7 @@ from graphlib import CycleError, TopologicalSorter
 from workbench.core import Dynamics
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.printed.arm_letters import (
-    names_of,
-    numbers_given,
-    parameter_of,
-    rate_of,
-    unnamed_zeros,
-)
+from workbench.printed.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
 from workbench.printed.formula_values import bounded, expanded_size
 from workbench.printed.grammar import parse
 from workbench.printed.statements import Language, Statement, statements

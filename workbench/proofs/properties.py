@@ -110,9 +110,7 @@ def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics)
 
 @door
 def positive_definite(
-    dynamics: Dynamics,
-    low: float | Array = -np.pi,
-    high: float | Array = np.pi,
+    dynamics: Dynamics, low: float | Array = -np.pi, high: float | Array = np.pi
 ) -> DefinitenessVerdict:
     """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,))."""
     first, last = box_of("positive_definite", low, high, dynamics.dof)
