@@ -6,17 +6,22 @@ parameters; an edit of the part (another sign, symbol, power, factor or function
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 
+from workbench.core import Dynamics
 from workbench.notation import build, text
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.printed.arm_letters import symbols_of
 from workbench.printed.formula_values import NUMPY, evaluate
+from workbench.printed.printed_equations import Place
+from workbench.proofs.identity import Witness
 from workbench.validation.refusals import Array
 
 CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
@@ -56,9 +61,26 @@ class _Part:
 
 @dataclass(frozen=True, eq=False)
 class Editor:
-    """The symbols of an arm with their values at some states and parameters, each (K,)."""
+    """The values of an arm's symbols, and of its entries of M, C and G, each (K,); its velocities, (n, K)."""
 
     values: Mapping[Symbol, Array]
+    entries: Mapping[Place, Array]
+    velocities: Array
+
+    @staticmethod
+    def near(states: Sequence[Witness], derived: Dynamics) -> Editor:
+        """The values near some states, by which formulas are told apart without algebra."""
+        q, qd, p = (np.stack([getattr(state, name) for state in states], axis=1) for name in ("q", "qd", "p"))
+        off = 0.01 * np.sqrt(np.arange(2.0, 2.0 + q.size)).reshape(q.shape)  # sums of round numbers vanish
+        q, qd = q + off, qd + off
+        inputs = [derived.q, derived.qd, derived.symbols]
+        rows = dict(zip([s.name() for s in ca.vertsplit(ca.vertcat(*inputs))], np.vstack([q, qd, p]), strict=True))
+        entries: dict[Place, Array] = {}
+        for name, matrix in (("M", derived.M), ("C", derived.C), ("G", derived.G)):
+            numbers = np.array(ca.Function("entries", inputs, [ca.vec(matrix)])(q, qd, p))
+            for k, row in enumerate(numbers):
+                entries[name, k % matrix.shape[0] + 1, k // matrix.shape[0] + 1] = row
+        return Editor({letter: rows[name] for letter, name in symbols_of(derived).items()}, entries, qd)
 
     def slip(self, printed: Formula, right: Array) -> Slip | None:
         """The likeliest single edit of a printed entry that gives it the right values (K,); None if it is too long."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 from workbench.notation.formula import GREEK, Symbol, name_of, symbol
@@ -32,7 +32,8 @@ class Token:
     """A piece of a formula, and where it begins, counted from 1.
 
     `kind` is "number", "name", "function", "frac", "begin" or "end" (of a matrix), "row", "break" or
-    "transpose", or the character itself. A name also has its `index` and the `dots` over it.
+    "transpose", or the character itself. A name also has its `index` and the `dots` over it. `within` has the kinds of
+    the brackets round it.
     """
 
     kind: str
@@ -41,6 +42,7 @@ class Token:
     column: int
     index: str = ""
     dots: int = 0
+    within: tuple[str, ...] = ()
 
     @property
     def shown(self) -> str:
@@ -73,7 +75,8 @@ def checked(tokens: Iterable[Token]) -> tuple[Token, ...]:
     kept: list[Token] = []
     opened: list[Token] = []
     for token in tokens:
-        kept.append(token)
+        outside = opened[:-1] if token.kind in OPENING.values() else opened
+        kept.append(replace(token, within=tuple(bracket.kind for bracket in outside)))
         if len(kept) > MOST_TOKENS:
             raise refusal(token, f"equations of at most {MOST_TOKENS} signs are read; keep only those to be checked.")
         length = len(token.text) + len(token.index)
