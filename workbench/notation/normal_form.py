@@ -4,11 +4,10 @@ An expression of the class is a finite sum of
 
     rational coefficient  x  symbols to whole powers  x  1, or sin or cos of a polynomial angle.
 
-Products of sines and cosines are turned into sums, so that sin^2 + cos^2 becomes 1; doubles are taken
-for the fractions that they exactly are. Then two expressions are equal for all values of their symbols
-(where no divisor is zero) if and only if their normal forms are the same: exp(i a) for different angles a
-are linearly independent over the rational functions if the angles differ by more than a constant, and
-over the rational numbers if they differ by a rational one.
+Products of sines and cosines become sums, and doubles the fractions that they exactly are. Then two expressions are
+equal for all values of their symbols (where no divisor is zero) if and only if their normal forms are the same, as
+exp(i a) for different angles a are linearly independent: over the rational functions if the angles differ by more than
+a constant, and over the rational numbers if they differ by a rational one.
 
 References
 ----------

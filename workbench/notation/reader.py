@@ -12,7 +12,7 @@ from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
 from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, children, symbol, symbols_of
 from workbench.notation.normal_form import NotInClass, to_formula
-from workbench.notation.program import NAMES, Operation, Walk, walk
+from workbench.notation.program import NAMES, Operation, Walk, split, walk
 from workbench.notation.writer import measure
 from workbench.validation.signatures import door
 
@@ -113,13 +113,8 @@ def equations_of(
         if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
             return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
     definitions, formula = read_shared(together, symbols)
-    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
-    equations, start = [], 0
-    for letter, matrix in matrices.items():
-        stop = start + matrix.shape[1]
-        equations.append(Relation(symbol(letter), "=", Matrix(tuple(row[start:stop] for row in rows))))
-        start = stop
-    return definitions, equations
+    entries = split(matrices, formula.rows if isinstance(formula, Matrix) else ((formula,),))
+    return definitions, [Relation(symbol(letter), "=", Matrix(rows)) for letter, rows in entries.items()]
 
 
 def _matrix(steps: Walk, formula: Callable[[int], Formula]) -> Formula:

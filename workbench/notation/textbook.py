@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from workbench.notation.build import ONE, call, monomial, negative, number, product, total
+from workbench.notation.build import ONE, call, negative, number, power, product, total
 from workbench.notation.formula import GREEK, Formula, Symbol
 from workbench.notation.waves import PLAIN, Key, Monomial, Wave
 
@@ -58,7 +58,9 @@ class _Page:
 
     def by_symbol(self, terms: Mapping[Key, Fraction]) -> Formula:
         """Terms collected by the symbols that occur only to the first power, the most frequent first."""
-        linear = self.linear(terms)
+        powers = {power for monomial, _ in terms for power in monomial}
+        nonlinear = {name for name, exponent in powers if exponent != 1}
+        linear = sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
         rest = set(terms)
         groups: list[set[Key]] = []
         while True:
@@ -71,11 +73,6 @@ class _Page:
         groups += [{key} for key in rest]
         groups.sort(key=lambda group: min(map(self.term_order, group)))
         return total(self.group({key: terms[key] for key in group}, linear) for group in groups)
-
-    def linear(self, terms: Iterable[Key]) -> list[str]:
-        powers = {power for monomial, _ in terms for power in monomial}
-        nonlinear = {name for name, exponent in powers if exponent != 1}
-        return sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
 
     def group(self, terms: dict[Key, Fraction], linear: list[str]) -> Formula:
         keys = sorted(terms, key=self.term_order)
@@ -136,7 +133,7 @@ class _Page:
 
     def monomial(self, powers: Monomial) -> Formula:
         ordered = sorted(powers, key=lambda power: self.rank[power[0]])
-        return monomial((self.symbols[name], exponent) for name, exponent in ordered)
+        return product(power(self.symbols[name], number(exponent)) for name, exponent in ordered)
 
     def wave(self, wave: Wave) -> Formula:
         """A sine or cosine, its angle beginning with a plus sign."""

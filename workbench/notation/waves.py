@@ -96,17 +96,14 @@ def _product_to_sum(u: Wave, v: Wave) -> tuple[tuple[Wave, Fraction], ...]:
     """
     (first, a), (second, b) = u, v
     kind: Literal["cos", "sin"] = "cos" if first == second else "sin"
-    sums = [(combined(a, b, 1), -HALF if first == second == "sin" else HALF)]
-    sums += [(combined(a, b, -1), -HALF if first == "cos" and second == "sin" else HALF)]
-    return tuple(pair for angle, factor in sums for pair in _pairs(kind, angle, factor))
-
-
-def combined(a: Angle, b: Angle, sign: int) -> Angle:
-    """a + b or a - b."""
-    result = dict(a)
-    for monomial, coefficient in b:
-        result[monomial] = result.get(monomial, Fraction(0)) + sign * coefficient
-    return tuple(sorted((monomial, c) for monomial, c in result.items() if c))
+    factors = {1: -HALF if first == second == "sin" else HALF, -1: -HALF if (first, second) == ("cos", "sin") else HALF}
+    pairs: list[tuple[Wave, Fraction]] = []
+    for sign, factor in factors.items():
+        angle = dict(a)
+        for monomial, coefficient in b:
+            angle[monomial] = angle.get(monomial, Fraction(0)) + sign * coefficient
+        pairs += _pairs(kind, tuple(sorted((monomial, c) for monomial, c in angle.items() if c)), factor)
+    return tuple(pairs)
 
 
 def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[tuple[Wave, Fraction]]:

@@ -62,12 +62,8 @@ class Sheet:
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
 
-    Raises
-    ------
-    FormulaError
-        If a statement is none, a name is unknown, a matrix is not of the arm's size, an entry is
-        printed twice or declared by itself, a letter of the robot is given a formula of constants, or an entry is
-        too long to be judged; with its place.
+    A `FormulaError` tells the place of what is no statement, an unknown name, a matrix of another size, an entry
+    printed twice, declared by itself or too long, and a formula of constants for a letter of the robot.
     """
     declared, printed, rest = _declared(statements(text, language), dynamics.dof)
     given = numbers_given(declared, dynamics)
@@ -84,16 +80,17 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     in_order = sorted(entries, key=lambda place: ("MCG".index(place[0]), place))
     places = {_entry_symbol(place): place for place in in_order}
     reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
-    bound = {name: parameter_of(name, statement, dynamics) for name, statement in declared.items()}
-    bound = {name: path for name, path in bound.items() if path and not _is_path(declared[name], dynamics)}
+    bound: dict[Symbol, str] = {}
+    for name, statement in declared.items():
+        is_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
+        if not is_path and (path := parameter_of(name, statement, dynamics)):
+            bound[name] = path
     resolved = reading.resolved([*places, *bound])
     for name, path in bound.items():
         if not any(letter in joints or letter.dots for letter in letters(resolved[name])):
-            raise refusal(
-                declared[name].name,
-                f"'{declared[name].name.shown}' is this robot's letter for {path}, to which a sheet gives a number or "
-                "nothing, as a formula would not hold for the robot too; choose another letter.",
-            )
+            why = "to which a sheet gives a number or nothing, as a formula would not hold for the robot too"
+            said = f"'{declared[name].name.shown}' is this robot's letter for {path}, {why}; choose another letter."
+            raise refusal(declared[name].name, said)
     written = {place: resolved[letter] for letter, place in places.items()}
     for place, formula in written.items():
         _refuse_length(formula, entries[place][1])
@@ -104,10 +101,6 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     numbers = dict(given.values())
     zeros = unnamed_zeros(written.values(), dynamics).difference(numbers)
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
-
-
-def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
-    return len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
 
 
 def _declared(
@@ -262,9 +255,7 @@ class _Reading:
         angle = replace(letter, dots=0)
         if (rate := rate_of(resolved[angle], self.joints)) is None:
             name = next(name for formula, name in self.meanings.values() if letter in letters(formula))
-            raise refusal(
-                name,
-                f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of "
-                f"joint angles times constants; declare it: `{name_of(letter)} = ...`.",
-            )
+            why = "which is found only where that is a sum of joint angles times constants"
+            said = f"'{name.shown}' takes the rate of '{name_of(angle)}', {why}; declare it: `{name_of(letter)} = ...`."
+            raise refusal(name, said)
         return rate
