@@ -92,8 +92,9 @@ def watching(ode: Ode, claims: Sequence[Declared]) -> Ode:
     entries, columns = [], [ode.output]
     for said in {said.claim.name: said for said in claims}.values():
         if said.claim.margin is None:
+            name = said.claim.name
             raise ValueError(
-                f"`watching(claims=...)` needs margins, which a run can break; the claim '{said.claim.name}' has none."
+                f"`watching(claims=...)` needs margins, which a run can break; the claim '{name}' has none."
             )
         margin = said.claim.margin(SignalsOf(ode, said.path))
         require(f"The margin of '{said.claim.name}'", margin, ca.SX)

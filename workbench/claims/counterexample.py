@@ -110,18 +110,15 @@ class CounterExample:
         try:
             return _made(json.loads(text.decode()))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
-            raise ValueError(
-                f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."
-            ) from None
+            got = described(str(error))
+            raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {got}.") from None
 
     @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
         """The parameters (1, np) and the initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
-            raise ValueError(
-                f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
-                f"{self.fingerprint[:12]}...; that of '{ode.name}' is {ode.fingerprint[:12]}...: search again."
-            )
+            must = f"must be given the equation it was found for, of fingerprint {self.fingerprint[:12]}..."
+            raise ValueError(f"`CounterExample.rows(ode)` {must}; got '{ode.name}' of {ode.fingerprint[:12]}...")
         return _row(ode.parameters, self.p), _row(ode.states, self.x0)
 
     @door

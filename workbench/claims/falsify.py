@@ -159,9 +159,9 @@ class Hunt:
         last = step.states.unpack(runs.x[np.arange(len(p)), finite])
         excess = [last[f"{kept.name}.largest"].max(axis=1) for kept in self._violations]
         if isinstance(self.target, Declared) and (value[np.isfinite(value)] >= UNDEFINED).any():
+            name = self.target.claim.name
             raise ValueError(
-                f"`Hunt(target=...)` needs a margin that is a number wherever a run may be; that of "
-                f"'{self.target.claim.name}' is none at some instant of some run."
+                f"`Hunt(target=...)` must have a margin; that of '{name}' is none at some instant of a run."
             )
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
 

@@ -56,7 +56,7 @@ class Markup:
     digits: str = "{}"
     ten: str = ""  # a power of ten, from the sign and the digits of its exponent
     minus: str = "-"
-    over: Mapping[str | int, str]  # accents by name, and dots by their number
+    over: Mapping[str, str]  # accents by name, and dots: d, dd
     indexed: str = ""
     both: str = ""  # an index and a power
     marks: Mapping[str, str]  # signs in an index, and what stands between its parts
@@ -95,7 +95,7 @@ class Markup:
         if self.flat:
             return ascii(name_of(symbol))[1:-1]
         text = self.letter(symbol.letter, symbol.bold)
-        for sign in filter(None, (symbol.accent, symbol.dots)):
+        for sign in filter(None, (symbol.accent, "d" * symbol.dots)):
             text = self.over[sign].format(text)
         index, mark = self._index(symbol.index), exponent or self._index(symbol.mark)
         if index and mark:

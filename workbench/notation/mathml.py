@@ -63,7 +63,9 @@ MATHML = Markup(
     ten="<msup><mn>10</mn><mrow>{}<mn>{}</mn></mrow></msup>",
     minus="<mo>−</mo>",
     # Spacing marks of their own, not combining ones: browsers misplace those.
-    over={name: OVER.format(mark) for name, mark in {"hat": "^", "tilde": "~", "bar": "¯", 1: "˙", 2: "¨"}.items()},
+    over={
+        name: OVER.format(mark) for name, mark in {"hat": "^", "tilde": "~", "bar": "¯", "d": "˙", "dd": "¨"}.items()
+    },
     indexed="<msub>{}{}</msub>",
     both="<msubsup>{}{}{}</msubsup>",
     marks={",": '<mo separator="true" rspace="0">,</mo>', "*": "<mo>*</mo>"},

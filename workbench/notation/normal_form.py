@@ -48,10 +48,9 @@ class NormalForm:
     @staticmethod
     def of(expression: ca.SX) -> NormalForm:
         """The normal form of one expression; `NotInClass` if it is not of the class, or expands to too many terms."""
-        if ca.SX(expression).numel() != 1:
+        if (shape := ca.SX(expression).shape) != (1, 1):
             raise ValueError(
-                f"`NormalForm.of(expression)` takes one expression; got shape {ca.SX(expression).shape}. "
-                "For a matrix there is `normal_forms`."
+                f"`NormalForm.of(expression)` takes one expression; got shape {shape}: see `normal_forms`."
             )
         return normal_forms(expression)[0][0]
 

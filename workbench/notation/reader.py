@@ -113,8 +113,8 @@ def equations_of(
         if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
             return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
     definitions, formula = read_shared(together, symbols)
-    entries = split(matrices, formula.rows if isinstance(formula, Matrix) else ((formula,),))
-    return definitions, [Relation(symbol(letter), "=", Matrix(rows)) for letter, rows in entries.items()]
+    parts = split(matrices, formula.rows if isinstance(formula, Matrix) else ((formula,),))
+    return definitions, [Relation(symbol(letter), "=", Matrix(rows)) for letter, rows in parts.items()]
 
 
 def _matrix(steps: Walk, formula: Callable[[int], Formula]) -> Formula:

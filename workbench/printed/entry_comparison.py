@@ -16,7 +16,7 @@ from workbench.printed.formula_values import CASADI, at_numbers, evaluate, norma
 from workbench.printed.printed_equations import Place, Sheet, is_place
 from workbench.printed.tokens import PI
 from workbench.proofs.identity import Judgement, Kind, Witness, held, judge_zero, proved_or_searched
-from workbench.validation.refusals import described, nearest
+from workbench.validation.refusals import described, known
 from workbench.validation.signatures import door
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -74,9 +74,8 @@ def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
     foreign = {letter for f in sheet.entries.values() for letter in letters(f)} - {*values, PI}
     if foreign:
-        raise LookupError(
-            f"A sheet is compared with the arm it was read for; this one has no '{name_of(foreign.pop())}'."
-        )
+        lacking = name_of(foreign.pop())
+        raise LookupError(f"A sheet is compared with the arm it was read for; this one has no '{lacking}'.")
     printed = {place: evaluate(f, values, CASADI) for place, f in sheet.entries.items()}
     comparison = _Comparison(printed, derived, sheet)
     return tuple(map(comparison.entry, printed))
@@ -167,17 +166,10 @@ class _Comparison:
 
 def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:
     if printed.dof != derived.dof:
-        raise ValueError(
-            f"`compare(printed, derived)` needs arms of the same number of joints, for their matrices to have "
-            f"the same entries; got {printed.dof} printed and {derived.dof} derived."
-        )
-    for label in printed.p.labels:
-        if label not in derived.p.labels:
-            raise LookupError(
-                f"`compare(printed, derived)` matches parameters by name, and the derived arm has no '{label}'."
-                + (nearest(label, derived.p.labels) or f" It has: {', '.join(derived.p.labels)}.")
-            )
-    places = [derived.p.labels.index(label) for label in printed.p.labels]
+        joints = f"{printed.dof} printed and {derived.dof} derived"
+        raise ValueError(f"`compare(printed, derived)` needs arms of the same number of joints; got {joints}.")
+    labels = derived.p.labels
+    places = [labels.index(known(label, labels, "parameters of the derived arm")) for label in printed.p.labels]
     old = ca.vertcat(printed.q, printed.qd, printed.symbols)
     new = ca.vertcat(derived.q, derived.qd, derived.symbols[places] if places else ca.SX(0, 1))
     matrices = ca.substitute([printed.M, printed.C, printed.G], [old], [new])

@@ -94,9 +94,7 @@ def bounded(formula: Formula, place: Token) -> Formula:
     while waiting:
         part, level, power = waiting.pop()
         if level > MOST_LEVELS:
-            raise refusal(
-                place, f"more than {MOST_LEVELS} operations are nested in each other; write the formula in parts."
-            )
+            raise refusal(place, f"more than {MOST_LEVELS} operations are nested in each other; write it in parts.")
         if isinstance(part, Power) and isinstance(part.exponent, Number):
             power *= max(abs(Fraction(part.exponent.value)), Fraction(1))
             if power > HIGHEST_POWER:
@@ -148,7 +146,8 @@ def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     """
     if foreign := {letter for letter in letters(formula) if letter not in names and letter != PI}:
         raise LookupError(f"`normal_form(names=...)` must hold all symbols; it lacks '{name_of(foreign.pop())}'.")
-    return evaluate(formula, {letter: NormalForm(waves.variable(name)) for letter, name in names.items()}, EXACT)
+    form: NormalForm = evaluate(formula, {x: NormalForm(waves.variable(name)) for x, name in names.items()}, EXACT)
+    return form
 
 
 def at_numbers(form: NormalForm, numbers: Mapping[str, Fraction]) -> NormalForm:

@@ -47,9 +47,7 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
         while part and part[-1].kind in (",", ".", ";"):
             part.pop()
         if part and not _equals(part):
-            raise refusal(
-                part[0], "here stands no statement; each has the form `name = formula`, as M[1,1] = m_1*l_1^2."
-            )
+            raise refusal(part[0], "here stands no statement of the form `name = formula`, as M[1,1] = m_1*l_1^2.")
         if part:
             yield part
 

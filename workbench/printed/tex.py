@@ -85,9 +85,8 @@ def tokens_of_latex(text: str) -> tuple[Token, ...]:
     """The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s."""
     refuse_size(text)
     if many := _MANY.search(text):
-        raise refusal(
-            _Source(text).place(many.start()), f"{DEEPEST} macros stand here one on the other; write what they mean."
-        )
+        place = _Source(text).place(many.start())
+        raise refusal(place, f"{DEEPEST} macros stand here one on the other; write what they mean.")
 
     def without_braces(found: re.Match[str]) -> str:  # blanks for braces, so that every place stays what it was
         before = text[max(found.start() - 60, 0) : found.start()]
@@ -142,9 +141,8 @@ class _Source:
             return end, self.token(what, found.group(), found.start())
         if name not in DISPLAYS:
             known = ", ".join(sorted([*MATRICES, "equation", "align", "aligned"]))
-            raise refusal(
-                self.place(found.start()), f"the environment '{cut(name)}' is not read here; known are {known}."
-            )
+            place = self.place(found.start())
+            raise refusal(place, f"the environment '{cut(name)}' is not read here; known are {known}.")
         end = self.behind(_COUNT, found.end()) if name == "alignat" else found.end()
         return end, self.token("break", found.group(), found.start())
 
@@ -171,11 +169,8 @@ class _Source:
     def sign(self, character: str, at: int) -> tuple[tuple[Token, ...], int]:
         """A sign; a power of several digits without braces prints another formula than it seems."""
         if character == "^" and (digits := _MANY_DIGITS.match(self.text, at + 1)):
-            first, rest = digits[1][0], digits[1][1:]
-            raise refusal(
-                self.place(at),
-                f"'^{cut(digits[1])}' prints {first} above and {cut(rest)} behind it; write '^{{{cut(digits[1])}}}'.",
-            )
+            first, rest, both = digits[1][0], cut(digits[1][1:]), cut(digits[1])
+            raise refusal(self.place(at), f"'^{both}' prints {first} above and {rest} behind it; write '^{{{both}}}'.")
         return (self.token(character, character, at),), at + 1
 
     def command(self, at: int) -> tuple[tuple[Token, ...], int] | None:

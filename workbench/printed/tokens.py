@@ -64,10 +64,8 @@ def cut(said: str) -> str:
 def refuse_size(text: str) -> None:
     """Refuse a text that is too long, before it is read."""
     if len(text) > MOST_CHARACTERS:
-        raise FormulaError(
-            f"the equations of a paper take at most {MOST_CHARACTERS} characters; got {len(text)}: keep only those to "
-            "be checked."
-        )
+        advice = "keep only those to be checked"
+        raise FormulaError(f"equations take at most {MOST_CHARACTERS} characters; got {len(text)}: {advice}.")
 
 
 def checked(tokens: Iterable[Token]) -> tuple[Token, ...]:

@@ -92,9 +92,7 @@ def _stuck(form: AbstractForm, todo: Boxes) -> str:
     rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
     if not (bounded := np.isfinite(rest).all(axis=(1, 2))).all():
         place = todo.c[thin][np.argmin(bounded)].tolist()
-        raise NoBound(
-            f"There is no bound near {place}: a pole, or a function beyond its domain. Take a box without that place."
-        )
+        raise NoBound(f"There is no bound near {place}: a pole, or the end of a domain. Take a box without that place.")
     return "rounding is larger than the tolerance, or it jumps where it is extreme"
 
 

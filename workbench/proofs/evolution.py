@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, described, require, whole
+from workbench.validation.refusals import Array, refusal, require, whole
 from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -31,9 +31,9 @@ class Judged:
 
     def __post_init__(self) -> None:
         if self.value.ndim != 1 or not self.value.size or self.value.shape != self.excess.shape:
+            got = f"shapes {self.value.shape} and {self.excess.shape}"
             raise ValueError(
-                "`Judged(value, excess)` must be two vectors of one number a trial, of at least one; got shapes "
-                f"{self.value.shape} and {self.excess.shape}."
+                f"`Judged(value, excess)` must be two vectors of one number a trial, at least one; got {got}."
             )
 
     @door
@@ -102,10 +102,8 @@ def _first(start: tuple[Array, Array] | None, dimensions: int, population: int, 
     """A Latin hypercube (B, d): one point in every slice of every axis of a box."""
     low, high = (np.zeros(dimensions), np.ones(dimensions)) if start is None else start
     if low.shape != (dimensions,) or high.shape != low.shape or not ((low >= 0) & (low < high) & (high <= 1)).all():
-        raise ValueError(
-            f"`evolve(start=...)` must be the low and the high ends ({dimensions},) of a box in the unit cube, "
-            f"low < high; got {described(start)}."
-        )
+        must = f"the low and the high ends ({dimensions},) of a box in the unit cube, low < high"
+        raise refusal("evolve(start=...)", must, start)
     u = np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))
     return np.asarray(low + (high - low) * (u / population))
 

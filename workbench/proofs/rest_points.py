@@ -100,10 +100,8 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
         try:
             change = np.linalg.solve(slope, value).ravel()
         except np.linalg.LinAlgError:
-            raise ValueError(
-                f"`rest_point(near=...)` must be near a rest point of '{name}' at which df/dx is regular, as Newton's "
-                f"method divides by it; it is singular at {x.tolist()}."
-            ) from None
+            must = f"must be near a rest point of '{name}' at which df/dx is regular, as Newton's method divides by it"
+            raise ValueError(f"`rest_point(near=...)` {must}; it is singular at {x.tolist()}.") from None
         x = x - change
         if not np.isfinite(x).all():
             break
