@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 from equations import decay
 
-from workbench.claims.claim_margins import SignalsOf, watching
+from workbench.claims.claim_margins import Box, SignalsOf, slope_of, watching
 from workbench.claims.counterexample import CounterExample
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.search_box import Box, slope_of
 from workbench.claims.verdicts import Finding, Ledger
 from workbench.cli.verification import findings
 from workbench.core import Claim, Dynamics

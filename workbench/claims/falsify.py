@@ -9,9 +9,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.claims.claim_margins import UNDEFINED, Largest, violation, watching
+from workbench.claims.claim_margins import UNDEFINED, Box, Largest, slope_of, violation, watching
 from workbench.claims.counterexample import CounterExample, Pair, Replay, run
-from workbench.claims.search_box import Box, slope_of
 from workbench.core import Ode
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from workbench.notation.formula import Formula, Relation, System
+from workbench.notation.formula import ACCENTS, Formula, Relation, System
 from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import KNOWN, PRINTED, Grid, Markup, style, visible
 from workbench.validation.signatures import door
@@ -68,13 +68,7 @@ LATEX = Markup(
     spaces={"none": "", "thin": "", "dot": r"\cdot"},
     between=" ",
     ten="10^{{{}{}}}",
-    over={
-        "hat": r"\hat{{{}}}",
-        "tilde": r"\tilde{{{}}}",
-        "bar": r"\bar{{{}}}",
-        "d": r"\dot{{{}}}",
-        "dd": r"\ddot{{{}}}",
-    },
+    over={sign: "\\" + sign + "{{{}}}" for sign in (*ACCENTS, "dot", "ddot")},
     indexed="{}_{{{}}}",
     both="{}_{{{}}}^{{{}}}",
     marks={",": ",", "*": "*"},

@@ -21,6 +21,7 @@ PRINTED = {"log": "ln", "asin": "arcsin", "acos": "arccos", "atan": "arctan"}
 PRINTED |= {"asinh": "arsinh", "acosh": "arcosh", "atanh": "artanh"}
 # Functions for which LaTeX and Typst have a name of their own.
 KNOWN = {"sin", "cos", "tan", "sinh", "cosh", "tanh", "arcsin", "arccos", "arctan", "exp", "ln", "min", "max"}
+DOTS = ("", "dot", "ddot")
 HIDDEN = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})  # categories of Unicode
 
 
@@ -56,7 +57,7 @@ class Markup:
     digits: str = "{}"
     ten: str = ""  # a power of ten, from the sign and the digits of its exponent
     minus: str = "-"
-    over: Mapping[str, str]  # accents by name, and dots: d, dd
+    over: Mapping[str, str]  # accents and dots
     indexed: str = ""
     both: str = ""  # an index and a power
     marks: Mapping[str, str]  # signs in an index, and what stands between its parts
@@ -95,7 +96,7 @@ class Markup:
         if self.flat:
             return ascii(name_of(symbol))[1:-1]
         text = self.letter(symbol.letter, symbol.bold)
-        for sign in filter(None, (symbol.accent, "d" * symbol.dots)):
+        for sign in filter(None, (symbol.accent, DOTS[symbol.dots])):
             text = self.over[sign].format(text)
         index, mark = self._index(symbol.index), exponent or self._index(symbol.mark)
         if index and mark:

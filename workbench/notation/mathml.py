@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from workbench.notation.formula import GREEK, Formula
+from workbench.notation.formula import ACCENTS, GREEK, Formula
 from workbench.notation.line_breaking import Row, rows
 from workbench.notation.markup import PRINTED, Grid, Markup, style, visible
 from workbench.validation.signatures import door
@@ -63,9 +63,7 @@ MATHML = Markup(
     ten="<msup><mn>10</mn><mrow>{}<mn>{}</mn></mrow></msup>",
     minus="<mo>−</mo>",
     # Spacing marks of their own, not combining ones: browsers misplace those.
-    over={
-        name: OVER.format(mark) for name, mark in {"hat": "^", "tilde": "~", "bar": "¯", "d": "˙", "dd": "¨"}.items()
-    },
+    over={sign: OVER.format(mark) for sign, mark in zip((*ACCENTS, "dot", "ddot"), "^~¯˙¨", strict=True)},
     indexed="<msub>{}{}</msub>",
     both="<msubsup>{}{}{}</msubsup>",
     marks={",": '<mo separator="true" rspace="0">,</mo>', "*": "<mo>*</mo>"},

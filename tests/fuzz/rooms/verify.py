@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import claim_margins, counterexample, falsify, search_box
+from workbench.claims import claim_margins, counterexample, falsify
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
@@ -47,7 +47,7 @@ def calls() -> dict[str, Any]:
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
-    looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    looked, edge = claim_margins.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
     violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
     seen = identity.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
@@ -55,14 +55,14 @@ def calls() -> dict[str, Any]:
     return {
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
-        "slope_of": partial(search_box.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
+        "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
         "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
         "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
-        "Box.of": partial(search_box.Box.of, ODE, RANGES),
+        "Box.of": partial(claim_margins.Box.of, ODE, RANGES),
         "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
         "Line": partial(claims.Line, STAYS, finding),
         "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
