@@ -172,10 +172,15 @@ def measure(formula: Formula) -> float:
     if minus:
         return SIGN + measure(size)
     match size:
+        case Number(Fraction() as value):
+            parts = str(abs(value)).split("/")
+            return 0.5 * (len(parts) > 1) + max(map(len, parts))
         case Number(value):
-            return _number(value)
-        case Symbol():
-            return _symbol(size)
+            return len(repr(value))
+        case Symbol(letter, index, mark=mark):
+            width = 2.0 if letter in WIDE else 1.55 if letter[:1].isupper() else 1.15
+            width = 1.1 * len(letter) if len(letter) > 1 and letter not in GREEK else width
+            return width + SMALL * max(len(index), len(mark)) + 0.1
         case Sum(terms):
             return sum(SIGN * (i > 0) + measure(split_sign(term)[1]) for i, term in enumerate(terms))
         case Product(factors):
@@ -199,17 +204,3 @@ def measure(formula: Formula) -> float:
             return measure(left) + 1.5 * SIGN + measure(right)
         case System(relations):
             return max(map(measure, relations))
-
-
-def _number(value: Fraction | float) -> float:
-    if isinstance(value, Fraction):
-        parts = [len(str(abs(value.numerator))), len(str(value.denominator)) if value.denominator > 1 else 0]
-        return 0.5 * (value.denominator > 1) + max(parts)
-    return len(repr(value))
-
-
-def _symbol(symbol: Symbol) -> float:
-    letter = 2.0 if symbol.letter in WIDE else 1.55 if symbol.letter[:1].isupper() else 1.15
-    if len(symbol.letter) > 1 and symbol.letter not in GREEK:
-        letter = 1.1 * len(symbol.letter)
-    return letter + SMALL * max(len(symbol.index), len(symbol.mark)) + 0.1

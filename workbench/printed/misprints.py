@@ -87,7 +87,12 @@ class Editor:
         if sum(1 for _ in parts(printed)) > LONGEST:
             return None
         with np.errstate(all="ignore"):
-            found = [*self._throughout(printed, right)]
+            found = []
+            for letter in dict.fromkeys(letters(printed)):
+                for other, value in self.meant.items():
+                    if other != letter and _near(evaluate(printed, {**self.values, letter: value}, NUMPY), right):
+                        said = f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
+                        found.append(Slip("throughout", said))
             for part in self._parts(printed, right, is_term=True, is_whole=True):
                 found.extend(self._edits(part))
         return min(found, key=lambda slip: RANKS.index(slip.kind), default=None)
@@ -200,13 +205,6 @@ class Editor:
             for function in ("sin", "cos"):
                 if _near(part.needed, part.value * NUMPY.functions[function](self.value(angle))):
                     yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
-
-    def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
-        for letter in dict.fromkeys(letters(printed)):
-            for other, value in self.meant.items():
-                if other != letter and _near(evaluate(printed, {**self.values, letter: value}, NUMPY), right):
-                    said = f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
-                    yield Slip("throughout", said)
 
 
 def _instead(kind: str, printed: Formula, right: Formula) -> Slip:

@@ -56,7 +56,9 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
     piece: list[Token] = []
     for i, token in enumerate(found):
         ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :], token.within)
-        if not token.within and piece and token.line > piece[-1].line and _is_next(piece, found[i:]):
+        complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
+        next_line = complete and token.line > piece[-1].line and token.kind == "name" and not token.within
+        if next_line and _begins_statement(found[i:], ()):
             yield piece
             piece = []
         if not token.within and (token.kind == "break" or ends):
@@ -67,12 +69,6 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
             piece.append(token)
     if piece:
         yield piece
-
-
-def _is_next(piece: list[Token], rest: Sequence[Token]) -> bool:
-    """True if a new line begins another statement: with a name and an equals sign, behind one that is complete."""
-    complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
-    return bool(complete) and rest[0].kind == "name" and _begins_statement(rest, ())
 
 
 def _begins_statement(rest: Sequence[Token], within: tuple[str, ...]) -> bool:

@@ -84,10 +84,6 @@ class Waves(AbstractForm):
         return (3 * len(self.W) + 2 * m + 4) * n * n
 
     @cached_property
-    def _size(self) -> Array:
-        return np.asarray(np.abs(self.constant) + np.abs(self.W).sum(axis=0))
-
-    @cached_property
     def _bend(self) -> Array:
         """Bounds of the second derivatives, (m, m, n, n)."""
         slopes = np.abs(self.slopes)
@@ -127,7 +123,8 @@ class Waves(AbstractForm):
         angles = (np.abs(c) @ np.abs(self.slopes).T + np.abs(self.phases)).max(axis=1, initial=0.0)
         off = 4 * UNIT * (terms + (c.shape[1] + 2) * angles) + np.maximum(doubt, more)
         off = off * (1 + reach.max(axis=1, initial=0.0)) ** 2
-        R = R * (1 + 4 * UNIT * terms) + off[:, None, None] * (np.abs(V) @ self._size @ np.abs(U))
+        size = np.abs(self.constant) + np.abs(self.W).sum(axis=0)
+        R = R * (1 + 4 * UNIT * terms) + off[:, None, None] * (np.abs(V) @ size @ np.abs(U))
         return Expansion(A, L, R, blame)
 
 

@@ -81,7 +81,10 @@ def evolve(
         trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
-        u, worth = np.where(better[:, None], trial, u), _chosen(better, found, worth)
+        worth = Judged(
+            *(np.where(better, *pair) for pair in ((found.value, worth.value), (found.excess, worth.excess)))
+        )
+        u = np.where(better[:, None], trial, u)
     return u, worth
 
 
@@ -113,7 +116,3 @@ def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
     if len(worth.value) != len(trials):
         raise ValueError(f"`evolve(judge=...)` must judge all of {len(trials)} trials; it judged {len(worth.value)}.")
     return worth
-
-
-def _chosen(better: Flags, trials: Judged, others: Judged) -> Judged:
-    return Judged(np.where(better, trials.value, others.value), np.where(better, trials.excess, others.excess))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -13,8 +12,6 @@ from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, sh
 from workbench.proofs.identity import Kind, Witness, judge_zero
 from workbench.validation.refusals import Array, matrix, numbers
 from workbench.validation.signatures import door
-
-Joints = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def nominal(dynamics: Dynamics) -> dict[str, float]:
@@ -34,19 +31,6 @@ def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
         where = q[np.flatnonzero(~finite)[0]].tolist()
         raise ValueError(f"`eigenvalues(q)` needs a mass matrix of finite numbers; it is not so at q = {where}.")
     return np.asarray(np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2))
-
-
-def _free_joints(dynamics: Dynamics) -> Joints:
-    pattern = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1))
-    return np.flatnonzero(pattern.any(axis=0))
-
-
-def _of_joints(unit: str, dynamics: Dynamics) -> str:
-    """The unit of a norm over all joints, told for hinges; none where some joints turn and others slide."""
-    if len(set(dynamics.units)) > 1:
-        return "in mixed units"
-    slides = dynamics.units[0] == "m"
-    return unit.replace("N m", "N").replace("kg m^2", "kg").replace("rad", "m") if slides else unit
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,9 +103,11 @@ def positive_definite(
     )
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
-    place, unit = (np.round(least.x, 6) + 0.0).tolist(), _of_joints("kg m^2", dynamics)
+    place = (np.round(least.x, 6) + 0.0).tolist()
+    unit = {frozenset(["rad"]): "kg m^2", frozenset("m"): "kg"}.get(frozenset(dynamics.units), "in mixed units")
     evidence = f"smallest eigenvalue {least.value:.9g} {unit} at q = {place}"
-    box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in _free_joints(dynamics))
+    moves = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1)).any(axis=0)
+    box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in np.flatnonzero(moves))
     evidence += f" over {box}" if box else " (M depends on no joint)"
     if least.beyond is not None and least.beyond > 0:
         kind = "proved"
