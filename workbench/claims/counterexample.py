@@ -109,13 +109,13 @@ class CounterExample:
             raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
         try:
             fields = json.loads(text.decode())
-            numbers = {k: {str(label): float(v) for label, v in fields[k].items()} for k in ("sought", "p", "x0")}
+            sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
+            value, error = (float.fromhex(fields[name]) for name in ("value", "error"))
             until, h = float(fields["until"]), float(fields["h"])
-            if not np.isfinite([until, h, *(v for each in numbers.values() for v in each.values())]).all():
+            if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
                 raise ValueError("a number that is not finite")
-            about, fingerprint = str(fields["about"]), str(fields["fingerprint"])
-            ends = (float.fromhex(fields[name]) for name in ("value", "error"))
-            return CounterExample(about, fingerprint, *numbers.values(), until, h, int(fields["seed"]), *ends)
+            about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
+            return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, error)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
             got = described(str(error))
             raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {got}.") from None

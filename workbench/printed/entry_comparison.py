@@ -115,24 +115,17 @@ class _Comparison:
         a, b = self.printed[place], self.right(place)
         judgement = self.judge({place: ca.SX(1)})
         if judgement.search and not judgement.search.samples:
-            raise ValueError(
-                f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot "
-                "be compared; look for a division by zero, or the root of a negative number."
-            )
+            why = f"the printed {name}[{row},{column}] is a number at none of the states that were tried"
+            raise ValueError(f"{why}; look for a division by zero, or the root of a negative number.")
         verdict = EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
         found = judgement.search.witness if judgement.search else None
         if found is None:
             return verdict
         d = self.derived
-        values = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
+        one, other = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
         torque = {("C", row, j + 1): d.qd[j] for j in range(d.dof)} if name == "C" else None
-        return replace(
-            verdict,
-            witness=found,
-            printed_value=float(values[0]),
-            right_value=float(values[1]),
-            same_torque=self.judge(torque).kind if torque else None,
-        )
+        kind = self.judge(torque).kind if torque else None
+        return replace(verdict, witness=found, printed_value=float(one), right_value=float(other), same_torque=kind)
 
     def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
         """The verdict on a weighted sum of printed entries against the derived one; unprinted ones count as right."""

@@ -81,10 +81,8 @@ def evolve(
         trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
-        worth = Judged(
-            *(np.where(better, *pair) for pair in ((found.value, worth.value), (found.excess, worth.excess)))
-        )
-        u = np.where(better[:, None], trial, u)
+        value, excess = np.where(better, found.value, worth.value), np.where(better, found.excess, worth.excess)
+        u, worth = np.where(better[:, None], trial, u), Judged(value, excess)
     return u, worth
 
 
