@@ -110,12 +110,12 @@ class CounterExample:
         try:
             fields = json.loads(text.decode())
             sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
-            value, error = (float.fromhex(fields[name]) for name in ("value", "error"))
+            value, change = (float.fromhex(fields[name]) for name in ("value", "error"))
             until, h = float(fields["until"]), float(fields["h"])
             if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
                 raise ValueError("a number that is not finite")
             about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
-            return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, error)
+            return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, change)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
             got = described(str(error))
             raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {got}.") from None

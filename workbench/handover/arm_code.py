@@ -33,12 +33,10 @@ class Routine(NamedTuple):
     program: Program
 
 
-def _matrices(dynamics: Dynamics, dialect: Dialect) -> Routine:
-    return _routine(dynamics, {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dialect)
-
-
-def _torque(dynamics: Dynamics, dialect: Dialect) -> Routine:
-    return _routine(dynamics, {"tau": dynamics.tau}, dialect)
+def _routines(dynamics: Dynamics, dialect: Dialect) -> tuple[Routine, Routine]:
+    """The routines of M, C and G, and of the torque."""
+    matrices = {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}
+    return _routine(dynamics, matrices, dialect), _routine(dynamics, {"tau": dynamics.tau}, dialect)
 
 
 def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect) -> Routine:
@@ -83,7 +81,7 @@ FORWARD_IN_PYTHON = '''def forward_dynamics(q, qd, tau, p=NOMINAL):
 @door
 def as_python(dynamics: Dynamics) -> str:
     """A module with the functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
-    matrices, torque = _matrices(dynamics, PYTHON), _torque(dynamics, PYTHON)
+    matrices, torque = _routines(dynamics, PYTHON)
     called = sorted({*matrices.program.functions, *torque.program.functions} - BUILT_IN)
     lines = ['"""' + "\n".join(_about(dynamics)), '"""', ""]
     lines += [f"from math import {', '.join(called)}", ""] if called else []
@@ -132,7 +130,7 @@ forward_dynamics = ca.Function(
 @door
 def as_casadi(dynamics: Dynamics) -> str:
     """A module with the CasADi functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
-    matrices, torque = _matrices(dynamics, CASADI), _torque(dynamics, CASADI)
+    matrices, torque = _routines(dynamics, CASADI)
     lines = ['"""' + "\n".join(_about(dynamics)), '"""', "", "import casadi as ca", ""]
     lines += ["NOMINAL = [", *(f"    {value},  # {what}" for value, what in _nominal(dynamics)), "]"]
     lines += ["", "", "def matrices(q, qd, p):"]
@@ -194,9 +192,10 @@ def as_c(dynamics: Dynamics) -> str:
     if dynamics.p.size:
         rows = [f"    {value}, /* {what} */" for value, what in _nominal(dynamics)]
         lines += ["const double workbench_nominal[WORKBENCH_PARAMETERS] = {", *rows, "};", ""]
-    lines += _c_function("dynamics", ("q", "qd"), _matrices(dynamics, C99))
+    matrices, torque = _routines(dynamics, C99)
+    lines += _c_function("dynamics", ("q", "qd"), matrices)
     lines += ["", "/* The torques tau that give the accelerations qdd. */"]
-    lines += _c_function("inverse_dynamics", ("q", "qd", "qdd"), _torque(dynamics, C99))
+    lines += _c_function("inverse_dynamics", ("q", "qd", "qdd"), torque)
     return "\n".join([*lines, FORWARD_IN_C.rstrip("\n")])
 
 
