@@ -61,7 +61,7 @@ def test_a_double_counts_as_the_fraction_that_it_is():
 def test_sine_and_cosine_are_known_at_zero_and_nowhere_else():
     x = ca.SX.sym("x")
     assert exact_values(ca.vertcat(ca.sin(x), ca.cos(x)), {"x": Fraction(0)}) == [[0], [1]]
-    with pytest.raises(ValueError, match="no rational value of SIN at 1/2"):
+    with pytest.raises(ValueError, match="no rational value of sin\\(1/2\\)"):
         exact_values(ca.sin(x), {"x": Fraction(1, 2)})
 
 

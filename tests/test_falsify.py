@@ -4,9 +4,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.claim_margins import violation
+from workbench.claims.claim_margins import Box, slope_of, violation
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.search_box import Box, slope_of
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.numbers import Bounds

@@ -13,9 +13,8 @@ from workbench.notation.formula import Matrix, Number, symbol
 from workbench.notation.normal_form import NormalForm
 from workbench.printed.formula_values import CASADI, NUMPY, evaluate, expanded_size
 from workbench.printed.grammar import parse
-from workbench.printed.names import Names
 from workbench.printed.tex import tokens_of_latex
-from workbench.printed.tokens import FormulaError, tokens_of_text
+from workbench.printed.tokens import FormulaError, Names, tokens_of_text
 
 LETTERS = [symbol(name) for name in ["m_1", "m_2", "l_1", "l_c1", "g", "q_1", "q_2", "qd_1", "qd_2", "alpha", "s_12"]]
 NAMES = Names.of(LETTERS)

@@ -14,7 +14,7 @@ from workbench.printed.entry_comparison import compare_sheet
 from workbench.printed.formula_values import CASADI, evaluate, normal_form
 from workbench.printed.printed_equations import read_sheet
 from workbench.printed.tokens import FormulaError
-from workbench.proofs.witness import candidates
+from workbench.proofs.identity import candidates
 from workbench.robots import named, paper_arm, urdf
 
 PAPER = Dynamics.of(paper_arm())

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -52,9 +52,9 @@ class Pair(NamedTuple):
 class Replay:
     """A counter-example that was run again, at its step and at half of it.
 
-    `value` is that at half the step, and `error` its change from the whole one; it is the `same` as the stored value
-    within both errors. `kept` is True if it keeps its hypotheses. `diverged_at` is when it diverged, in s, at half
-    the step and at the whole one; NaN where it stayed finite.
+    `value` is that at half the step, `error` its change from the whole one; it is the `same` as the stored value within
+    both errors. `kept` is True if it keeps its hypotheses. It diverged at half the step and at the whole one at these
+    times in s; NaN where it stayed finite.
     """
 
     value: float
@@ -108,36 +108,35 @@ class CounterExample:
         except OSError as error:
             raise ValueError(f"`{call}` must be a file that can be read: {error.strerror}.") from None
         try:
-            return _made(json.loads(text.decode()))
+            fields = json.loads(text.decode())
+            sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
+            value, change = (float.fromhex(fields[name]) for name in ("value", "error"))
+            until, h = float(fields["until"]), float(fields["h"])
+            if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
+                raise ValueError("a number that is not finite")
+            about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
+            return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, change)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError, OverflowError) as error:
-            raise ValueError(
-                f"`{call}` must hold a counter-example as `write` stores it; got {described(str(error))}."
-            ) from None
+            got = described(str(error))
+            raise ValueError(f"`{call}` must hold a counter-example as `write` stores it; got {got}.") from None
 
     @door
     def rows(self, ode: Ode) -> tuple[Array, Array]:
         """The parameters (1, np) and the initial state (1, nx), as rows of the equation that it was found for."""
         if ode.fingerprint != self.fingerprint:
-            raise ValueError(
-                f"`CounterExample.rows(ode)` must be given the equation it was found for, of fingerprint "
-                f"{self.fingerprint[:12]}...; that of '{ode.name}' is {ode.fingerprint[:12]}...: search again."
-            )
+            must = f"must be given the equation it was found for, of fingerprint {self.fingerprint[:12]}..."
+            raise ValueError(f"`CounterExample.rows(ode)` {must}; got '{ode.name}' of {ode.fingerprint[:12]}...")
         return _row(ode.parameters, self.p), _row(ode.states, self.x0)
 
     @door
-    def replay(
-        self, ode: Ode, metric: AbstractMetric, kept: Sequence[Largest] = (), watched: Ode | None = None
-    ) -> Replay:
-        """The result of the same run, computed again with the violations `kept` of hypotheses.
-
-        `watched` is `ode` with the outputs that the metric and `kept` look at, where it lacks them.
-        """
-        again = run(watched or ode, metric, kept, *self.rows(ode), self.until, self.h)
-        finite = np.isfinite([again.value, self.value]).all()
-        gap = abs(again.value - self.value) if finite else 0.0
-        alike = np.isfinite(again.value) == np.isfinite(self.value)
-        close = gap <= self.error + again.error + ROUNDING * abs(self.value) if finite else True
-        return Replay(again.value, again.error, bool(alike and close), again.excess <= 0, again.diverged_at)
+    def compared(self, again: Pair) -> Replay:
+        """The same run, computed again, beside the stored one."""
+        both = np.array([again.value, self.value])
+        if np.isfinite(both).all():
+            same = abs(again.value - self.value) <= self.error + again.error + ROUNDING * abs(self.value)
+        else:
+            same = not np.isfinite(both).any()
+        return Replay(again.value, again.error, bool(same), again.excess <= 0, again.diverged_at)
 
 
 @door
@@ -153,30 +152,24 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
     state = runs.step.states.unpack(runs.x[0, last])
     excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
     times = float(runs.diverged_at[0]), float(found.coarse_diverged_at[0])
+    doubt = _doubt(found.limits[0], times, h)
     if np.isfinite(times).any():
-        doubt = _unstable(found.limits[0]) or _untimely(times, h)
         return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
     worst = int(np.argmax(score.value[0]))
     value, error = float(score.value[0, worst]), float(score.error[0, worst])
-    doubt = _unstable(found.limits[0])
     if not doubt and error > CREDIBLE * abs(value):
         doubt = f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
     return Pair(value, error, excess, times, doubt)
 
 
-def _unstable(limit: StepLimit) -> str:
-    """The doubt in a step at which a mode that decays grows; else empty."""
-    if limit.holds:
-        return ""
-    return f"{TOO_LONG}: of {limit.h:.3g} s, with a limit of stability of {limit.limit:.3g} s at {limit.at:.4g} s"
-
-
-def _untimely(times: tuple[float, float], h: float) -> str:
-    """The doubt in a run that does not diverge at both steps at the same time; else empty."""
+def _doubt(limit: StepLimit, times: tuple[float, float], h: float) -> str:
+    """The doubt in a step at which a mode that decays grows, or the run diverges at another time than at its half."""
+    if not limit.holds:
+        return f"{TOO_LONG}: of {limit.h:.3g} s, with a limit of stability of {limit.limit:.3g} s at {limit.at:.4g} s"
     fine, coarse = times
-    if not np.isfinite(times).all():
+    if np.isfinite(fine) != np.isfinite(coarse):
         return f"{TOO_LONG}: the run diverges at one of {h:.3g} s and its half alone"
-    if abs(fine - coarse) > CREDIBLE * min(times) + STEPS * h:
+    if np.isfinite(fine) and abs(fine - coarse) > CREDIBLE * min(times) + STEPS * h:
         return f"{TOO_LONG}: at {h:.3g} s the run diverges at {coarse:.4g} s, and at half of it at {fine:.4g} s"
     return ""
 
@@ -212,13 +205,3 @@ def _row(layout: Layout, values: Mapping[str, float]) -> Array:
         if label not in values:
             raise LookupError(f"A counter-example must give '{label}' a number.{nearest(label, values)}")
     return layout.pack(values)
-
-
-def _made(fields: Mapping[str, Any]) -> CounterExample:
-    sought, p, x0 = ({str(k): float(v) for k, v in fields[name].items()} for name in ("sought", "p", "x0"))
-    value, error = (float.fromhex(fields[name]) for name in ("value", "error"))
-    until, h = float(fields["until"]), float(fields["h"])
-    if not np.isfinite([until, h, *sought.values(), *p.values(), *x0.values()]).all():
-        raise ValueError("a number that is not finite")
-    about, fingerprint, seed = str(fields["about"]), str(fields["fingerprint"]), int(fields["seed"])
-    return CounterExample(about, fingerprint, sought, p, x0, until, h, seed, value, error)

@@ -9,10 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from workbench.claims.claim_margins import UNDEFINED, Largest, violation, watching
+from workbench.claims.claim_margins import UNDEFINED, Box, Largest, slope_of, violation, watching
 from workbench.claims.counterexample import CounterExample, Pair, Replay, run
-from workbench.claims.search_box import Box, slope_of
-from workbench.core import Ode, Step
+from workbench.core import Ode
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values
@@ -61,11 +60,10 @@ class Found:
 
 
 def verdict_of(worst: Pair, target: AbstractMetric | Declared) -> tuple[Kind, str]:
-    """The verdict from the worst run of a search, and the reason if it is not checkable.
+    """The verdict from the worst run of a search, and the reason if the step is too long for it to be checkable.
 
     A claim is `refuted` by a run that breaks it by more than its error of the step, and keeps the hypotheses, at half
-    the step. It is `not checkable` where the step is too long for that run: its divergence is not confirmed, or its
-    error is a large share of the violation. All else, and any metric, is `not refuted`.
+    the step. All else, and any metric, is `not refuted`.
     """
     is_claim = isinstance(target, Declared)
     if np.isnan(worst.value) or (is_claim and worst.value > 0 and worst.doubt):
@@ -122,10 +120,7 @@ class Hunt:
     def search(self, seed: int, budget: Budget | None = None) -> Found:
         """A population search, and gradients from its best run where there are any; the same seed, the same run.
 
-        Raises
-        ------
-        ValueError
-            If a claim in question has no margin, or that of the target is not a number somewhere.
+        A claim in question without a margin, or a target whose margin is no number somewhere, is a ValueError.
         """
         seed, budget = key("Hunt.search(seed=...)", seed), budget or Budget()
         seen: list[Judged] = []
@@ -151,9 +146,8 @@ class Hunt:
         return _found(kind, None if why else self._example(theta[0], pair, seed), seen, why)
 
     def _judge(self, u: Array) -> Judged:
-        """The worth of the runs at points u (B, d) of the unit cube."""
         p, x0 = self.box.rows(self.box.at(u))
-        step = self._step
+        step = measured(self.watched, (self.metric, *self._violations), self.h)
         every = self.h * max(1, round(self.until / self.h) // ROWS)
         every = every if abs(self.until / every - round(self.until / every)) < 1e-9 else self.until
         start = np.hstack([x0, np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))])
@@ -164,9 +158,9 @@ class Hunt:
         last = step.states.unpack(runs.x[np.arange(len(p)), finite])
         excess = [last[f"{kept.name}.largest"].max(axis=1) for kept in self._violations]
         if isinstance(self.target, Declared) and (value[np.isfinite(value)] >= UNDEFINED).any():
+            name = self.target.claim.name
             raise ValueError(
-                f"`Hunt(target=...)` needs a margin that is a number wherever a run may be; that of "
-                f"'{self.target.claim.name}' is none at some instant of some run."
+                f"`Hunt(target=...)` must have a margin; that of '{name}' is none at some instant of a run."
             )
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
 
@@ -194,20 +188,14 @@ class Hunt:
     @door
     def replay(self, example: CounterExample) -> Replay:
         """Run a counter-example of this hunt again."""
-        return example.replay(self.ode, self.metric, self._violations, self.watched)
-
-    @cached_property
-    def _step(self) -> Step:
-        """The step with the metric and all hypotheses accumulated."""
-        return measured(self.watched, (self.metric, *self._violations), self.h)
+        rows = example.rows(self.ode)
+        return example.compared(run(self.watched, self.metric, self._violations, *rows, example.until, example.h))
 
     @property
     def _violations(self) -> tuple[Largest, ...]:
-        """The metrics of the hypotheses."""
         return tuple(violation(kept.claim) for kept in self.kept)
 
     def _climbed(self, judge: Callable[[Array], Judged], u: Array, value: float) -> tuple[Array, float]:
-        """The best of some points along the gradient from u (d,), or u itself; each is judged as any other."""
         slope = slope_of(self.watched, self.metric, self.box, u, self.until, self.h)
         if slope is None or not np.isfinite(slope).all() or not slope.any():
             return u, value
@@ -221,7 +209,6 @@ class Hunt:
         return run(self.watched, self.metric, self._violations, p, x0, self.until, self.h)
 
     def _example(self, theta: Array, pair: Pair, seed: int) -> CounterExample:
-        """The run with the sought numbers theta (d,), as plain numbers."""
         p, x0 = self.box.rows(theta[np.newaxis])
         return CounterExample(
             self.metric.name,

@@ -11,35 +11,21 @@ from workbench.validation.refusals import described, known, require
 from workbench.validation.signatures import door
 
 # The verdict on a claim. A finite simulation can refute one, and never proves one.
-Kind = Literal[
-    "proved",
-    "refuted",
-    "does not hold under",
-    "not refuted",
-    "not checkable as published",
-    "ill-posed",
-    "not checkable",
-]
-BROKEN = ("refuted", "does not hold under")  # the kinds that stand on a witness
+Broken = Literal["refuted", "does not hold under"]  # the kinds that stand on a witness
+Kind = Literal["proved", Broken, "not refuted", "not checkable as published", "ill-posed", "not checkable"]
+ALL, BROKEN = get_args(Kind), get_args(Broken)
+OPEN, UNDER, UNSTATED = ("not refuted",), ("does not hold under",), ("not checkable as published",)
 # Of each field of a finding: the kinds that ask for it, those that may have it, and the rule in words.
 FIELDS: Mapping[str, tuple[Sequence[str], Sequence[str], str]] = {
-    "evidence": (get_args(Kind), get_args(Kind), "must say on what the verdict rests"),
-    "witness": (BROKEN, get_args(Kind), "needs a line of Python with which anyone can see a broken claim fail"),
-    "samples": (
-        ("not refuted",),
-        ("not refuted",),
-        "counts what a claim was 'not refuted' in, and belongs to that verdict alone",
-    ),
+    "evidence": (ALL, ALL, "must say on what the verdict rests"),
+    "witness": (BROKEN, ALL, "needs a line of Python with which anyone can see a broken claim fail"),
+    "samples": (OPEN, OPEN, "counts what a claim was 'not refuted' in, and belongs to that verdict alone"),
     "under": (
-        ("does not hold under",),
-        ("does not hold under", "not refuted"),
+        UNDER,
+        UNDER + OPEN,
         "names the condition of 'does not hold under', which needs one, or of 'not refuted'",
     ),
-    "unstated": (
-        ("not checkable as published",),
-        ("not checkable as published",),
-        "names what the source does not state, which 'not checkable as published' needs and no other verdict has",
-    ),
+    "unstated": (UNSTATED, UNSTATED, "names what the source does not state, for 'not checkable as published' alone"),
 }
 
 
@@ -48,12 +34,10 @@ FIELDS: Mapping[str, tuple[Sequence[str], Sequence[str], str]] = {
 class Finding:
     """The outcome of a check, whose fields are those that belong to its kind.
 
-    `proved` by exact or interval arithmetic; `refuted` by a witness; `does not hold under` a named condition, by a
-    witness; `not refuted` in so many `samples`; `not checkable as published`, because something is `unstated`;
-    `ill-posed` or `not checkable`, in which case the evidence says why. `evidence` is the observation or derivation,
-    with its numbers and their errors, in a sentence; `witness` a line of Python that shows it again; `under` the
-    condition beside the claim's own hypotheses; `kept` the names of the hypotheses that the witness keeps at every
-    step.
+    `proved` by exact or interval arithmetic; `refuted` by a `witness`, a line of Python that shows it again; `does not
+    hold under` a named condition beside the claim's own hypotheses, by a witness; `not refuted` in so many `samples`;
+    `not checkable as published`, because something is `unstated`; `ill-posed` or `not checkable`. `evidence` is the
+    reason with its numbers and errors, in a sentence; `kept` names the hypotheses that the witness keeps at every step.
     """
 
     kind: Kind
@@ -116,11 +100,8 @@ class Ledger:
     @door
     def of(checks: Sequence[tuple[Claim, Check]]) -> Ledger:
         """Check each claim, in order."""
-        lines = []
-        for claim, check in checks:
-            finding = require(f"The check of '{claim.name}'", check(), Finding)
-            lines.append(Line(claim, finding))
-        return Ledger(tuple(lines))
+        findings = (require(f"The check of '{claim.name}'", check(), Finding) for claim, check in checks)
+        return Ledger(tuple(Line(claim, finding) for (claim, _), finding in zip(checks, findings, strict=True)))
 
     def __iter__(self) -> Iterator[Line]:
         return iter(self.lines)
@@ -144,10 +125,8 @@ class Ledger:
     @door
     def hypotheses(self, name: str) -> tuple[tuple[str, Kind | None], ...]:
         """The claims that a claim rests on, directly or not, each with its verdict: None if not in the ledger."""
-        found: dict[str, Kind | None] = {}
-        for hypothesis in _below(self[name].claim):
-            found[hypothesis.name] = self[hypothesis.name].finding.kind if hypothesis.name in self.names else None
-        return tuple(found.items())
+        kinds = {line.claim.name: line.finding.kind for line in self}
+        return tuple({below.name: kinds.get(below.name) for below in _below(self[name].claim)}.items())
 
     @door
     def fallen(self, name: str) -> tuple[str, ...]:

@@ -33,16 +33,13 @@ class Routine(NamedTuple):
     program: Program
 
 
-def _matrices(dynamics: Dynamics, dialect: Dialect) -> Routine:
-    return _routine(dynamics, {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dialect)
-
-
-def _torque(dynamics: Dynamics, dialect: Dialect) -> Routine:
-    return _routine(dynamics, {"tau": dynamics.tau}, dialect)
+def _routines(dynamics: Dynamics, dialect: Dialect) -> tuple[Routine, Routine]:
+    """The routines of M, C and G, and of the torque."""
+    matrices = {"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}
+    return _routine(dynamics, matrices, dialect), _routine(dynamics, {"tau": dynamics.tau}, dialect)
 
 
 def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect) -> Routine:
-    """The program from q, qd, p, and qdd for tau, to the results."""
     joints = [(letter, i) for letter in ("q", "qd", "qdd") for i in range(dynamics.dof)]
     letters = {f"{letter}[{i}]": f"{letter}_{i + 1}" for letter, i in joints}
     program = straight_line(results, letters | dynamics.names(), dialect)
@@ -52,7 +49,6 @@ def _routine(dynamics: Dynamics, results: Mapping[str, ca.SX], dialect: Dialect)
 
 
 def _about(dynamics: Dynamics) -> list[str]:
-    """The equation of motion and the meaning of each argument, one a line."""
     lengths, forces = _units(dynamics.units), _units("N" if unit == "m" else "N m" for unit in dynamics.units)
     meanings = {
         "q, qd, qdd": f"positions, velocities and accelerations of the joints, in {lengths}, per s and s^2",
@@ -64,13 +60,11 @@ def _about(dynamics: Dynamics) -> list[str]:
 
 
 def _units(each: Iterable[str]) -> str:
-    """The units of the joints, one by one where they differ."""
     units = list(each)
     return units[0] if len(set(units)) == 1 else f"({', '.join(units)})"
 
 
 def _nominal(dynamics: Dynamics) -> list[tuple[str, str]]:
-    """The nominal values in their order, each with its letter and unit."""
     return [(repr(x.value), f"{x.name}, {x.path}{f' [{x.unit}]' if x.unit else ''}") for x in letters_of(dynamics)]
 
 
@@ -87,7 +81,7 @@ FORWARD_IN_PYTHON = '''def forward_dynamics(q, qd, tau, p=NOMINAL):
 @door
 def as_python(dynamics: Dynamics) -> str:
     """A module with the functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
-    matrices, torque = _matrices(dynamics, PYTHON), _torque(dynamics, PYTHON)
+    matrices, torque = _routines(dynamics, PYTHON)
     called = sorted({*matrices.program.functions, *torque.program.functions} - BUILT_IN)
     lines = ['"""' + "\n".join(_about(dynamics)), '"""', ""]
     lines += [f"from math import {', '.join(called)}", ""] if called else []
@@ -95,11 +89,7 @@ def as_python(dynamics: Dynamics) -> str:
     lines += ["", "", "def dynamics(q, qd, p=NOMINAL):"]
     lines += ['    """M(q) (n, n), C(q, qd) (n, n) and G(q) (n,)."""', *_in_python(matrices), "    return M, C, G"]
     lines += ["", "", "def inverse_dynamics(q, qd, qdd, p=NOMINAL):"]
-    lines += [
-        '    """The torques tau (n,) that give the accelerations qdd."""',
-        *_in_python(torque),
-        "    return tau",
-    ]
+    lines += ['    """The torques tau (n,) that give the accelerations qdd."""', *_in_python(torque), "    return tau"]
     return "\n".join([*lines, "", "", FORWARD_IN_PYTHON])
 
 
@@ -140,7 +130,7 @@ forward_dynamics = ca.Function(
 @door
 def as_casadi(dynamics: Dynamics) -> str:
     """A module with the CasADi functions `dynamics`, `inverse_dynamics` and `forward_dynamics`."""
-    matrices, torque = _matrices(dynamics, CASADI), _torque(dynamics, CASADI)
+    matrices, torque = _routines(dynamics, CASADI)
     lines = ['"""' + "\n".join(_about(dynamics)), '"""', "", "import casadi as ca", ""]
     lines += ["NOMINAL = [", *(f"    {value},  # {what}" for value, what in _nominal(dynamics)), "]"]
     lines += ["", "", "def matrices(q, qd, p):"]
@@ -202,9 +192,10 @@ def as_c(dynamics: Dynamics) -> str:
     if dynamics.p.size:
         rows = [f"    {value}, /* {what} */" for value, what in _nominal(dynamics)]
         lines += ["const double workbench_nominal[WORKBENCH_PARAMETERS] = {", *rows, "};", ""]
-    lines += _c_function("dynamics", ("q", "qd"), _matrices(dynamics, C99))
+    matrices, torque = _routines(dynamics, C99)
+    lines += _c_function("dynamics", ("q", "qd"), matrices)
     lines += ["", "/* The torques tau that give the accelerations qdd. */"]
-    lines += _c_function("inverse_dynamics", ("q", "qd", "qdd"), _torque(dynamics, C99))
+    lines += _c_function("inverse_dynamics", ("q", "qd", "qdd"), torque)
     return "\n".join([*lines, FORWARD_IN_C.rstrip("\n")])
 
 

@@ -21,7 +21,6 @@ from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
 from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms
 from workbench.notation.reader import MOST_NODES_OF_TEXTBOOKS, equations_of
-from workbench.notation.waves import Key
 from workbench.validation.signatures import door
 from workbench.validation.views import table_to_html
 
@@ -69,7 +68,6 @@ def _head(dynamics: Dynamics) -> list[str]:
 
 
 def _blocks(dynamics: Dynamics) -> Iterator[System]:
-    """The definitions, if there are any, then M, C and G entry by entry."""
     definitions, matrices = equations_of({"M": dynamics.M, "C": dynamics.C, "G": dynamics.G}, dynamics.names())
     if definitions:
         yield System(definitions)
@@ -154,21 +152,15 @@ def _without_dust(matrix: ca.SX, numbers: dict[str, Fraction], plain: Dynamics) 
         normal_forms(matrix, numbers, constant) for constant in (Fraction, _moved, lambda value: _moved(value, 64))
     )
     symbols = {symbol.name(): symbol for symbol in ca.vertsplit(ca.vertcat(plain.q, plain.qd))}
-    return ca.blockcat(
-        [
-            [_firm(form, [other[i][j] for other in others]).to_casadi(symbols) for j, form in enumerate(row)]
-            for i, row in enumerate(exact)
-        ]
-    )
-
-
-def _firm(form: NormalForm, others: list[NormalForm]) -> NormalForm:
-    """The terms that remain when last digits of constants are moved."""
-
-    def stays(key: Key, value: Fraction) -> bool:
-        return all(abs(other.terms.get(key, 0) - value) <= MOVED * abs(value) for other in others)
-
-    return NormalForm({key: value for key, value in form.terms.items() if stays(key, value)})
+    result = ca.SX(*matrix.shape)
+    for i, row in enumerate(exact):
+        for j, form in enumerate(row):
+            firm = form.terms
+            for other in others:
+                moved = other[i][j].terms
+                firm = {key: x for key, x in firm.items() if abs(moved.get(key, 0) - x) <= MOVED * abs(x)}
+            result[i, j] = NormalForm(firm).to_casadi(symbols)
+    return result
 
 
 def _moved(value: float, digit: int = 1) -> Fraction:

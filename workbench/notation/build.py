@@ -266,11 +266,6 @@ def negation(formula: Formula) -> Formula:
     return formula
 
 
-def monomial(powers: Iterable[tuple[Symbol, int]]) -> Formula:
-    """A product of powers of symbols, in the order given."""
-    return product(power(letter, Number(Fraction(exponent))) for letter, exponent in powers)
-
-
 def parts(formula: Formula) -> Iterator[Formula]:
     """A formula and all its parts, from the outside in."""
     yield formula

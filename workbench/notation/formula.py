@@ -171,7 +171,6 @@ def symbol(name: str) -> Symbol:
 
 
 def _split_head(head: str) -> tuple[str, int, list[str]]:
-    """The letter, its dots, and the part of the head that belongs to the index."""
     for dots in (2, 1):
         letter = head.removesuffix("d" * dots)
         if letter != head and letter.islower() and (len(letter) == 1 or letter in GREEK):

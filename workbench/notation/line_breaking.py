@@ -20,7 +20,7 @@ from workbench.notation.formula import (
     System,
     equations,
 )
-from workbench.notation.markup import AbstractMarkup
+from workbench.notation.markup import Markup
 from workbench.notation.writer import Writer
 
 INVERSE = Number(Fraction(-1))
@@ -44,7 +44,7 @@ class Piece:
     lead: str = ""
 
 
-def rows(formula: Formula, markup: AbstractMarkup, width: float) -> list[Row]:
+def rows(formula: Formula, markup: Markup, width: float) -> list[Row]:
     """A formula in lines of at most `width`, except for unbreakable parts: a symbol, a number, cases, a matrix.
 
     Sums are broken before their signs, and products before their factors; the entries of a named
@@ -82,7 +82,6 @@ class _Breaker:
     writer: Writer
 
     def pieces(self, formula: Formula, room: float) -> list[Piece]:
-        """A formula in unbroken pieces, each no wider than `room` if that can be."""
         write, markup = self.writer.write, self.writer.markup
         if (width := self.writer.width(formula)) <= room:
             return [Piece(write(formula), width)]
@@ -126,17 +125,16 @@ class _Breaker:
             pieces = [Piece(self.writer.factor(factors, i), width)]
         if i == 0:
             return pieces
-        times = self.writer.markup.times
-        glue = times(self.writer.space(factors[i - 1], factor))
-        return [replace(pieces[0], glue=glue, lead=times("dot")), *pieces[1:]]
+        spaces = self.writer.markup.spaces
+        glue = spaces[self.writer.space(factors[i - 1], factor)]
+        return [replace(pieces[0], glue=glue, lead=spaces["dot"]), *pieces[1:]]
 
     def _in_parentheses(self, inner: Formula, room: float, *, function: str = "", exponent: str = "") -> list[Piece]:
-        """Pieces between parentheses that stand on different lines."""
         markup = self.writer.markup
         pieces = self.pieces(inner, room - 2 * self.writer.sign - len(function))
-        pieces = self._behind(markup.opening(function), pieces)
+        pieces = self._behind(markup.opened(function), pieces)
         last = pieces[-1]
-        text = markup.row([last.text, markup.closing(exponent)])
+        text = markup.row([last.text, markup.raised(markup.closing, exponent)])
         return [*pieces[:-1], replace(last, text=text, width=last.width + self.writer.sign)]
 
     def _behind(self, prefix: str, pieces: list[Piece]) -> list[Piece]:

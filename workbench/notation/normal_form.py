@@ -4,11 +4,10 @@ An expression of the class is a finite sum of
 
     rational coefficient  x  symbols to whole powers  x  1, or sin or cos of a polynomial angle.
 
-Products of sines and cosines are turned into sums, so that sin^2 + cos^2 becomes 1; doubles are taken
-for the fractions that they exactly are. Then two expressions are equal for all values of their symbols
-(where no divisor is zero) if and only if their normal forms are the same: exp(i a) for different angles a
-are linearly independent over the rational functions if the angles differ by more than a constant, and
-over the rational numbers if they differ by a rational one.
+Products of sines and cosines become sums, and doubles the fractions that they exactly are. Then two expressions are
+equal for all values of their symbols (where no divisor is zero) if and only if their normal forms are the same, as
+exp(i a) for different angles a are linearly independent: over the rational functions if the angles differ by more than
+a constant, and over the rational numbers if they differ by a rational one.
 
 References
 ----------
@@ -21,22 +20,20 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 
 import casadi as ca
 
 from workbench.notation import textbook, waves
 from workbench.notation.formula import Formula, Matrix, Symbol, symbols_of
 from workbench.notation.program import NAMES, Operation, walk
-from workbench.notation.waves import Key, Terms
+from workbench.notation.waves import NotInClass as NotInClass
+from workbench.notation.waves import Terms
 from workbench.validation.signatures import door
 
-# Beyond so many products at once, terms in all, or such a power, an expansion would take minutes; it is given up.
-MOST_PRODUCTS, MOST_TERMS, HIGHEST_POWER = 500_000, 200_000, 64
+# Beyond so many terms in all an expansion would take minutes; it is given up.
+MOST_TERMS = 200_000
 MOST_ENTRIES = 10_000  # of a matrix
-
-
-class NotInClass(ValueError):  # noqa: N818
-    """The error of an expression without a normal form; the message names the operation."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +43,14 @@ class NormalForm:
     Symbols are known by their names. Two forms are equal (`==`) if and only if the expressions are.
     """
 
-    terms: Mapping[Key, Fraction]
+    terms: Terms
 
     @staticmethod
     def of(expression: ca.SX) -> NormalForm:
         """The normal form of one expression; `NotInClass` if it is not of the class, or expands to too many terms."""
-        if ca.SX(expression).numel() != 1:
+        if (shape := ca.SX(expression).shape) != (1, 1):
             raise ValueError(
-                f"`NormalForm.of(expression)` takes one expression; got shape {ca.SX(expression).shape}. "
-                "For a matrix there is `normal_forms`."
+                f"`NormalForm.of(expression)` takes one expression; got shape {shape}: see `normal_forms`."
             )
         return normal_forms(expression)[0][0]
 
@@ -63,14 +59,25 @@ class NormalForm:
         """True if the expression is zero identically: a proof, by exact arithmetic."""
         return not self.terms
 
+    @property
+    def number(self) -> Fraction | None:
+        """The rational number that the form equals; None if it equals none."""
+        return None if self.terms.keys() - {waves.UNIT} else self.terms.get(waves.UNIT, Fraction(0))
+
     def __add__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.added(dict(self.terms), dict(other.terms)))
+        return NormalForm(waves.added(self.terms, other.terms))
 
     def __sub__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(waves.added(dict(self.terms), dict(other.terms), -1))
+        return NormalForm(waves.added(self.terms, other.terms, -1))
 
     def __mul__(self, other: NormalForm) -> NormalForm:
-        return NormalForm(_multiply(dict(self.terms), dict(other.terms)))
+        return NormalForm(waves.multiplied(self.terms, other.terms))
+
+    def __truediv__(self, other: NormalForm) -> NormalForm:
+        return NormalForm(waves.multiplied(self.terms, waves.inverse(other.terms)))
+
+    def __pow__(self, exponent: float) -> NormalForm:
+        return NormalForm(waves.power(self.terms, waves.constant(Fraction(exponent))))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -145,50 +152,19 @@ def _terms(node: Operation, operands: list[Terms], constant: Callable[[float], F
     return RULES[node.code](*operands)
 
 
-def _multiply(a: Terms, b: Terms) -> Terms:
-    if len(a) * len(b) > MOST_PRODUCTS:
-        raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
-    return waves.multiplied(a, b)
-
-
-def _inverse(x: Terms) -> Terms:
-    if (result := waves.inverse(x)) is None:
-        raise NotInClass("DIV has a normal form only if the divisor is a number or a product of symbols.")
-    return result
-
-
-def _power(base: Terms, exponent: Terms) -> Terms:
-    n = exponent.get(waves.UNIT, Fraction(0))
-    if exponent.keys() - {waves.UNIT} or n.denominator != 1 or abs(n) > HIGHEST_POWER:
-        raise NotInClass(f"POW has a normal form only for whole exponents from -{HIGHEST_POWER} to {HIGHEST_POWER}.")
-    result = waves.constant(Fraction(1))
-    for _ in range(abs(int(n))):
-        result = _multiply(result, base)
-    return _inverse(result) if n < 0 else result
-
-
-def _wave(kind: str) -> Callable[[Terms], Terms]:
-    def rule(argument: Terms) -> Terms:
-        if (result := waves.wave("cos" if kind == "cos" else "sin", argument)) is None:
-            raise NotInClass(f"{kind.upper()} has a normal form only if no sine or cosine stands in its argument.")
-        return result
-
-    return rule
-
-
 PRODUCTS = {ca.OP_MUL, ca.OP_SQ, ca.OP_DIV}
 RULES: dict[int, Callable[..., Terms]] = {
     ca.OP_ASSIGN: lambda x: x,
     ca.OP_ADD: waves.added,
     ca.OP_SUB: lambda x, y: waves.added(x, y, -1),
-    ca.OP_MUL: _multiply,
-    ca.OP_DIV: lambda x, y: _multiply(x, _inverse(y)),
+    ca.OP_MUL: waves.multiplied,
+    ca.OP_DIV: lambda x, y: waves.multiplied(x, waves.inverse(y)),
     ca.OP_NEG: lambda x: waves.scaled(x, Fraction(-1)),
     ca.OP_TWICE: lambda x: waves.scaled(x, Fraction(2)),
-    ca.OP_SQ: lambda x: _multiply(x, x),
-    ca.OP_INV: _inverse,
-    ca.OP_POW: _power,
-    ca.OP_CONSTPOW: _power,
-    ca.OP_SIN: _wave("sin"),
-    ca.OP_COS: _wave("cos"),
+    ca.OP_SQ: lambda x: waves.multiplied(x, x),
+    ca.OP_INV: waves.inverse,
+    ca.OP_POW: waves.power,
+    ca.OP_CONSTPOW: waves.power,
+    ca.OP_SIN: partial(waves.wave, "sin"),
+    ca.OP_COS: partial(waves.wave, "cos"),
 }

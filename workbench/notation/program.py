@@ -60,6 +60,11 @@ class Walk:
     nodes: tuple[Operation, ...]
     entries: tuple[tuple[int, ...], ...]
 
+    @property
+    def names(self) -> list[str]:
+        """The names of the symbols."""
+        return [node.name for node in self.nodes if node.code == ca.OP_INPUT]
+
 
 @door
 def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
@@ -78,7 +83,6 @@ def walk(expression: ca.SX, *, cse: bool = False) -> Walk:
 
 
 def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], dict[int, int]]:
-    """The instructions of a function, with its work registers resolved; outputs by their number."""
     nodes: list[Operation] = []
     registers: dict[int, int] = {}
     outputs: dict[int, int] = {}
@@ -111,16 +115,12 @@ class Dialect:
 
 @dataclass(frozen=True)
 class Program:
-    """Assignments in order, and the entries of matrices in their terms.
+    """Assignments in order, and the entries of matrices in their terms."""
 
-    `inputs` pairs variables with the names of their symbols, `lines` variables with the text that they are assigned;
-    `entries` holds the rows of each matrix, `functions` the spelling of the functions that are called.
-    """
-
-    inputs: tuple[tuple[str, str], ...]
-    lines: tuple[tuple[str, str], ...]
-    entries: Mapping[str, tuple[tuple[str, ...], ...]]
-    functions: tuple[str, ...]
+    inputs: tuple[tuple[str, str], ...]  # variables with the names of their symbols
+    lines: tuple[tuple[str, str], ...]  # variables with the text that they are assigned
+    entries: Mapping[str, tuple[tuple[str, ...], ...]]  # the rows of each matrix
+    functions: tuple[str, ...]  # the spelling of those that are called
 
 
 @dataclass(frozen=True)
@@ -134,10 +134,9 @@ class _Text:
 
 @door
 def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dialect: Dialect) -> Program:
-    """The program that computes matrices with equal numbers of rows; an operation that is a branch is refused by name.
+    """The program that computes matrices with equal numbers of rows, without branches, in letters by symbols' names.
 
-    A part that is used more than once has a variable, and so have the parts of too long a line. `letters` holds the
-    letter of each symbol, by its name in CasADi.
+    A part that is used more than once has a variable, and so have the parts of too long a line.
     """
     steps = walk(ca.horzcat(*matrices.values()), cse=True)
     taken = set(dialect.reserved)
@@ -165,7 +164,7 @@ def straight_line(matrices: Mapping[str, ca.SX], letters: Mapping[str, str], dia
         if node.operands and (uses[place] > 1 or place in names):
             assign(place)
     called = {_spelled(node, dialect) for node in steps.nodes if node.code in FUNCTIONS}
-    entries = _split(matrices, [[texts[place].text for place in row] for row in steps.entries])
+    entries = split(matrices, [[texts[place].text for place in row] for row in steps.entries])
     return Program(tuple((v, name) for name, v in inputs.items()), tuple(lines), entries, tuple(sorted(called)))
 
 
@@ -179,7 +178,6 @@ def identifier(symbol: Symbol) -> str:
 
 
 def _free(name: str, taken: set[str]) -> str:
-    """A variable for a name, different from all that are taken."""
     variable = identifier(symbol(name))
     while variable in taken:
         variable += "_"
@@ -190,7 +188,7 @@ def _free(name: str, taken: set[str]) -> str:
 def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) -> dict[int, str]:
     """The name of each computed entry, after the first place at which it stands."""
     named: dict[int, str] = {}
-    for letter, rows in _split(matrices, steps.entries).items():
+    for letter, rows in split(matrices, steps.entries).items():
         between = "_" if max(matrices[letter].shape) > 9 else ""
         for i, row in enumerate(rows, start=1):
             for j, place in enumerate(row, start=1):
@@ -199,8 +197,8 @@ def _entry_names(steps: Walk, matrices: Mapping[str, ca.SX], taken: set[str]) ->
     return named
 
 
-def _split(matrices: Mapping[str, ca.SX], rows: Sequence[Sequence[T]]) -> dict[str, tuple[tuple[T, ...], ...]]:
-    """Rows across all matrices, cut into those of each."""
+def split(matrices: Mapping[str, ca.SX], rows: Sequence[Sequence[T]]) -> dict[str, tuple[tuple[T, ...], ...]]:
+    """Rows across matrices side by side, as rows of each."""
     entries, start = {}, 0
     for letter, matrix in matrices.items():
         entries[letter] = tuple(tuple(row[start : start + matrix.shape[1]]) for row in rows)

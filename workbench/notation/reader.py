@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from fractions import Fraction
-from functools import cache
+from functools import cache, partial
 
 import casadi as ca
 
@@ -12,14 +12,12 @@ from workbench.notation import build
 from workbench.notation.build import ONE, ZERO, number
 from workbench.notation.formula import Cases, Formula, Matrix, Number, Relation, Symbol, children, symbol, symbols_of
 from workbench.notation.normal_form import NotInClass, to_formula
-from workbench.notation.program import NAMES, Operation, Walk, walk
+from workbench.notation.program import NAMES, Operation, Walk, split, walk
 from workbench.notation.writer import measure
 from workbench.validation.signatures import door
 
-# A longer formula tells a reader nothing, and takes too long to typeset.
-MOST_SYMBOLS, DEEPEST = 20_000, 150
-# A shared part is worth a name of its own when it holds at least so many symbols and operations.
-WORTH_A_NAME = 5
+MOST_SYMBOLS, DEEPEST = 20_000, 150  # a longer formula tells a reader nothing, and takes too long to typeset
+WORTH_A_NAME = 5  # symbols and operations of a shared part
 # A textbook form is expanded, so it is tried on small expressions only, and printed if no entry takes more than some
 # five lines of a page, in widths of a digit.
 MOST_NODES_OF_TEXTBOOKS, LONGEST_ENTRY = 2_000, 400.0
@@ -37,11 +35,6 @@ OPERATIONS: dict[int, Callable[..., Formula]] = {
     ca.OP_SQ: lambda x: build.power(x, TWO),
     ca.OP_POW: build.power,
     ca.OP_CONSTPOW: build.power,
-    ca.OP_EXP: lambda x: build.call("exp", x),
-    ca.OP_FABS: lambda x: build.call("abs", x),
-    ca.OP_FMIN: lambda x, y: build.call("min", x, y),
-    ca.OP_FMAX: lambda x, y: build.call("max", x, y),
-    ca.OP_FMOD: lambda x, y: build.call("mod", x, y),
     ca.OP_LT: lambda x, y: build.condition(x, "<", y),
     ca.OP_LE: lambda x, y: build.condition(x, "<=", y),
     ca.OP_EQ: lambda x, y: build.condition(x, "==", y),
@@ -54,15 +47,13 @@ CONDITIONAL: dict[int, Callable[..., Formula]] = {
     ca.OP_IF_ELSE_ZERO: lambda c, x: Cases(((build.value(x), build.truth(c)),), ZERO),
 }
 FUNCTIONS = (
-    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh log sqrt sign floor ceil erf hypot copysign"
+    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod sign floor "
+    "ceil erf hypot copysign"
 )
-
-
-def _function(name: str) -> Callable[..., Formula]:
-    return lambda *arguments: build.call(name, *arguments)
-
-
-OPERATIONS |= {getattr(ca, f"OP_{name.upper()}"): _function(name) for name in FUNCTIONS.split()}
+SAME = {"fabs": "abs", "fmin": "min", "fmax": "max", "fmod": "mod"}  # names in CasADi, and in mathematics
+OPERATIONS |= {
+    getattr(ca, f"OP_{name.upper()}"): partial(build.call, SAME.get(name, name)) for name in FUNCTIONS.split()
+}
 
 
 @door
@@ -79,14 +70,13 @@ def read(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> Form
 
 @door
 def read_shared(expression: ca.SX, symbols: Mapping[str, Symbol] | None = None) -> tuple[tuple[Relation, ...], Formula]:
-    """The formula of an expression, with each part that occurs more than once defined by a name of its own.
+    """Definitions `w_1 = ...` of the parts that occur more than once, each after those it uses, and the formula.
 
-    Gives the definitions `w_1 = ...`, each after those it uses, and the formula in their terms. The
-    letter is the first of w, z, v, u, a that is not taken.
+    The letter is the first of w, z, v, u, a that is not taken.
     """
     steps = walk(expression, cse=True)
     shared = _shared(steps)
-    table = symbols_of(_names(steps), symbols)
+    table = symbols_of(steps.names, symbols)
     taken = {symbol.letter for symbol in table.values()}
     letter = next((letter for letter in "wzvua" if letter not in taken), "shared")
     names = {place: Symbol(letter, str(i)) for i, place in enumerate(shared, start=1)}
@@ -123,17 +113,8 @@ def equations_of(
         if formulas and max(map(measure, entries)) <= LONGEST_ENTRY:
             return (), [Relation(symbol(letter), "=", x) for letter, x in zip(matrices, formulas, strict=True)]
     definitions, formula = read_shared(together, symbols)
-    rows = formula.rows if isinstance(formula, Matrix) else ((formula,),)
-    equations, start = [], 0
-    for letter, matrix in matrices.items():
-        stop = start + matrix.shape[1]
-        equations.append(Relation(symbol(letter), "=", Matrix(tuple(row[start:stop] for row in rows))))
-        start = stop
-    return definitions, equations
-
-
-def _names(steps: Walk) -> list[str]:
-    return [node.name for node in steps.nodes if node.code == ca.OP_INPUT]
+    parts = split(matrices, formula.rows if isinstance(formula, Matrix) else ((formula,),))
+    return definitions, [Relation(symbol(letter), "=", Matrix(rows)) for letter, rows in parts.items()]
 
 
 def _matrix(steps: Walk, formula: Callable[[int], Formula]) -> Formula:
@@ -145,7 +126,7 @@ def _formulas(
     steps: Walk, symbols: Mapping[str, Symbol] | None, names: Mapping[int, Symbol]
 ) -> Callable[[int], Formula]:
     """The formula of every node by its place, in which other nodes that have a name are written by it."""
-    table = symbols_of(_names(steps), symbols)
+    table = symbols_of(steps.names, symbols)
     formulas: list[Formula] = []
 
     @cache
@@ -177,7 +158,6 @@ def _formula(node: Operation, operands: list[Formula], table: Mapping[str, Symbo
 
 
 def _shared(steps: Walk) -> list[int]:
-    """The nodes that are used more than once and are long enough to be worth a name."""
     uses = [0] * len(steps.nodes)
     for place in [i for node in steps.nodes for i in node.operands] + list({i for row in steps.entries for i in row}):
         uses[place] += 1  # entries that are equal are one use: they name each other
@@ -192,7 +172,6 @@ def _shared(steps: Walk) -> list[int]:
 
 
 def _refuse_endless(steps: Walk, named: frozenset[int] = frozenset()) -> None:
-    """Refuse a formula that would be too long or too deep, before it is built."""
     sizes: list[int] = []
     depths: list[int] = []
     largest = deepest = 0

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from workbench.notation.build import ONE, call, monomial, negative, number, product, total
+from workbench.notation.build import ONE, call, negative, number, power, product, total
 from workbench.notation.formula import GREEK, Formula, Symbol
 from workbench.notation.waves import PLAIN, Key, Monomial, Wave
 
@@ -50,7 +50,6 @@ class _Page:
     symbols: Mapping[str, Symbol]
 
     def by_wave(self, terms: Mapping[Key, Fraction]) -> Formula:
-        """Terms collected by their sine or cosine."""
         groups: dict[Wave, Polynomial] = {}
         for (powers, wave), coefficient in terms.items():
             groups.setdefault(wave, {})[powers] = coefficient
@@ -59,7 +58,9 @@ class _Page:
 
     def by_symbol(self, terms: Mapping[Key, Fraction]) -> Formula:
         """Terms collected by the symbols that occur only to the first power, the most frequent first."""
-        linear = self.linear(terms)
+        powers = {power for monomial, _ in terms for power in monomial}
+        nonlinear = {name for name, exponent in powers if exponent != 1}
+        linear = sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
         rest = set(terms)
         groups: list[set[Key]] = []
         while True:
@@ -73,14 +74,7 @@ class _Page:
         groups.sort(key=lambda group: min(map(self.term_order, group)))
         return total(self.group({key: terms[key] for key in group}, linear) for group in groups)
 
-    def linear(self, terms: Iterable[Key]) -> list[str]:
-        """The symbols that occur to the first power only, in their order."""
-        powers = {power for monomial, _ in terms for power in monomial}
-        nonlinear = {name for name, exponent in powers if exponent != 1}
-        return sorted({name for name, _ in powers} - nonlinear, key=self.rank.__getitem__)
-
     def group(self, terms: dict[Key, Fraction], linear: list[str]) -> Formula:
-        """Terms with the linear symbols that they share, and their common number, taken out."""
         keys = sorted(terms, key=self.term_order)
         if len(keys) == 1:
             return self.term(keys[0], terms[keys[0]])
@@ -93,7 +87,6 @@ class _Page:
         return product([number(content), *(formula for _, formula in factors)])
 
     def term(self, key: Key, coefficient: Fraction) -> Formula:
-        """One term: its number, its symbols, its sine or cosine."""
         return product([number(coefficient), self.monomial(key[0]), self.wave(key[1])])
 
     def factors(self, polynomial: Polynomial) -> list[Formula]:
@@ -135,14 +128,12 @@ class _Page:
         return min((self.rank[name] for name, _ in first), default=(math.inf,))
 
     def sum(self, polynomial: Polynomial) -> Formula:
-        """A polynomial in descending order, not factored."""
         powers = sorted(polynomial, key=self.monomial_order)
         return total(product([number(polynomial[p]), self.monomial(p)]) for p in powers)
 
     def monomial(self, powers: Monomial) -> Formula:
-        """A product of symbols in their order."""
         ordered = sorted(powers, key=lambda power: self.rank[power[0]])
-        return monomial((self.symbols[name], exponent) for name, exponent in ordered)
+        return product(power(self.symbols[name], number(exponent)) for name, exponent in ordered)
 
     def wave(self, wave: Wave) -> Formula:
         """A sine or cosine, its angle beginning with a plus sign."""
@@ -167,7 +158,6 @@ class _Page:
         return len(angle), tuple(terms), kind
 
     def term_order(self, key: Key) -> tuple[Any, ...]:
-        """The order of terms in a sum: those without sine or cosine first."""
         return self.wave_order(key[1]), self.monomial_order(key[0])
 
 

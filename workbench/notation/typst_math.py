@@ -2,19 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from fractions import Fraction
-
-from workbench.notation.formula import Formula, Symbol
+from workbench.notation.formula import Formula
 from workbench.notation.line_breaking import rows
-from workbench.notation.markup import KNOWN, PRINTED, AbstractMarkup, Space, runs, scientific, style, visible
+from workbench.notation.markup import KNOWN, PRINTED, Grid, Markup, style, visible
 from workbench.validation.signatures import door
-
-SIGNS = {"==": "=", "and": "and", "or": "or"}
-GREEK = {"phi": "phi.alt"}
-ACCENTS = {"hat": "hat", "tilde": "tilde", "bar": "macron"}
-DOTS = {1: "dot", 2: "dot.double"}
-FENCES = {"sqrt", "abs", "floor", "ceil"}
 
 
 @door
@@ -30,92 +21,50 @@ def emit(formula: Formula, *, width: float = 80) -> str:
     )
 
 
-class _Typst(AbstractMarkup):
-    flat = False
-
-    def number(self, value: Fraction | float) -> str:
-        if isinstance(value, Fraction):
-            return f"frac({value.numerator}, {value.denominator})" if value.denominator > 1 else str(value)
-        digits, exponent = scientific(value)
-        power = f"10^({exponent})"
-        return digits if not exponent else power if digits == "1" else f"{digits} dot.op {power}"
-
-    def symbol(self, symbol: Symbol, exponent: str = "") -> str:
-        text = _letter(symbol.letter)
-        if symbol.bold:
-            text = f"bold({text})"
-        if symbol.accent:
-            text = f"{ACCENTS[symbol.accent]}({text})"
-        if symbol.dots:
-            text = f"{DOTS[symbol.dots]}({text})"
-        index, mark = _index(symbol.index), exponent or _index(symbol.mark)
-        return text + (f"_({index})" if index else "") + (f"^({mark})" if mark else "")
-
-    def sign(self, sign: str, *, unary: bool = False) -> str:
-        return SIGNS.get(sign, sign)
-
-    def times(self, space: Space) -> str:
-        return "dot.op" if space == "dot" else ""
-
-    def row(self, parts: Sequence[str]) -> str:
-        return " ".join(filter(None, parts))
-
-    def quotient(self, numerator: str, denominator: str) -> str:
-        return f"frac({numerator}, {denominator})"
-
-    def power(self, base: str, exponent: str) -> str:
-        return f"{base}^({exponent})"
-
-    def call(self, function: str, arguments: Sequence[str], *, exponent: str = "", bare: bool = False) -> str:
-        inner = ", ".join(arguments)
-        if function in FENCES:
-            return f"{function}({inner})"
-        name = _function(function) + (f"^({exponent})" if exponent else "")
-        return f"{name} {inner}" if bare else name + self.group(inner)
-
-    def group(self, inner: str) -> str:
-        return f"({inner})"
-
-    def opening(self, function: str = "") -> str:
-        return (_function(function) if function else "") + r"\("
-
-    def closing(self, exponent: str = "") -> str:
-        return r"\)" + (f"^({exponent})" if exponent else "")
-
-    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
-        return f'mat(delim: "[", column-gap: #1em, {"; ".join(", ".join(row) for row in rows)})'
-
-    def cases(self, branches: Sequence[tuple[str, str]], otherwise: str) -> str:
-        lines = [f'{value} & quad "if" {when}' for value, when in branches]
-        body = ", ".join([*lines, f'{otherwise} & quad "otherwise"'])
-        return f"cases({body})"
-
-
-TYPST = _Typst()
-
-
-def _letter(text: str) -> str:
+def _letter(text: str, bold: bool) -> str:
     match style(text):
         case "greek":
-            return GREEK.get(text, text)
-        case "letter" if text.isascii():
-            return text
+            shown = "phi.alt" if text == "phi" else text
         case "number":
-            return text
+            shown = text
+        case "letter" if text.isascii():
+            shown = text
         case _:
-            return f"upright({_string(text)})"
+            shown = f"upright({_string(text)})"
+    return f"bold({shown})" if bold else shown
 
 
 def _string(text: str) -> str:
-    """A string literal, in which nothing is code."""
     escaped = visible(text).replace("\\", "\\\\").replace('"', '\\"')
     return f'"{escaped}"'
-
-
-def _index(index: str) -> str:
-    return " ".join(text if text in ",*" else _letter(text) for _, text in runs(index)) if index else ""
 
 
 def _function(name: str) -> str:
     name = PRINTED.get(name, name)
     return name if name in KNOWN else f"op({_string(name)})"
+
+
+TYPST = Markup(
+    letter=_letter,
+    function=_function,
+    signs={"==": "="},
+    spaces={"none": "", "thin": "", "dot": "dot.op"},
+    between=" ",
+    ten="10^({}{})",
+    over={"hat": "hat({})", "tilde": "tilde({})", "bar": "macron({})", "dot": "dot({})", "ddot": "dot.double({})"},
+    indexed="{}_({})",
+    both="{}_({})^({})",
+    marks={",": ",", "*": "*"},
+    apart=" ",
+    quotient="frac({}, {})",
+    power="{}^({})",
+    group="({})",
+    opening=r"\(",
+    closing=r"\)",
+    bare="{} {}",
+    enclosing={name: f"{name}({{}})" for name in ("sqrt", "abs", "floor", "ceil")},
+    grid=Grid(", ", "; ", 'mat(delim: "[", column-gap: #1em, {})'),
+    listed=Grid(" & ", ", ", "cases({})"),
+    condition='quad "if" {}',
+    otherwise='quad "otherwise"',
+)

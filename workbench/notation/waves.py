@@ -19,6 +19,12 @@ Terms: TypeAlias = dict[Key, Fraction]
 PLAIN: Wave = ("cos", ())
 UNIT: Key = ((), PLAIN)
 HALF = Fraction(1, 2)
+# Beyond so many products at once, or such a power, an expansion would take minutes; it is given up.
+MOST_PRODUCTS, HIGHEST_POWER = 500_000, 64
+
+
+class NotInClass(ValueError):  # noqa: N818
+    """The error of an expression without a normal form; the message names the operation."""
 
 
 def constant(value: Fraction) -> Terms:
@@ -45,7 +51,6 @@ def added(a: Terms, b: Terms, sign: int = 1) -> Terms:
 
 
 def _add(terms: Terms, key: Key, value: Fraction) -> None:
-    """Add to one coefficient, and drop the term if that makes it zero."""
     before = terms.get(key)
     if before is None:
         terms[key] = value
@@ -57,6 +62,8 @@ def _add(terms: Terms, key: Key, value: Fraction) -> None:
 
 def multiplied(a: Terms, b: Terms) -> Terms:
     """a b, with each product of two waves written as the sum of two others."""
+    if len(a) * len(b) > MOST_PRODUCTS:
+        raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
     result: Terms = {}
     for (m, u), x in a.items():
         for (n, v), y in b.items():
@@ -89,17 +96,14 @@ def _product_to_sum(u: Wave, v: Wave) -> tuple[tuple[Wave, Fraction], ...]:
     """
     (first, a), (second, b) = u, v
     kind: Literal["cos", "sin"] = "cos" if first == second else "sin"
-    sums = [(combined(a, b, 1), -HALF if first == second == "sin" else HALF)]
-    sums += [(combined(a, b, -1), -HALF if first == "cos" and second == "sin" else HALF)]
-    return tuple(pair for angle, factor in sums for pair in _pairs(kind, angle, factor))
-
-
-def combined(a: Angle, b: Angle, sign: int) -> Angle:
-    """a + b or a - b."""
-    result = dict(a)
-    for monomial, coefficient in b:
-        result[monomial] = result.get(monomial, Fraction(0)) + sign * coefficient
-    return tuple(sorted((monomial, c) for monomial, c in result.items() if c))
+    factors = {1: -HALF if first == second == "sin" else HALF, -1: -HALF if (first, second) == ("cos", "sin") else HALF}
+    pairs: list[tuple[Wave, Fraction]] = []
+    for sign, factor in factors.items():
+        angle = dict(a)
+        for monomial, coefficient in b:
+            angle[monomial] = angle.get(monomial, Fraction(0)) + sign * coefficient
+        pairs += _pairs(kind, tuple(sorted((monomial, c) for monomial, c in angle.items() if c)), factor)
+    return tuple(pairs)
 
 
 def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[tuple[Wave, Fraction]]:
@@ -113,19 +117,28 @@ def _pairs(kind: Literal["cos", "sin"], angle: Angle, factor: Fraction) -> list[
     return [((kind, flipped), factor if kind == "cos" else -factor)]
 
 
-def wave(kind: Literal["cos", "sin"], argument: Terms) -> Terms | None:
-    """The sine or cosine of a sum without sines and cosines; None if it has some."""
+def wave(kind: Literal["cos", "sin"], argument: Terms) -> Terms:
+    """The sine or cosine of a sum without sines and cosines."""
     if any(angle for _, (_, angle) in argument):
-        return None
+        raise NotInClass(f"{kind.upper()} has a normal form only if no sine or cosine stands in its argument.")
     angle: Angle = tuple(sorted((monomial, coefficient) for (monomial, _), coefficient in argument.items()))
     return {((), kept): factor for kept, factor in _pairs(kind, angle, Fraction(1))}
 
 
-def inverse(terms: Terms) -> Terms | None:
-    """1 / x for a single term without sine or cosine; None for any other sum."""
-    if len(terms) != 1:
-        return None
-    (((monomial, kept), coefficient),) = terms.items()
-    if kept[1]:
-        return None
+def inverse(terms: Terms) -> Terms:
+    """1 / x for a single term without sine or cosine."""
+    ((monomial, (_, angle)), coefficient), *others = terms.items() or [(UNIT, Fraction(0))]
+    if others or angle or not coefficient:
+        raise NotInClass("DIV has a normal form only if the divisor is a number or a product of symbols.")
     return {(tuple((name, -exponent) for name, exponent in monomial), PLAIN): 1 / coefficient}
+
+
+def power(base: Terms, exponent: Terms) -> Terms:
+    """A whole power."""
+    n = exponent.get(UNIT, Fraction(0))
+    if exponent.keys() - {UNIT} or n.denominator != 1 or abs(n) > HIGHEST_POWER:
+        raise NotInClass(f"POW has a normal form only for whole exponents from -{HIGHEST_POWER} to {HIGHEST_POWER}.")
+    result = constant(Fraction(1))
+    for _ in range(abs(int(n))):
+        result = multiplied(result, base)
+    return inverse(result) if n < 0 else result

@@ -22,7 +22,7 @@ from workbench.notation.formula import (
     Symbol,
     System,
 )
-from workbench.notation.markup import AbstractMarkup, Space
+from workbench.notation.markup import Markup, Space
 
 # The tightness of the parts of a formula: a part that is looser than its place demands gets parentheses.
 LOOSE, SUM, PRODUCT, POWER, ATOM = range(5)
@@ -40,7 +40,7 @@ WIDE = {"m", "w", "M", "W", "omega"}
 class Writer:
     """Formulas in one markup."""
 
-    markup: AbstractMarkup
+    markup: Markup
 
     def width(self, formula: Formula) -> float:
         """The width of a formula on one line, in characters or in widths of a digit."""
@@ -56,8 +56,8 @@ class Writer:
 
         With `last` nothing follows that could be taken for a part of it: `sin q` needs no parentheses.
         """
-        text = self._write(formula, last)
-        return self.markup.group(text) if self._tightness(formula) < least else text
+        text, tightness = self._written(formula, last)
+        return self.markup.group.format(text) if tightness < least else text
 
     def factor(self, factors: tuple[Formula, ...], i: int, *, last: bool = True) -> str:
         """Factor number i of a product."""
@@ -74,60 +74,39 @@ class Writer:
             return "dot"
         return "thin" if _is_call(before) or _is_call(after) else "none"
 
-    def _tightness(self, formula: Formula) -> int:
+    def _written(self, formula: Formula, last: bool) -> tuple[str, int]:
+        markup, flat = self.markup, self.markup.flat
         minus, size = split_sign(formula)
         if minus:
-            return SUM
+            return markup.row([markup.sign("-", unary=True), self.write(size, PRODUCT, last=last)]), SUM
         match size:
             case Number(Fraction() as value):
-                return ATOM if value.denominator == 1 else PRODUCT
+                return markup.number(value), ATOM if value.denominator == 1 else PRODUCT
             case Number(value):
-                return ATOM if self.markup.flat or "e" not in repr(value) else PRODUCT
+                return markup.number(value), ATOM if flat or "e" not in repr(value) else PRODUCT
             case Symbol(mark=mark):
-                return POWER if mark and not self.markup.flat else ATOM
-            case Call(function, arguments):
-                return PRODUCT if self._bare(function, arguments) else ATOM
-            case Sum():
-                return SUM
-            case Product() | Quotient():
-                return PRODUCT
-            case Power():
-                return POWER
-            case Matrix():
-                return ATOM
-            case Relation() | Cases() | System():
-                return LOOSE
-        assert_never(size)
-
-    def _write(self, formula: Formula, last: bool) -> str:
-        minus, size = split_sign(formula)
-        if minus:
-            return self.markup.row([self.markup.sign("-", unary=True), self.write(size, PRODUCT, last=last)])
-        match size:
-            case Number(value):
-                return self.markup.number(value)
-            case Symbol():
-                return self.markup.symbol(size)
+                return markup.symbol(size), POWER if mark and not flat else ATOM
             case Sum(terms):
-                return self._sum(terms)
+                return self._sum(terms), SUM
             case Product(factors):
-                return self._product(factors, last)
+                return self._product(factors, last), PRODUCT
             case Quotient(numerator, denominator):
-                above, below = (PRODUCT, POWER) if self.markup.flat else (LOOSE, LOOSE)
-                return self.markup.quotient(self.write(numerator, above), self.write(denominator, below))
+                above, below = (PRODUCT, POWER) if flat else (LOOSE, LOOSE)
+                return markup.quotient.format(self.write(numerator, above), self.write(denominator, below)), PRODUCT
             case Power(base, exponent):
-                return self._power(base, exponent, last)
+                return self._power(base, exponent, last), POWER
             case Call(function, arguments):
-                return self._call(function, arguments, "", last)
+                text = self._call(function, arguments, "", last)
+                return text, PRODUCT if self._bare(function, arguments) else ATOM
             case Matrix(rows):
-                return self.markup.matrix([[self.write(entry) for entry in row] for row in rows])
+                return markup.grid.write([[self.write(entry) for entry in row] for row in rows]), ATOM
             case Cases(branches, otherwise):
                 pairs = [(self.write(value, SUM), self.write(when, SUM - 1)) for value, when in branches]
-                return self.markup.cases(pairs, self.write(otherwise, SUM))
+                return markup.cases(pairs, self.write(otherwise, SUM)), LOOSE
             case Relation(left, sign, right):
-                return self.markup.row([self.write(left, SUM), self.markup.sign(sign), self.write(right, SUM)])
+                return markup.row([self.write(left, SUM), markup.sign(sign), self.write(right, SUM)]), LOOSE
             case System(relations):
-                return self.markup.row([self.write(relation) for relation in relations])
+                return markup.row([self.write(relation) for relation in relations]), LOOSE
         assert_never(size)
 
     def _sum(self, terms: tuple[Formula, ...]) -> str:
@@ -140,20 +119,20 @@ class Writer:
     def _product(self, factors: tuple[Formula, ...], last: bool) -> str:
         parts = [self.factor(factors, 0, last=last)]
         for i in range(1, len(factors)):
-            space = self.markup.times(self.space(factors[i - 1], factors[i]))
+            space = self.markup.spaces[self.space(factors[i - 1], factors[i])]
             parts += [space, self.factor(factors, i, last=last)]
         return self.markup.row(parts)
 
     def _power(self, base: Formula, exponent: Formula, last: bool) -> str:
         if self.markup.flat:
-            return self.markup.power(self.write(base, ATOM), self.write(exponent, ATOM))
+            return self.markup.power.format(self.write(base, ATOM), self.write(exponent, ATOM))
         above = self.write(exponent)
         match base:
             case Symbol(mark=""):
                 return self.markup.symbol(base, above)
             case Call(function, arguments) if function in BARE and _is_whole(exponent):
                 return self._call(function, arguments, above, last)
-        return self.markup.power(self.write(base, ATOM), above)
+        return self.markup.power.format(self.write(base, ATOM), above)
 
     def _call(self, function: str, arguments: tuple[Formula, ...], exponent: str, last: bool) -> str:
         texts = [self.write(argument) for argument in arguments]
@@ -164,7 +143,6 @@ class Writer:
 
 
 def _is_call(formula: Formula) -> bool:
-    """True if a formula begins with the name of a function."""
     match formula:
         case Power(base, exponent):
             return isinstance(base, Call) and base.function in BARE and _is_whole(exponent)
@@ -194,10 +172,15 @@ def measure(formula: Formula) -> float:
     if minus:
         return SIGN + measure(size)
     match size:
+        case Number(Fraction() as value):
+            parts = str(abs(value)).split("/")
+            return 0.5 * (len(parts) > 1) + max(map(len, parts))
         case Number(value):
-            return _number(value)
-        case Symbol():
-            return _symbol(size)
+            return len(repr(value))
+        case Symbol(letter, index, mark=mark):
+            width = 2.0 if letter in WIDE else 1.55 if letter[:1].isupper() else 1.15
+            width = 1.1 * len(letter) if len(letter) > 1 and letter not in GREEK else width
+            return width + SMALL * max(len(index), len(mark)) + 0.1
         case Sum(terms):
             return sum(SIGN * (i > 0) + measure(split_sign(term)[1]) for i, term in enumerate(terms))
         case Product(factors):
@@ -221,17 +204,3 @@ def measure(formula: Formula) -> float:
             return measure(left) + 1.5 * SIGN + measure(right)
         case System(relations):
             return max(map(measure, relations))
-
-
-def _number(value: Fraction | float) -> float:
-    if isinstance(value, Fraction):
-        parts = [len(str(abs(value.numerator))), len(str(value.denominator)) if value.denominator > 1 else 0]
-        return 0.5 * (value.denominator > 1) + max(parts)
-    return len(repr(value))
-
-
-def _symbol(symbol: Symbol) -> float:
-    letter = 2.0 if symbol.letter in WIDE else 1.55 if symbol.letter[:1].isupper() else 1.15
-    if len(symbol.letter) > 1 and symbol.letter not in GREEK:
-        letter = 1.1 * len(symbol.letter)
-    return letter + SMALL * max(len(symbol.index), len(symbol.mark)) + 0.1

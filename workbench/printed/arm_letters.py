@@ -13,23 +13,12 @@ from workbench.core import Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds
 from workbench.notation import build
-from workbench.notation.formula import (
-    Formula,
-    Matrix,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-    letters,
-    name_of,
-    symbol,
-)
+from workbench.notation.formula import Formula, Matrix, Product, Quotient, Sum, Symbol, letters, name_of, symbol
 from workbench.notation.normal_form import NotInClass
-from workbench.printed.formula_values import constant, normal_form
+from workbench.printed.formula_values import normal_form
 from workbench.printed.grammar import parse
-from workbench.printed.names import Key, Names, key_of
 from workbench.printed.statements import Statement
-from workbench.printed.tokens import refusal
+from workbench.printed.tokens import Key, Names, key_of, refusal
 from workbench.validation.refusals import finite, known, nearest
 from workbench.validation.signatures import door
 
@@ -63,7 +52,6 @@ def narrowed(dynamics: Dynamics, fixed: Mapping[str, float]) -> Dynamics:
 
 
 def _held(entry: Entry, fixed: Mapping[str, float], names: Mapping[str, str]) -> Iterator[Entry]:
-    """An entry as it is, or an entry for each of its numbers if one of them is fixed."""
     if not any(label in fixed for label in entry.labels()):
         yield entry
         return
@@ -97,10 +85,9 @@ def parameter_of(name: Symbol, statement: Statement, dynamics: Dynamics) -> str 
 
 
 def _number(label: str, statement: Statement, dynamics: Dynamics) -> Fraction:
-    """The rational number that a declaration gives to a parameter; one that is none, or out of bounds, is refused."""
     formula = parse(statement.right, Names({}, {}))
     try:
-        number = None if isinstance(formula, Matrix) else constant(normal_form(formula, {}))
+        number = None if isinstance(formula, Matrix) else normal_form(formula, {}).number
     except NotInClass:
         number = None
     if number is None:

@@ -13,11 +13,10 @@ from workbench.notation.formula import letters, name_of
 from workbench.notation.normal_form import NormalForm
 from workbench.printed.arm_letters import symbols_of
 from workbench.printed.formula_values import CASADI, at_numbers, evaluate, normal_form
-from workbench.printed.names import PI
 from workbench.printed.printed_equations import Place, Sheet, is_place
-from workbench.proofs.identity import Judgement, Kind, judge_zero, proved_or_searched
-from workbench.proofs.witness import Witness, held
-from workbench.validation.refusals import described, nearest
+from workbench.printed.tokens import PI
+from workbench.proofs.identity import Judgement, Kind, Witness, held, judge_zero, proved_or_searched
+from workbench.validation.refusals import described, known
 from workbench.validation.signatures import door
 
 Sameness = Literal["same", "differs", "not refuted"]
@@ -75,9 +74,8 @@ def compare_sheet(sheet: Sheet, derived: Dynamics) -> tuple[EntryVerdict, ...]:
     values = {letter: symbols[name] for letter, name in symbols_of(derived).items()}
     foreign = {letter for f in sheet.entries.values() for letter in letters(f)} - {*values, PI}
     if foreign:
-        raise LookupError(
-            f"A sheet is compared with the arm it was read for; this one has no '{name_of(foreign.pop())}'."
-        )
+        lacking = name_of(foreign.pop())
+        raise LookupError(f"A sheet is compared with the arm it was read for; this one has no '{lacking}'.")
     printed = {place: evaluate(f, values, CASADI) for place, f in sheet.entries.items()}
     comparison = _Comparison(printed, derived, sheet)
     return tuple(map(comparison.entry, printed))
@@ -109,34 +107,25 @@ class _Comparison:
                 raise ValueError(f"An entry is one expression; {matrix}[{row},{column}] has shape {entry.shape}.")
 
     def right(self, place: Place) -> ca.SX:
-        """The derived entry."""
         name, row, column = place
         return {"M": self.derived.M, "C": self.derived.C, "G": self.derived.G}[name][row - 1, column - 1]
 
     def entry(self, place: Place) -> EntryVerdict:
-        """The verdict on one entry."""
         name, row, column = place
         a, b = self.printed[place], self.right(place)
         judgement = self.judge({place: ca.SX(1)})
         if judgement.search and not judgement.search.samples:
-            raise ValueError(
-                f"the printed {name}[{row},{column}] is a number at none of the states that were tried, so it cannot "
-                "be compared; look for a division by zero, or the root of a negative number."
-            )
+            why = f"the printed {name}[{row},{column}] is a number at none of the states that were tried"
+            raise ValueError(f"{why}; look for a division by zero, or the root of a negative number.")
         verdict = EntryVerdict(*place, SAMENESS[judgement.kind], judgement.evidence, a, b, a - b)
         found = judgement.search.witness if judgement.search else None
         if found is None:
             return verdict
         d = self.derived
-        values = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
+        one, other = ca.Function("values", [d.q, d.qd, d.symbols], [a, b])(found.q, found.qd, found.p)
         torque = {("C", row, j + 1): d.qd[j] for j in range(d.dof)} if name == "C" else None
-        return replace(
-            verdict,
-            witness=found,
-            printed_value=float(values[0]),
-            right_value=float(values[1]),
-            same_torque=self.judge(torque).kind if torque else None,
-        )
+        kind = self.judge(torque).kind if torque else None
+        return replace(verdict, witness=found, printed_value=float(one), right_value=float(other), same_torque=kind)
 
     def judge(self, weights: Mapping[Place, ca.SX]) -> Judgement:
         """The verdict on a weighted sum of printed entries against the derived one; unprinted ones count as right."""
@@ -169,19 +158,11 @@ class _Comparison:
 
 
 def _matrices_in_symbols_of(derived: Dynamics, printed: Dynamics) -> dict[str, ca.SX]:
-    """The printed matrices with each of their symbols replaced by the derived arm's of the same name."""
     if printed.dof != derived.dof:
-        raise ValueError(
-            f"`compare(printed, derived)` needs arms of the same number of joints, for their matrices to have "
-            f"the same entries; got {printed.dof} printed and {derived.dof} derived."
-        )
-    for label in printed.p.labels:
-        if label not in derived.p.labels:
-            raise LookupError(
-                f"`compare(printed, derived)` matches parameters by name, and the derived arm has no '{label}'."
-                + (nearest(label, derived.p.labels) or f" It has: {', '.join(derived.p.labels)}.")
-            )
-    places = [derived.p.labels.index(label) for label in printed.p.labels]
+        joints = f"{printed.dof} printed and {derived.dof} derived"
+        raise ValueError(f"`compare(printed, derived)` needs arms of the same number of joints; got {joints}.")
+    labels = derived.p.labels
+    places = [labels.index(known(label, labels, "parameters of the derived arm")) for label in printed.p.labels]
     old = ca.vertcat(printed.q, printed.qd, printed.symbols)
     new = ca.vertcat(derived.q, derived.qd, derived.symbols[places] if places else ca.SX(0, 1))
     matrices = ca.substitute([printed.M, printed.C, printed.G], [old], [new])

@@ -12,16 +12,15 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.notation import text
 from workbench.notation.build import parts, rebuilt
-from workbench.notation.formula import Formula, Number, Power, Sum, Symbol, children
+from workbench.notation.formula import Formula, Number, Power, Sum, children
 from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.reader import formula_of
-from workbench.printed.arm_letters import symbols_of
 from workbench.printed.entry_comparison import EntryVerdict
 from workbench.printed.entry_units import units_of
 from workbench.printed.misprints import LONGEST, RANKS, Editor, Slip
 from workbench.printed.printed_equations import Place, Sheet
+from workbench.proofs.identity import Witness, candidates
 from workbench.proofs.properties import skew
-from workbench.proofs.witness import Witness, candidates
 from workbench.validation.refusals import Array
 
 STATES = 8  # two equations agree by chance at one, not at so many
@@ -51,8 +50,7 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
     wrong = [verdict for verdict in verdicts if verdict.kind == "differs"]
     if not wrong:
         return {}
-    varied, nominal = (Values.near(states, derived) for states in _states(derived))
-    editor, editor_there = Editor(varied.symbols), Editor(nominal.symbols)
+    varied, nominal = Editor.near(_varied(derived), derived), Editor.near(candidates(derived)[:STATES], derived)
     units, rows = units_of(derived), misprints(sheet, verdicts, derived)
     diagnoses = {}
     for verdict in wrong:
@@ -65,10 +63,10 @@ def diagnose(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) 
             slip, instead = (misprint.slip, "") if is_this else (None, misprint.label)
             diagnoses[verdict.label] = Diagnosis(verdict, slip, mismatch, instead)
         else:
-            slip = editor.slip(printed, varied.entries[place])
-            slip = slip or _misplaced(editor.value(printed), place, varied.entries)
+            slip = varied.slip(printed, varied.entries[place])
+            slip = slip or _misplaced(varied.value(printed), place, varied.entries)
             if slip is None or slip.kind == "scale":
-                rounded = _agrees_to_its_digits(printed, nominal.entries[place], editor_there)
+                rounded = _agrees_to_its_digits(printed, nominal.entries[place], nominal)
                 slip = ROUNDED if rounded else slip or _missing(verdict, derived)
             diagnoses[verdict.label] = Diagnosis(verdict, slip, mismatch)
     return diagnoses
@@ -102,37 +100,6 @@ def told_apart(one: float, other: float) -> tuple[str, str]:
     return pair
 
 
-@dataclass(frozen=True, eq=False)
-class Values:
-    """The values of all letters of an arm, and of its entries of M, C and G, each (K,); velocities are (n, K)."""
-
-    symbols: Mapping[Symbol, Array]
-    entries: Mapping[Place, Array]
-    velocities: Array
-
-    @staticmethod
-    def near(states: Sequence[Witness], derived: Dynamics) -> Values:
-        """The values near some states, by which formulas are told apart without algebra."""
-        q, qd, p = (np.stack([getattr(state, name) for state in states], axis=1) for name in ("q", "qd", "p"))
-        off = 0.01 * np.sqrt(np.arange(2.0, 2.0 + q.size)).reshape(q.shape)  # sums of round numbers vanish
-        q, qd = q + off, qd + off
-        inputs = [derived.q, derived.qd, derived.symbols]
-        rows = dict(zip([s.name() for s in ca.vertsplit(ca.vertcat(*inputs))], np.vstack([q, qd, p]), strict=True))
-        symbols = {letter: rows[name] for letter, name in symbols_of(derived).items()}
-        entries: dict[Place, Array] = {}
-        for name, matrix in (("M", derived.M), ("C", derived.C), ("G", derived.G)):
-            numbers = np.array(ca.Function("entries", inputs, [ca.vec(matrix)])(q, qd, p))
-            for k, row in enumerate(numbers):
-                entries[name, k % matrix.shape[0] + 1, k // matrix.shape[0] + 1] = row
-        return Values(symbols, entries, qd)
-
-
-def _states(derived: Dynamics) -> tuple[Sequence[Witness], Sequence[Witness]]:
-    """Some states with parameters of their own, and some at the nominal parameters."""
-    states = candidates(derived)
-    return states[-STATES:], states[:STATES]
-
-
 @dataclass(frozen=True)
 class Misprint:
     """The entry of a row of C, by its label, whose single edit makes that row of C qd right."""
@@ -147,29 +114,29 @@ def is_in_full(sheet: Sheet, row: int, joints: int) -> bool:
 
 
 def misprints(sheet: Sheet, verdicts: Sequence[EntryVerdict], derived: Dynamics) -> dict[int, Misprint]:
-    """The one misprint of each row of C that gives a wrong torque and has several entries unlike the derived ones.
-
-    A row is not in the result if it is not printed in full, or if no edit of one entry repairs it.
-    """
+    """The misprint of each row of C in full, with a wrong torque and several wrong entries, that one edit repairs."""
     torques = [v for v in verdicts if (v.matrix, v.kind, v.same_torque) == ("C", "differs", "refuted")]
     rows = {row: [v for v in torques if v.row == row] for row in range(1, derived.dof + 1)}
     rows = {row: wrong for row, wrong in rows.items() if len(wrong) > 1 and is_in_full(sheet, row, derived.dof)}
-    values = Values.near(_states(derived)[0], derived) if rows else None
-    found = {row: _misprint(sheet, wrong, values) for row, wrong in rows.items() if values}
+    editor = Editor.near(_varied(derived), derived) if rows else None
+    found = {row: _misprint(sheet, wrong, editor) for row, wrong in rows.items() if editor}
     return {row: misprint for row, misprint in found.items() if misprint is not None}
 
 
-def _misprint(sheet: Sheet, wrong: Sequence[EntryVerdict], values: Values) -> Misprint | None:
-    """The likeliest single edit among the wrong entries of a row that makes its torque right."""
-    editor, row = Editor(values.symbols), wrong[0].row
-    places = [("C", row, j) for j in range(1, len(values.velocities) + 1)]
+def _varied(derived: Dynamics) -> Sequence[Witness]:
+    """Some states with parameters of their own."""
+    return candidates(derived)[-STATES:]
+
+
+def _misprint(sheet: Sheet, wrong: Sequence[EntryVerdict], editor: Editor) -> Misprint | None:
+    places = [("C", wrong[0].row, j) for j in range(1, len(editor.velocities) + 1)]
     printed = [editor.value(sheet.entries[place]) for place in places]
-    right = [values.entries[place] for place in places]
-    lacking = np.sum((np.array(right) - np.array(printed)) * values.velocities, axis=0)
+    right = [editor.entries[place] for place in places]
+    lacking = np.sum((np.array(right) - np.array(printed)) * editor.velocities, axis=0)
     edits = []
     for verdict in wrong:
         j = verdict.column - 1
-        slip = editor.slip(sheet.entries[places[j]], printed[j] + lacking / values.velocities[j])
+        slip = editor.slip(sheet.entries[places[j]], printed[j] + lacking / editor.velocities[j])
         if slip is not None:
             edits.append(Misprint(verdict.label, slip))
     return min(edits, key=lambda edit: RANKS.index(edit.slip.kind), default=None)
@@ -190,7 +157,6 @@ def of_factorisation(verdicts: Sequence[EntryVerdict], derived: Dynamics) -> lis
 
 
 def _misplaced(printed: Array, place: Place, right: Mapping[Place, Array]) -> Slip | None:
-    """The slip of an entry that equals another entry of the derived matrices; None if it equals none."""
     for other, values in sorted(right.items()):
         if other != place and np.allclose(printed, values, rtol=1e-9, atol=0) and np.any(values != 0):
             label = f"G[{other[1]}]" if other[0] == "G" else f"{other[0]}[{other[1]},{other[2]}]"
@@ -217,10 +183,7 @@ def _missing(verdict: EntryVerdict, derived: Dynamics) -> Slip | None:
 
 
 def _agrees_to_its_digits(printed: Formula, right: Array, editor: Editor) -> bool:
-    """True if a formula is right (K,) once each of its decimal numbers may be off by half a unit of its last digit.
-
-    Whole numbers, fractions that are no decimals, and numbers of one digit are taken to be exact.
-    """
+    """True if a formula is right (K,) once each of its decimals of two digits may be off by half a unit of the last."""
     if sum(1 for _ in parts(printed)) > LONGEST:
         return False
     value = editor.value(printed)

@@ -11,10 +11,10 @@ from functools import reduce
 from workbench.core import Dynamics
 from workbench.notation import text
 from workbench.notation.build import parts
-from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, children, letters
 from workbench.printed.arm_letters import symbols_of
-from workbench.printed.names import PI
 from workbench.printed.printed_equations import Place
+from workbench.printed.tokens import PI
 
 PLAIN = 24  # the largest whole number in a fraction that is no measured value
 
@@ -62,35 +62,29 @@ def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
         case Symbol():
             return NONE if formula == PI and formula not in units else units[formula]
         case Sum(terms):
-            return _common(terms, units)
-        case Product(factors):
-            known = [unit for factor in factors if (unit := unit_of(factor, units)) is not None]
-            return reduce(Unit.__mul__, known) if len(known) == len(factors) else None
-        case Quotient(above, below):
-            first, second = unit_of(above, units), unit_of(below, units)
-            return None if first is None or second is None else first / second
-        case Power(base, Number(exponent)):
-            unit = unit_of(base, units)
-            return None if unit is None else unit ** Fraction(exponent)
-        case Call("sqrt", (argument,)):
-            unit = unit_of(argument, units)
-            return None if unit is None else unit ** Fraction(1, 2)
-        case Call(function, (argument,)):
+            known = [(term, unit) for term in terms if (unit := unit_of(term, units)) is not None]
+            first, wanted = known[0] if known else (formula, None)
+            for term, unit in known:
+                if unit != wanted:
+                    raise UnitsError(f"{text.emit(first)} in {wanted} is added to {text.emit(term)} in {unit}")
+            return wanted
+        case Call(function, (argument,)) if function != "sqrt":
             if (unit := unit_of(argument, units)) not in (None, NONE):
                 raise UnitsError(f"{function} is taken of {text.emit(argument)}, in {unit}")
             return NONE
+    inner = [unit for part in children(formula) if (unit := unit_of(part, units)) is not None]
+    if len(inner) < len(children(formula)):
+        return None
+    match formula:
+        case Product():
+            return reduce(Unit.__mul__, inner)
+        case Quotient():
+            return inner[0] / inner[1]
+        case Power(_, Number(exponent)):
+            return inner[0] ** Fraction(exponent)
+        case Call("sqrt"):
+            return inner[0] ** Fraction(1, 2)
     raise UnitsError(f"{text.emit(formula)} has no unit")
-
-
-def _common(terms: tuple[Formula, ...], units: Mapping[Symbol, Unit]) -> Unit | None:
-    first: tuple[Formula, Unit] | None = None
-    for term in terms:
-        unit = unit_of(term, units)
-        if unit is not None and first is None:
-            first = term, unit
-        if unit is not None and first is not None and unit != first[1]:
-            raise UnitsError(f"{text.emit(first[0])} in {first[1]} is added to {text.emit(term)} in {unit}")
-    return first[1] if first else None
 
 
 @dataclass(frozen=True)

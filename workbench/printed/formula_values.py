@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from fractions import Fraction
-from functools import reduce
+from functools import partial
 from typing import Any, Literal, NamedTuple
 
 import casadi as ca
@@ -26,9 +26,7 @@ from workbench.notation.formula import (
     name_of,
 )
 from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.notation.waves import Terms
-from workbench.printed.names import PI
-from workbench.printed.tokens import Token, refusal
+from workbench.printed.tokens import PI, Token, refusal
 
 HIGHEST_POWER = 16
 MOST_LEVELS = 100  # of parts within parts: what goes through a formula nests up to four of its calls a level
@@ -36,14 +34,11 @@ MOST_WAVES = 100  # in a product; doubles count the terms of no more
 
 
 class Arithmetic(NamedTuple):
-    """An arithmetic: the maker of its numbers and its functions by name; a division by zero gives no finite number."""
+    """An arithmetic: the maker of its numbers, pi, and its functions by name."""
 
-    number: Callable[[float], Any]
+    number: Callable[[Fraction | float], Any]
+    pi: Any
     functions: Mapping[str, Callable[[Any], Any]]
-
-
-CASADI = Arithmetic(ca.SX, {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt})
-NUMPY = Arithmetic(np.float64, {"sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt})
 
 
 def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithmetic) -> Any:
@@ -54,16 +49,16 @@ def evaluate(formula: Formula, values: Mapping[Symbol, Any], arithmetic: Arithme
     """
     match formula:
         case Number(value):
-            return arithmetic.number(_number(value))
+            return arithmetic.number(value)
         case Symbol():
-            return arithmetic.number(math.pi) if formula == PI and formula not in values else values[formula]
+            return arithmetic.pi if formula == PI and formula not in values else values[formula]
         case Sum(terms):
             total = evaluate(terms[0], values, arithmetic)
             for term in terms[1:]:
                 total = total + evaluate(term, values, arithmetic)
             return total
         case Product((Number(Fraction() as ratio), *factors)):
-            p, q = (arithmetic.number(_number(part)) for part in (ratio.numerator, ratio.denominator))
+            p, q = arithmetic.number(ratio.numerator), arithmetic.number(ratio.denominator)
             return _product(factors, values, arithmetic) * p / q
         case Product(factors):
             return _product(factors, values, arithmetic)
@@ -99,9 +94,7 @@ def bounded(formula: Formula, place: Token) -> Formula:
     while waiting:
         part, level, power = waiting.pop()
         if level > MOST_LEVELS:
-            raise refusal(
-                place, f"more than {MOST_LEVELS} operations are nested in each other; write the formula in parts."
-            )
+            raise refusal(place, f"more than {MOST_LEVELS} operations are nested in each other; write it in parts.")
         if isinstance(part, Power) and isinstance(part.exponent, Number):
             power *= max(abs(Fraction(part.exponent.value)), Fraction(1))
             if power > HIGHEST_POWER:
@@ -141,7 +134,6 @@ def _oscillates(formula: Formula) -> bool:
     return False
 
 
-MOST_PRODUCTS = 20_000  # of terms at once; a sheet's entries have a thousand terms at most
 PI_NAME = "π"  # the number stands in monomials as a symbol does; no symbol of an arm is so called
 PI_ALONE = ((PI_NAME, 1),)
 
@@ -154,24 +146,20 @@ def normal_form(formula: Formula, names: Mapping[Symbol, str]) -> NormalForm:
     """
     if foreign := {letter for letter in letters(formula) if letter not in names and letter != PI}:
         raise LookupError(f"`normal_form(names=...)` must hold all symbols; it lacks '{name_of(foreign.pop())}'.")
-    return NormalForm(_terms(formula, names))
+    form: NormalForm = evaluate(formula, {x: NormalForm(waves.variable(name)) for x, name in names.items()}, EXACT)
+    return form
 
 
 def at_numbers(form: NormalForm, numbers: Mapping[str, Fraction]) -> NormalForm:
     """The normal form with numbers in place of some of its symbols; NotInClass if a divisor is zero there."""
-    result: Terms = {}
+    result = NormalForm({})
     for (monomial, (kind, angle)), coefficient in form.terms.items():
-        oscillation = _wave(kind, _sum(_at(m, numbers, c) for m, c in angle)) if angle else {waves.UNIT: Fraction(1)}
-        result = waves.added(result, waves.multiplied(_at(monomial, numbers, coefficient), oscillation))
-    return NormalForm(result)
+        argument = sum((_at(m, numbers, c) for m, c in angle), NormalForm({}))
+        result += _at(monomial, numbers, coefficient) * _wave(kind, argument)
+    return result
 
 
-def constant(form: NormalForm) -> Fraction | None:
-    """The rational number that a normal form equals; None if it equals none."""
-    return None if form.terms.keys() - {waves.UNIT} else form.terms.get(waves.UNIT, Fraction(0))
-
-
-def _at(monomial: waves.Monomial, numbers: Mapping[str, Fraction], coefficient: Fraction) -> Terms:
+def _at(monomial: waves.Monomial, numbers: Mapping[str, Fraction], coefficient: Fraction) -> NormalForm:
     left = []
     for name, exponent in monomial:
         if name not in numbers:
@@ -180,60 +168,26 @@ def _at(monomial: waves.Monomial, numbers: Mapping[str, Fraction], coefficient: 
             raise NotInClass(f"DIV has no value where {name} = 0.")
         else:
             coefficient *= numbers[name] ** exponent
-    return {(tuple(left), waves.PLAIN): coefficient} if coefficient else {}
+    return NormalForm({(tuple(left), waves.PLAIN): coefficient} if coefficient else {})
 
 
-def _terms(formula: Formula, names: Mapping[Symbol, str]) -> Terms:
-    match formula:
-        case Number(value):
-            return waves.constant(Fraction(value))
-        case Symbol():
-            return waves.variable(PI_NAME if formula == PI and formula not in names else names[formula])
-        case Sum(terms):
-            return _sum(_terms(term, names) for term in terms)
-        case Product(factors):
-            return reduce(_times, (_terms(factor, names) for factor in factors))
-        case Quotient(above, below):
-            return _times(_terms(above, names), _inverse(_terms(below, names)))
-        case Power(base, Number(Fraction() as exponent)) if exponent.denominator == 1:
-            whole = reduce(_times, [_terms(base, names)] * abs(int(exponent)), waves.constant(Fraction(1)))
-            return whole if exponent >= 0 else _inverse(whole)
-        case Call("sin" | "cos" as function, (argument,)):
-            return _wave(function, _terms(argument, names))
-        case Call("sqrt", (argument,)):
-            square = constant(NormalForm(_terms(argument, names)))
-            if square is not None and square >= 0:
-                root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
-                if root**2 == square:
-                    return waves.constant(root)
-            raise NotInClass("SQRT has a normal form only of a square number.")
-        case Call(function, _):
-            raise NotInClass(f"{function.upper()} has no normal form: the class knows + - * / sin cos.")
-    raise NotInClass("the normal form knows + - * / sin cos and whole powers.")
+def _tangent(argument: NormalForm) -> NormalForm:
+    raise NotInClass("TAN has no normal form: the class knows + - * / sin cos.")
 
 
-def _sum(parts: Iterable[Terms]) -> Terms:
-    return reduce(waves.added, parts, {})
+def _root(argument: NormalForm) -> NormalForm:
+    square = argument.number
+    if square is not None and square >= 0:
+        root = Fraction(math.isqrt(square.numerator), math.isqrt(square.denominator))
+        if root**2 == square:
+            return NormalForm(waves.constant(root))
+    raise NotInClass("SQRT has a normal form only of a square number.")
 
 
-def _times(a: Terms, b: Terms) -> Terms:
-    if len(a) * len(b) > MOST_PRODUCTS:
-        raise NotInClass(f"MUL of sums of {len(a)} and {len(b)} terms: too long to expand.")
-    return waves.multiplied(a, b)
-
-
-def _inverse(terms: Terms) -> Terms:
-    if (result := waves.inverse(terms)) is None:
-        raise NotInClass("DIV has a normal form only if the divisor is a number or a product of symbols.")
-    return result
-
-
-def _wave(kind: Literal["sin", "cos"], argument: Terms) -> Terms:
+def _wave(kind: Literal["sin", "cos"], argument: NormalForm) -> NormalForm:
     """A sine or cosine, its quarter turns taken off: sin(a + pi/2) = cos a, cos(a + pi/2) = -sin a."""
-    if (wave := waves.wave(kind, argument)) is None:
-        raise NotInClass(f"{kind.upper()} has a normal form only if no sine or cosine stands in its argument.")
-    if not wave:
-        return {}
+    if not (wave := waves.wave(kind, argument.terms)):
+        return NormalForm({})
     (((_, (kind, angle)), sign),) = wave.items()
     coefficients = dict(angle)
     turns = math.floor(2 * coefficients.get(PI_ALONE, Fraction(0)))
@@ -242,4 +196,20 @@ def _wave(kind: Literal["sin", "cos"], argument: Terms) -> Terms:
     if turns % 2:
         kind, turns = ("cos", turns) if kind == "sin" else ("sin", turns + 2)
     rest = waves.wave(kind, {(monomial, waves.PLAIN): c for monomial, c in coefficients.items() if c})
-    return waves.scaled(rest or {}, -sign if turns % 4 > 1 else sign)
+    return NormalForm(waves.scaled(rest, -sign if turns % 4 > 1 else sign))
+
+
+# In the first two a division by zero gives no finite number; the third is that of normal forms.
+CASADI = Arithmetic(
+    lambda value: ca.SX(_number(value)), ca.SX(math.pi), {"sin": ca.sin, "cos": ca.cos, "tan": ca.tan, "sqrt": ca.sqrt}
+)
+NUMPY = Arithmetic(
+    lambda value: np.float64(_number(value)),
+    np.float64(math.pi),
+    {"sin": np.sin, "cos": np.cos, "tan": np.tan, "sqrt": np.sqrt},
+)
+EXACT = Arithmetic(
+    lambda value: NormalForm(waves.constant(Fraction(value))),
+    NormalForm(waves.variable(PI_NAME)),
+    {"sin": partial(_wave, "sin"), "cos": partial(_wave, "cos"), "tan": _tangent, "sqrt": _root},
+)

@@ -17,21 +17,14 @@ from fractions import Fraction
 from workbench.notation import build
 from workbench.notation.formula import Formula, Matrix, Number, Symbol
 from workbench.printed.formula_values import HIGHEST_POWER, bounded
-from workbench.printed.names import PI, Names
-from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, FormulaError, Token, exact_number, refusal
+from workbench.printed.tokens import DEEPEST, FUNCTIONS, OPENING, PI, FormulaError, Names, Token, exact_number, refusal
 
 STARTS = {"number", "name", "function", "frac", "begin", *"([{"}
 MINUS_ONE = Number(Fraction(-1))
 
 
 def parse(tokens: Sequence[Token], names: Names) -> Formula:
-    """The formula that all the tokens make, with the symbols of `names`.
-
-    Raises
-    ------
-    FormulaError
-        If they make none, if a name is unknown, if a power is too high, or if it is nested too deeply; with the place.
-    """
+    """The formula that all the tokens make, with the symbols of `names`; a `FormulaError` says where they make none."""
     if not tokens:
         raise ValueError("`parse(tokens)` takes at least one token; got none.")
     reader = _Reader(tokens, names)
@@ -112,9 +105,8 @@ class _Reader:
                 factors, unclear = [*factors, self.inverse(divisor, slash)], None if both else slash
             elif self.kind in STARTS:
                 if unclear:
-                    raise refusal(
-                        unclear, "what is divided by? Behind 'a/b' write '*' or brackets: '(a/b)*c' or 'a/(b*c)'."
-                    )
+                    advice = "Behind 'a/b' write '*' or brackets: '(a/b)*c' or 'a/(b*c)'."
+                    raise refusal(unclear, f"what is divided by? {advice}")
                 factors += self.power()
             else:
                 return _product(factors)
@@ -125,7 +117,6 @@ class _Reader:
         return build.quotient(build.ONE, divisor)
 
     def power(self, *, signed: bool = False) -> list[Formula]:
-        """The factors an atom stands for, the last of them to its exponent."""
         if signed and self.kind in ("+", "-"):
             minus = self.take().kind == "-"
             return [MINUS_ONE, *self.power()] if minus else self.power()
@@ -147,12 +138,11 @@ class _Reader:
             exponent = _product(self.power(signed=True))
         if isinstance(base, Matrix):
             raise refusal(sign, "a matrix has no power here; write its entries.")
+        must = f"an exponent is a whole number or a half, of size at most {HIGHEST_POWER}"
         if not isinstance(exponent, Number) or isinstance(exponent.value, float):
-            raise refusal(
-                sign, f"an exponent is a whole number or a half, of size at most {HIGHEST_POWER}; got a formula."
-            )
+            raise refusal(sign, f"{must}; got a formula.")
         if abs(exponent.value) > HIGHEST_POWER or exponent.value.denominator > 2:
-            raise refusal(sign, f"an exponent is a whole number or a half, of size at most {HIGHEST_POWER}.")
+            raise refusal(sign, f"{must}.")
         if base == build.ZERO and exponent.value <= 0:
             raise refusal(sign, "zero has no such power.")
         return build.power(base, exponent)
@@ -210,9 +200,8 @@ class _Reader:
             sign = self.take()
             exponent = _product(self.power(signed=True) if self.kind != "{" else self.atom())
             if not isinstance(exponent, Number) or not 0 < exponent.value <= HIGHEST_POWER:
-                raise refusal(
-                    sign, f"'{token.text}^' is followed by a whole number from 1 to {HIGHEST_POWER}, as in sin^2 q_1."
-                )
+                must = f"is followed by a whole number from 1 to {HIGHEST_POWER}, as in sin^2 q_1."
+                raise refusal(sign, f"'{token.text}^' {must}")
         inner = self.plain_argument(token)
         if isinstance(inner, Matrix):
             raise refusal(token, f"'{token.text}' takes a number, no matrix.")
@@ -267,16 +256,14 @@ def _matrix(rows: list[list[Formula]], opening: Token) -> Formula:
     if len(rows) == 1 and any(isinstance(entry, Matrix) and len(entry.rows) == 1 for entry in rows[0]):
         rows = [list(entry.rows[0]) if isinstance(entry, Matrix) else [entry] for entry in rows[0]]
     if len({len(row) for row in rows}) > 1:
-        raise refusal(
-            opening, f"the rows of a matrix are equally long; these have {', '.join(str(len(row)) for row in rows)}."
-        )
+        lengths = ", ".join(str(len(row)) for row in rows)
+        raise refusal(opening, f"the rows of a matrix are equally long; these have {lengths}.")
     if any(isinstance(entry, Matrix) for row in rows for entry in row):
         raise refusal(opening, "an entry of a matrix is a number, no matrix.")
     return Matrix(tuple(map(tuple, rows)))
 
 
 def _product(factors: list[Formula]) -> Formula:
-    """The product of numbers, or of numbers and one matrix."""
     matrices = [factor for factor in factors if isinstance(factor, Matrix)]
     if not matrices:
         return build.product(factors) if len(factors) > 1 else factors[0]
@@ -287,14 +274,11 @@ def _product(factors: list[Formula]) -> Formula:
 
 
 def _total(terms: list[Formula]) -> Formula:
-    """The sum of numbers, or of matrices of one shape."""
     matrices = [term for term in terms if isinstance(term, Matrix)]
     if not matrices:
         return build.total(terms)
     shapes = {(len(term.rows), len(term.rows[0])) for term in matrices}
     if len(matrices) < len(terms) or len(shapes) > 1:
         raise ValueError("only matrices of one shape are added; write the entries of the sum.")
-    rows, columns = shapes.pop()
-    return Matrix(
-        tuple(tuple(build.total([m.rows[i][j] for m in matrices]) for j in range(columns)) for i in range(rows))
-    )
+    added = (zip(*rows, strict=True) for rows in zip(*(matrix.rows for matrix in matrices), strict=True))
+    return Matrix(tuple(tuple(map(build.total, row)) for row in added))

@@ -1,23 +1,27 @@
 """The likely slip: the smallest change of a printed entry that makes it right.
 
-For every part of the printed formula the value is found that this part would need for the whole to be
-right, at some states and parameters; if one edit of the part (another sign, symbol, power, factor or
-function) has that value at all of them, the edit is the likely slip.
+For every part of a formula the value is found that it would need for the whole to be right, at some states and
+parameters; an edit of the part (another sign, symbol, power, factor or function) that has it at all of them is likely.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+import casadi as ca
 import numpy as np
 
+from workbench.core import Dynamics
 from workbench.notation import build, text
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
+from workbench.printed.arm_letters import symbols_of
 from workbench.printed.formula_values import NUMPY, evaluate
+from workbench.printed.printed_equations import Place
+from workbench.proofs.identity import Witness
 from workbench.validation.refusals import Array
 
 CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
@@ -25,7 +29,7 @@ LONGEST = 600  # parts of a formula; in a longer one the search would take secon
 TWO = Number(Fraction(2))
 LARGEST_FACTOR = 24  # factors p/q that a slip is looked for have p and q up to this
 
-# How likely an edit is beside others that repair the entry just as well: the least comes first.
+# The kinds of edits, the likeliest first.
 RANKS = (
     *("sign", "velocity", "function", "angle", "symbol", "throughout", "power", "factor", "extra", "missing"),
     *("scale", "term", "rounded"),
@@ -52,22 +56,43 @@ class _Part:
 
     @property
     def said(self) -> str:
-        """The part as a message names it."""
         return "the whole entry" if self.is_whole else text.emit(self.formula, width=60)
 
 
 @dataclass(frozen=True, eq=False)
 class Editor:
-    """The symbols of an arm with their values at some states and parameters, each (K,)."""
+    """The values of an arm's symbols, and of its entries of M, C and G, each (K,); its velocities, (n, K)."""
 
     values: Mapping[Symbol, Array]
+    entries: Mapping[Place, Array]
+    velocities: Array
+
+    @staticmethod
+    def near(states: Sequence[Witness], derived: Dynamics) -> Editor:
+        """The values near some states, by which formulas are told apart without algebra."""
+        q, qd, p = (np.stack([getattr(state, name) for state in states], axis=1) for name in ("q", "qd", "p"))
+        off = 0.01 * np.sqrt(np.arange(2.0, 2.0 + q.size)).reshape(q.shape)  # sums of round numbers vanish
+        q, qd = q + off, qd + off
+        inputs = [derived.q, derived.qd, derived.symbols]
+        rows = dict(zip([s.name() for s in ca.vertsplit(ca.vertcat(*inputs))], np.vstack([q, qd, p]), strict=True))
+        entries: dict[Place, Array] = {}
+        for name, matrix in (("M", derived.M), ("C", derived.C), ("G", derived.G)):
+            numbers = np.array(ca.Function("entries", inputs, [ca.vec(matrix)])(q, qd, p))
+            for k, row in enumerate(numbers):
+                entries[name, k % matrix.shape[0] + 1, k // matrix.shape[0] + 1] = row
+        return Editor({letter: rows[name] for letter, name in symbols_of(derived).items()}, entries, qd)
 
     def slip(self, printed: Formula, right: Array) -> Slip | None:
         """The likeliest single edit of a printed entry that gives it the right values (K,); None if it is too long."""
         if sum(1 for _ in parts(printed)) > LONGEST:
             return None
         with np.errstate(all="ignore"):
-            found = [*self._throughout(printed, right)]
+            found = []
+            for letter in dict.fromkeys(letters(printed)):
+                for other, value in self.meant.items():
+                    if other != letter and _near(evaluate(printed, {**self.values, letter: value}, NUMPY), right):
+                        said = f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
+                        found.append(Slip("throughout", said))
             for part in self._parts(printed, right, is_term=True, is_whole=True):
                 found.extend(self._edits(part))
         return min(found, key=lambda slip: RANKS.index(slip.kind), default=None)
@@ -123,37 +148,29 @@ class Editor:
 
     def _edits(self, part: _Part) -> Iterator[Slip]:
         match part.formula:
-            case Symbol():
-                yield from self._other_symbol(part, part.formula)
-            case Call("sin" | "cos" as function, (argument,)):
-                yield from self._other_function(part, function, argument)
+            case Symbol() as printed:
+                for other, value in self.meant.items():
+                    if other != printed and _near(value, part.needed):
+                        same = (other.letter, other.index) == (printed.letter, printed.index)
+                        yield _instead("velocity" if same else "symbol", printed, other)
+            case Call("sin" | "cos") as printed:
+                yield from self._other_function(part, printed)
         yield from self._other_power(part)
         if part.is_term:
             yield from self._other_scale(part)
         elif isinstance(part.formula, Number) and (ratio := _ratio(part.needed, np.ones(1))) is not None:
             yield Slip("factor", f"the number {text.emit(part.formula)} stands where {ratio} is right")
 
-    def _other_symbol(self, part: _Part, printed: Symbol) -> Iterator[Slip]:
-        for other, value in self.meant.items():
-            if other != printed and _near(value, part.needed):
-                same = other.letter == printed.letter and other.index == printed.index
-                yield Slip(
-                    "velocity" if same else "symbol", f"{text.emit(printed)} stands where {text.emit(other)} is right"
-                )
-
-    def _other_function(self, part: _Part, printed: str, argument: Formula) -> Iterator[Slip]:
-        was = f"{printed}({text.emit(argument)})"
-        changed = [*self.angles]
+    def _other_function(self, part: _Part, printed: Call) -> Iterator[Slip]:
+        (argument,) = printed.arguments
+        angles = [argument, *self.angles]
         for letter in letters(argument):
-            changed += [substitute(argument, {letter: other}) for other in self.values if other.letter == "q"]
-        for function in ("sin", "cos"):
-            if function != printed and _near(NUMPY.functions[function](self.value(argument)), part.needed):
-                yield Slip("function", f"{was} stands where {function}({text.emit(argument)}) is right")
-        for angle in changed:
-            for function in ("sin", "cos"):
-                if _near(NUMPY.functions[function](self.value(angle)), part.needed):
-                    said = f"{was} stands where {function}({text.emit(angle)}) is right"
-                    yield Slip("angle" if function == printed else "term", said)
+            angles += [substitute(argument, {letter: other}) for other in self.values if other.letter == "q"]
+        for angle in angles:
+            for other in (Call("sin", (angle,)), Call("cos", (angle,))):
+                if other != printed and _near(self.value(other), part.needed):
+                    kind = "angle" if other.function == printed.function else "term"
+                    yield _instead("function" if angle == argument else kind, printed, other)
 
     def _other_power(self, part: _Part) -> Iterator[Slip]:
         match part.formula:
@@ -165,8 +182,7 @@ class Editor:
                 return
         for exponent in range(1, 4):
             if exponent != printed and _near(self.value(base) ** exponent, part.needed):
-                is_right = text.emit(build.power(base, Number(Fraction(exponent))))
-                yield Slip("power", f"{text.emit(part.formula)} stands where {is_right} is right")
+                yield _instead("power", part.formula, build.power(base, Number(Fraction(exponent))))
 
     def _other_scale(self, part: _Part) -> Iterator[Slip]:
         """Another sign, a number, or a symbol too many or too few; or a term that does not belong here."""
@@ -190,20 +206,12 @@ class Editor:
                 if _near(part.needed, part.value * NUMPY.functions[function](self.value(angle))):
                     yield Slip("missing", f"{part.said} lacks the factor {function}({text.emit(angle)})")
 
-    def _throughout(self, printed: Formula, right: Array) -> Iterator[Slip]:
-        """One symbol for another wherever it stands."""
-        for letter in dict.fromkeys(letters(printed)):
-            for other, value in self.meant.items():
-                if other != letter:
-                    changed = evaluate(printed, {**self.values, letter: value}, NUMPY)
-                    if _near(changed, right):
-                        yield Slip(
-                            "throughout", f"{text.emit(letter)} stands throughout where {text.emit(other)} is right"
-                        )
+
+def _instead(kind: str, printed: Formula, right: Formula) -> Slip:
+    return Slip(kind, f"{text.emit(printed)} stands where {text.emit(right)} is right")
 
 
 def _near(value: Array, wanted: Array | float) -> bool:
-    """True if two sets of values agree at all states, and are numbers there."""
     scale = np.maximum(np.abs(value), np.abs(wanted))
     return bool(np.all(np.isfinite(value) & np.isfinite(wanted) & (np.abs(value - wanted) <= CLOSE * scale)))
 

@@ -25,18 +25,11 @@ from graphlib import CycleError, TopologicalSorter
 from workbench.core import Dynamics
 from workbench.notation.build import parts, substitute
 from workbench.notation.formula import Formula, Matrix, Number, Symbol, letters, name_of
-from workbench.printed.arm_letters import (
-    names_of,
-    numbers_given,
-    parameter_of,
-    rate_of,
-    unnamed_zeros,
-)
+from workbench.printed.arm_letters import names_of, numbers_given, parameter_of, rate_of, unnamed_zeros
 from workbench.printed.formula_values import bounded, expanded_size
 from workbench.printed.grammar import parse
-from workbench.printed.names import Key, Names, key_of, spelled
 from workbench.printed.statements import Language, Statement, statements
-from workbench.printed.tokens import FormulaError, Token, refusal
+from workbench.printed.tokens import FormulaError, Key, Names, Token, key_of, refusal, spelled
 from workbench.validation.signatures import door
 
 # Beyond these an entry is no equation that a paper prints, and would take minutes to judge.
@@ -69,12 +62,8 @@ class Sheet:
 def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     """The entries of M, C and G that a text prints.
 
-    Raises
-    ------
-    FormulaError
-        If a statement is none, a name is unknown, a matrix is not of the arm's size, an entry is
-        printed twice or declared by itself, a letter of the robot is given a formula of constants, or an entry is
-        too long to be judged; with its place.
+    A `FormulaError` tells the place of what is no statement, an unknown name, a matrix of another size, an entry
+    printed twice, declared by itself or too long, and a formula of constants for a letter of the robot.
     """
     declared, printed, rest = _declared(statements(text, language), dynamics.dof)
     given = numbers_given(declared, dynamics)
@@ -91,16 +80,17 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     in_order = sorted(entries, key=lambda place: ("MCG".index(place[0]), place))
     places = {_entry_symbol(place): place for place in in_order}
     reading = _Reading(joints, meanings | {letter: entries[place] for letter, place in places.items()})
-    bound = {name: parameter_of(name, statement, dynamics) for name, statement in declared.items()}
-    bound = {name: path for name, path in bound.items() if path and not _is_path(declared[name], dynamics)}
+    bound: dict[Symbol, str] = {}
+    for name, statement in declared.items():
+        is_path = len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
+        if not is_path and (path := parameter_of(name, statement, dynamics)):
+            bound[name] = path
     resolved = reading.resolved([*places, *bound])
     for name, path in bound.items():
         if not any(letter in joints or letter.dots for letter in letters(resolved[name])):
-            raise refusal(
-                declared[name].name,
-                f"'{declared[name].name.shown}' is this robot's letter for {path}, to which a sheet gives a number or "
-                "nothing, as a formula would not hold for the robot too; choose another letter.",
-            )
+            why = "to which a sheet gives a number or nothing, as a formula would not hold for the robot too"
+            said = f"'{declared[name].name.shown}' is this robot's letter for {path}, {why}; choose another letter."
+            raise refusal(declared[name].name, said)
     written = {place: resolved[letter] for letter, place in places.items()}
     for place, formula in written.items():
         _refuse_length(formula, entries[place][1])
@@ -111,11 +101,6 @@ def read_sheet(text: str, dynamics: Dynamics, language: Language) -> Sheet:
     numbers = dict(given.values())
     zeros = unnamed_zeros(written.values(), dynamics).difference(numbers)
     return Sheet(written, dict.fromkeys(sorted(zeros), Fraction(0)) | numbers, zeros)
-
-
-def _is_path(statement: Statement, dynamics: Dynamics) -> bool:
-    """True if a declaration names a number of the robot by its path."""
-    return len(statement.right) == 1 and statement.right[0].text in dynamics.p.labels
 
 
 def _declared(
@@ -148,7 +133,6 @@ def _entry_symbol(place: Place) -> Symbol:
 
 
 def _place(name: Symbol, statement: Statement, n: int) -> Place | str | None:
-    """The entry or the matrix that a statement prints; None if it declares a name."""
     if name.letter not in "MCG" or name.dots or name.accent or name.mark:
         return None
     numbers = statement.place
@@ -186,7 +170,6 @@ def _entries(
 
 
 def _single_entries(place: Place | str, formula: Formula, n: int, name: Token) -> Iterator[tuple[Place, Formula]]:
-    """The entries that a statement prints, each with its place."""
     if not isinstance(place, str):
         matrix, i, j = place
         if not is_place(place, n):
@@ -213,7 +196,6 @@ def is_place(place: Place, n: int) -> bool:
 
 
 def _refuse_length(formula: Formula, name: Token) -> None:
-    """Refuse an entry with more terms or longer numbers than a paper would print."""
     if expanded_size(formula) > MOST_TERMS:
         raise refusal(name, f"multiplied out, this entry has more than {MOST_TERMS} terms; print it in a simpler form.")
     for part in parts(formula):
@@ -252,7 +234,6 @@ class _Reading:
         return [part for part in letters(self.meanings[letter][0]) if part.bold]
 
     def circle(self, ring: Sequence[Symbol]) -> FormulaError:
-        """The refusal of names that are defined by each other in a circle, the first repeated at the end."""
         shown = [name_of(letter) for letter in reversed(ring)]
         if len(shown) > MOST_NAMES:
             shown[MOST_NAMES // 2 : -MOST_NAMES // 2] = ["..."]
@@ -260,7 +241,6 @@ class _Reading:
         return refusal(place, f"'{place.shown}' is declared by itself: {' needs '.join(shown)}.")
 
     def written_out(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-        """The meaning of a name, given those of the names that it needs."""
         if letter not in self.meanings:
             return self.rate(letter, resolved)
         formula, name = self.meanings[letter]
@@ -272,13 +252,10 @@ class _Reading:
         return bounded(substitute(formula, resolved), name) if used else formula
 
     def rate(self, letter: Symbol, resolved: Mapping[Symbol, Formula]) -> Formula:
-        """The rate of a declared angle, in the velocities of the joints."""
         angle = replace(letter, dots=0)
         if (rate := rate_of(resolved[angle], self.joints)) is None:
             name = next(name for formula, name in self.meanings.values() if letter in letters(formula))
-            raise refusal(
-                name,
-                f"'{name.shown}' takes the rate of '{name_of(angle)}', which is found only where that is a sum of "
-                f"joint angles times constants; declare it: `{name_of(letter)} = ...`.",
-            )
+            why = "which is found only where that is a sum of joint angles times constants"
+            said = f"'{name.shown}' takes the rate of '{name_of(angle)}', {why}; declare it: `{name_of(letter)} = ...`."
+            raise refusal(name, said)
         return rate

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from workbench.printed.tex import tokens_of_latex
-from workbench.printed.tokens import OPENING, Token, refusal, tokens_of_text
+from workbench.printed.tokens import Token, refusal, tokens_of_text
 
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
@@ -47,66 +47,42 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
         while part and part[-1].kind in (",", ".", ";"):
             part.pop()
         if part and not _equals(part):
-            raise refusal(
-                part[0], "here stands no statement; each has the form `name = formula`, as M[1,1] = m_1*l_1^2."
-            )
+            raise refusal(part[0], "here stands no statement of the form `name = formula`, as M[1,1] = m_1*l_1^2.")
         if part:
             yield part
 
 
 def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
-    """The tokens between breaks, and between commas behind which an equation follows."""
     piece: list[Token] = []
-    opened: list[str] = []
     for i, token in enumerate(found):
-        if token.kind in OPENING:
-            opened.append(token.kind)
-        elif token.kind in OPENING.values():
-            opened.pop()
-        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :])
-        if not opened and piece and token.line > piece[-1].line and _is_next(piece, found[i:]):
+        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :], token.within)
+        complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
+        next_line = complete and token.line > piece[-1].line and token.kind == "name" and not token.within
+        if next_line and _begins_statement(found[i:], ()):
             yield piece
             piece = []
-        if not opened and (token.kind == "break" or ends):
+        if not token.within and (token.kind == "break" or ends):
             if piece:
                 yield piece
             piece = []
-        elif token.kind not in ("break", "&") or (opened and opened[-1] == "begin"):
+        elif token.kind not in ("break", "&") or token.within[-1:] == ("begin",):
             piece.append(token)
     if piece:
         yield piece
 
 
-def _is_next(piece: list[Token], rest: Sequence[Token]) -> bool:
-    """True if a new line begins another statement: with a name and an equals sign, behind one that is complete."""
-    complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
-    return bool(complete) and rest[0].kind == "name" and _begins_statement(rest)
-
-
-def _begins_statement(rest: Sequence[Token]) -> bool:
+def _begins_statement(rest: Sequence[Token], within: tuple[str, ...]) -> bool:
     """True if an equals sign comes before the next break or separator."""
-    depth = 0
-    for token in rest[:40]:
-        depth += (token.kind in OPENING) - (token.kind in OPENING.values())
-        if depth <= 0 and (token.kind == "break" or token.kind in SEPARATORS):
-            return False
-        if depth == 0 and token.kind == "=":
-            return True
-    return False
+    signs = (token for token in rest[:40] if token.kind in SEPARATORS | {"=", "break"})
+    return next((sign.kind == "=" for sign in signs if len(sign.within) <= len(within)), False)
 
 
 def _equals(part: Sequence[Token]) -> list[int]:
     """The places of the equals signs outside of brackets."""
-    depth, found = 0, []
-    for i, token in enumerate(part):
-        depth += (token.kind in OPENING) - (token.kind in OPENING.values())
-        if token.kind == "=" and depth == 0:
-            found.append(i)
-    return found
+    return [i for i, token in enumerate(part) if token.kind == "=" and not token.within]
 
 
 def _split(part: list[Token]) -> Iterator[Statement]:
-    """The statements of a chain a = b = formula."""
     signs = _equals(part)
     right = tuple(part[signs[-1] + 1 :])
     if not right:

@@ -6,13 +6,12 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from workbench.notation.formula import ACCENTS as OVER_LETTERS
-from workbench.notation.formula import GREEK
+from workbench.notation.formula import ACCENTS, GREEK
 from workbench.printed.tokens import DEEPEST, FUNCTIONS, Token, checked, cut, refusal, refuse_size
 
 
-def _words(listed: str) -> frozenset[str]:
-    return frozenset(listed.split())
+def _words(listed: str) -> list[str]:
+    return listed.split()
 
 
 MATRICES = _words("matrix bmatrix pmatrix Bmatrix smallmatrix array")
@@ -23,15 +22,17 @@ DISPLAYS = _words(
 SPACES = _words(
     ", ; : ! > quad qquad enspace thinspace displaystyle textstyle nonumber notag limits noindent relax "
     "allowdisplaybreaks big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr"
-) | {" ", "\n"}
-STYLES = _words("mathbf boldsymbol bm mathrm mathit mathsf mathcal text texttt textrm mathtt operatorname vec")
-DOTS = {"dot": 1, "ddot": 2}
-ACCENTS = frozenset(OVER_LETTERS)
-GREEK_LETTERS = {name: name for name in GREEK} | {f"var{name}": name for name in ("epsilon", "phi", "theta", "rho")}
-UPRIGHT = _words("operatorname mathrm text textrm")  # in which functions are written that have no macro
-BRACKETS = {"{": "(", "}": ")", "lbrack": "[", "rbrack": "]", "lbrace": "(", "rbrace": ")"}
-TIMES = _words("cdot times ast")
+)
 FRACTIONS = _words("frac dfrac tfrac cfrac")
+# The kind of token for which a macro stands; empty for none.
+KINDS = {"{": "(", "}": ")", "lbrack": "[", "rbrack": "]", "lbrace": "(", "rbrace": ")"}
+KINDS |= dict.fromkeys([*SPACES, " ", "\n"], "") | dict.fromkeys("[]()", "break") | dict.fromkeys(FUNCTIONS, "function")
+KINDS |= dict.fromkeys(["cdot", "times", "ast"], "*") | dict.fromkeys(FRACTIONS, "frac")
+UPRIGHT = _words("operatorname mathrm text textrm")  # in which functions are written that have no macro
+STYLES = [*_words("mathbf boldsymbol bm mathit mathsf mathcal texttt mathtt vec"), *UPRIGHT]
+DOTS = {"dot": 1, "ddot": 2}
+GREEK_LETTERS = {name: name for name in GREEK} | {f"var{name}": name for name in ("epsilon", "phi", "theta", "rho")}
+LETTERS = GREEK_LETTERS | {"ell": "l"}
 
 _SPACE = re.compile(r"[ \t\r\f\n~]+|(?<!\\)%[^\n]*|\{\s*\}")
 _COMMAND = re.compile(r"\\([A-Za-z]+|.|\n)", re.DOTALL)
@@ -59,6 +60,12 @@ _TAKES = re.compile(
     rf"([_^]|\\({'|'.join(sorted([*STYLES, *DOTS, *ACCENTS, *FRACTIONS, 'sqrt']))})"
     rf"|\\({'|'.join(sorted(FRACTIONS))})\s*\{{[^{{}}]*\}})\s*$"
 )
+_BLANK, _RUN, _MANY_DIGITS = re.compile(r"\s*"), re.compile(r"[A-Za-z]+"), re.compile(r"\s*([0-9]{2,})")
+_NO_FENCE, _COUNT = re.compile(r"\s*\."), re.compile(r"\s*\{[0-9]+\}")
+_TWO_DIGITS = re.compile(r"\s*([0-9])\s*([0-9])")
+_BRACES = re.compile(r"\s*\{\s*([^{}]*?)\s*\}")
+_UNKNOWN = re.compile(r"\\?[A-Za-z]+[0-9]*")  # with the number behind it, as in \write18
+_REST = re.compile(r"([0-9]*)\s*\}")
 _MANY = re.compile(rf"(?:\\[A-Za-z]+[\s{{]*){{{DEEPEST}}}")
 
 READ = r"formulas are made of symbols, numbers, \frac, \sqrt, \sin, \cos, \tan, \dot, \left, \right and matrices"
@@ -78,9 +85,8 @@ def tokens_of_latex(text: str) -> tuple[Token, ...]:
     """The tokens of LaTeX source; displays, blank lines, and rows outside of a matrix are "break"s."""
     refuse_size(text)
     if many := _MANY.search(text):
-        raise refusal(
-            _Source(text).place(many.start()), f"{DEEPEST} macros stand here one on the other; write what they mean."
-        )
+        place = _Source(text).place(many.start())
+        raise refusal(place, f"{DEEPEST} macros stand here one on the other; write what they mean.")
 
     def without_braces(found: re.Match[str]) -> str:  # blanks for braces, so that every place stays what it was
         before = text[max(found.start() - 60, 0) : found.start()]
@@ -96,8 +102,15 @@ class _Source:
     text: str
 
     def place(self, at: int) -> tuple[int, int]:
-        """Line and column of a character."""
         return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
+
+    def token(self, kind: str, said: str, at: int) -> Token:
+        return Token(kind, said, *self.place(at))
+
+    def behind(self, pattern: re.Pattern[str], at: int) -> int:
+        """The place behind a pattern, or the same place where it does not stand."""
+        found = pattern.match(self.text, at)
+        return found.end() if found else at
 
     def scan(self) -> Iterator[Token]:
         at, matrices = 0, 0
@@ -120,29 +133,20 @@ class _Source:
                 found_tokens, at = self.piece(at)
                 yield from found_tokens
 
-    def token(self, kind: str, said: str, at: int) -> Token:
-        """A token that begins at a character."""
-        return Token(kind, said, *self.place(at))
-
     def environment(self, found: re.Match[str]) -> tuple[int, Token]:
-        """The begin or end of a matrix, or that of a display, which is a break."""
         what, name = found.groups()
         if name in MATRICES:
-            at = found.end()
-            if name == "array" and what == "begin":
-                columns = _COLUMNS.match(self.text, at)
-                at = columns.end() if columns else at
-            return at, self.token(what, found.group(), found.start())
+            columns = name == "array" and what == "begin"
+            end = self.behind(_COLUMNS, found.end()) if columns else found.end()
+            return end, self.token(what, found.group(), found.start())
         if name not in DISPLAYS:
-            known = ", ".join(sorted(MATRICES | {"equation", "align", "aligned"}))
-            raise refusal(
-                self.place(found.start()), f"the environment '{cut(name)}' is not read here; known are {known}."
-            )
-        argument = re.match(r"\s*\{[0-9]+\}", self.text[found.end() :]) if name == "alignat" else None
-        return found.end() + (argument.end() if argument else 0), self.token("break", found.group(), found.start())
+            known = ", ".join(sorted([*MATRICES, "equation", "align", "aligned"]))
+            place = self.place(found.start())
+            raise refusal(place, f"the environment '{cut(name)}' is not read here; known are {known}.")
+        end = self.behind(_COUNT, found.end()) if name == "alignat" else found.end()
+        return end, self.token("break", found.group(), found.start())
 
     def piece(self, at: int) -> tuple[tuple[Token, ...], int]:
-        """The token, or those of a symbol, at a character that is no space."""
         character = self.text[at]
         if path := _PATH.match(self.text, at):
             return (self.token("name", path.group(), at),), path.end()
@@ -164,12 +168,9 @@ class _Source:
 
     def sign(self, character: str, at: int) -> tuple[tuple[Token, ...], int]:
         """A sign; a power of several digits without braces prints another formula than it seems."""
-        if character == "^" and (digits := re.match(r"\^\s*([0-9]{2,})", self.text[at:])):
-            first, rest = digits[1][0], digits[1][1:]
-            raise refusal(
-                self.place(at),
-                f"'^{cut(digits[1])}' prints {first} above and {cut(rest)} behind it; write '^{{{cut(digits[1])}}}'.",
-            )
+        if character == "^" and (digits := _MANY_DIGITS.match(self.text, at + 1)):
+            first, rest, both = digits[1][0], cut(digits[1][1:]), cut(digits[1])
+            raise refusal(self.place(at), f"'^{both}' prints {first} above and {rest} behind it; write '^{{{both}}}'.")
         return (self.token(character, character, at),), at + 1
 
     def command(self, at: int) -> tuple[tuple[Token, ...], int] | None:
@@ -180,36 +181,21 @@ class _Source:
         if found is None:
             raise refusal(self.place(at), "the text ends with a backslash.")
         name, end = found[1], found.end()
-        if name == "left" or name == "right":
-            empty = re.match(r"\s*\.", self.text[end:])
-            return (), end + (empty.end() if empty else 0)
-        if name in SPACES:
-            return (), end
-        if name in "[]()":
-            return (self.token("break", f"\\{name}", at),), end
-        if name in BRACKETS:
-            return (self.token(BRACKETS[name], f"\\{name}", at),), end
-        if name in TIMES:
-            return (self.token("*", f"\\{name}", at),), end
-        if name in FRACTIONS:
-            bare = re.match(r"\s*([0-9])\s*([0-9])", self.text[end:])  # \frac12
-            parts = tuple(self.token("number", digit, end) for digit in bare.groups()) if bare else ()
-            return (self.token("frac", f"\\{name}", at), *parts), end + (bare.end() if bare else 0)
-        if name in FUNCTIONS:
-            return (self.token("function", name, at),), end
-        styled = re.match(r"\s*\{\s*(\w+)\s*\}", self.text[end:]) if name in UPRIGHT else None
-        if styled and styled[1] in FUNCTIONS:
-            return (self.token("function", styled[1], at),), end + styled.end()
-        if (
-            name in STYLES
-            and (path := re.match(r"\s*\{\s*([^{}]*)\s*\}", self.text[end:]))
-            and _PATH.fullmatch(path[1])
-        ):
-            return (self.token("name", path[1], at),), end + path.end()
+        if name in ("left", "right"):
+            return (), self.behind(_NO_FENCE, end)
+        if (kind := KINDS.get(name)) is not None:
+            tokens = (self.token(kind, name if kind == "function" else f"\\{name}", at),) if kind else ()
+            if kind == "frac" and (bare := _TWO_DIGITS.match(self.text, end)):  # \frac12
+                return (*tokens, *(self.token("number", digit, end) for digit in bare.groups())), bare.end()
+            return tokens, end
+        if name in STYLES and (braced := _BRACES.match(self.text, end)):
+            if name in UPRIGHT and braced[1] in FUNCTIONS:
+                return (self.token("function", braced[1], at),), braced.end()
+            if _PATH.fullmatch(braced[1]):
+                return (self.token("name", braced[1], at),), braced.end()
         return None
 
     def symbol(self, at: int) -> tuple[_Symbol, int]:
-        """The letters that begin at a character, with the signs over and below them."""
         symbol, at = self.letters(at)
         while True:
             if (early := _EARLY_POWER.match(self.text, at)) and not symbol.power:
@@ -221,47 +207,42 @@ class _Source:
                 return symbol, at
 
     def letters(self, at: int) -> tuple[_Symbol, int]:
-        """Letters, a Greek one, or one in a style or under dots."""
-        if run := re.match(r"[A-Za-z]+", self.text[at:]):
-            return _Symbol(run.group()), at + run.end()
+        if run := _RUN.match(self.text, at):
+            return _Symbol(run.group()), run.end()
         found = _COMMAND.match(self.text, at)
         name, end = (found[1], found.end()) if found else ("", at)
-        if name == "ell":
-            return _Symbol("l"), end
-        if name == "pi" or name in GREEK_LETTERS:
-            return _Symbol(GREEK_LETTERS.get(name, name)), end
+        if name in LETTERS:
+            return _Symbol(LETTERS[name]), end
         if name in STYLES or name in DOTS or name in ACCENTS:
             symbol, end = self.argument(end)
-            if name in ACCENTS:
-                return replace(symbol, letters=f"{symbol.letters}_{name}"), end
-            return replace(symbol, dots=symbol.dots + DOTS.get(name, 0)), end
-        unknown = re.match(r"\\?[A-Za-z]+[0-9]*", self.text[at:])  # with the number behind it, as in \write18
+            accented = f"{symbol.letters}_{name}" if name in ACCENTS else symbol.letters
+            return replace(symbol, letters=accented, dots=symbol.dots + DOTS.get(name, 0)), end
+        unknown = _UNKNOWN.match(self.text, at)
         macro = cut(unknown.group()) if unknown else self.text[at : at + 2]
         raise refusal(self.place(at), f"'{macro}' is not read here: {READ}; no macro is run, no file is read.")
 
     def argument(self, at: int) -> tuple[_Symbol, int]:
         """The symbol to which a macro is applied: one letter, one macro, or the content of braces."""
-        at += len(self.text[at:]) - len(self.text[at:].lstrip())
+        at = self.behind(_BLANK, at)
         if at < len(self.text) and self.text[at].isalpha():
             return _Symbol(self.text[at]), at + 1
         if self.text[at : at + 1] != "{":
             return self.letters(at)
-        symbol, end = self.symbol(at + 1 + len(self.text[at + 1 :]) - len(self.text[at + 1 :].lstrip()))
-        digits = re.match(r"([0-9]*)\s*\}", self.text[end:])
+        symbol, end = self.symbol(self.behind(_BLANK, at + 1))
+        digits = _REST.match(self.text, end)
         if digits is None:
             raise refusal(self.place(at), "dots and styles stand over one symbol here; write it as \\dot{q}_1.")
-        return replace(symbol, index=symbol.index + digits[1]), end + digits.end()
+        return replace(symbol, index=symbol.index + digits[1]), digits.end()
 
     def index(self, at: int) -> tuple[str, int]:
-        """The index below a symbol, without its braces."""
         if self.text[at : at + 1] != "{":
-            if several := re.match(r"[0-9]{2,}", self.text[at:]):
-                said = cut(several[0])
+            if several := _MANY_DIGITS.match(self.text, at):
+                said = cut(several[1])
                 raise refusal(self.place(at), f"'_{said}' prints only its first digit below; write '_{{{said}}}'.")
-            if not re.match(r"[A-Za-z0-9]", self.text[at:]):
-                symbol, end = self.letters(at)
-                return symbol.letters, end
-            return self.text[at], at + 1
+            if re.match(r"[A-Za-z0-9]", self.text[at : at + 1]):
+                return self.text[at], at + 1
+            symbol, end = self.letters(at)
+            return symbol.letters, end
         depth, end = 0, at
         while end < len(self.text):
             depth += {"{": 1, "}": -1}.get(self.text[end], 0)

@@ -1,8 +1,4 @@
-"""Certified extremes of expressions over boxes: of a number, of an eigenvalue, of a norm.
-
-Each is sought by samples, which show a value at a point, and proved by branch and bound, which shows that none lies
-beyond. The two together enclose the extreme.
-"""
+"""Certified extremes over boxes, of a number, an eigenvalue or a norm: sampled, and proved by branch and bound."""
 
 from __future__ import annotations
 
@@ -15,15 +11,13 @@ import numpy as np
 
 from workbench.notation.program import walk
 from workbench.proofs import branch_and_bound
-from workbench.proofs.branch_and_bound import prove
+from workbench.proofs.branch_and_bound import Seen, least_seen, prove
 from workbench.proofs.enclosures import UNIT, AbstractForm, form_of
-from workbench.proofs.grid_search import Seen, least_seen
 from workbench.proofs.interval import NoBound, guarantee, jumps
 from workbench.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
 from workbench.validation.signatures import door
 
-# The gap between seen and proved, as a share of what is seen.
-TOLERANCE = 1e-8
+TOLERANCE = 1e-8  # the gap between seen and proved, as a share of what is seen
 # Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together
 # some ten seconds on one core.
 WORK, LEAST = 200_000_000, 1000
@@ -32,11 +26,10 @@ LARGEST = 2.0**1000  # in size, of the ends of a box: their sums and differences
 
 @dataclass(frozen=True, eq=False)
 class Extreme:
-    """The least or greatest value of something over a box.
+    """The least or greatest value of something over a box: that of so many `samples`, to rounding, at `x` (k,).
 
-    `value` is the extreme of so many `samples`, to rounding, at the point `x` (k,). `reached` is a proved bound of the
-    value there: from above for a least, from below for a greatest. `beyond` is a proved bound of all values in the box,
-    by so many `boxes`; None if there is none. `why` is the reason why the proof misses its tolerance, else empty.
+    `reached` is a proved bound of the value there, from above for a least; `beyond` one of all values in the box, by so
+    many `boxes`, or None. `why` is the reason why the proof misses its tolerance, else empty.
     """
 
     value: float
@@ -90,12 +83,10 @@ def enclose(
     boxes: int | None = None,
     numbers: Mapping[str, float] | None = None,
 ) -> Enclosure:
-    """The range of one expression over the box low <= symbols <= high, with `numbers` for its other symbols by name.
+    """The range of one expression over low <= symbols <= high, (k, 1) each, with `numbers` for its other symbols.
 
-    The symbols are (k, 1), the ends numbers or (k,). `tolerance` is the gap between seen and proved, as a share of
-    the largest absolute value that was seen; `boxes` the budget for each side, by itself as many as take some ten
-    seconds. An operation of which no interval is known, or a place without finite value or bound, raises `NoBound`, a
-    ValueError that names it.
+    `tolerance` is the gap between seen and proved, as a share of the largest absolute value that was seen; `boxes` the
+    budget for each side, by itself some ten seconds. `NoBound` names an operation without an interval, or a pole.
     """
     if expression.numel() != 1:
         raise ValueError(f"`enclose(expression=...)` takes one expression; got shape {expression.shape}.")
@@ -145,13 +136,7 @@ def largest_norm(vector: ca.SX, symbols: ca.SX, low: float | Array, high: float 
 
 @door
 def disturbance_bounds(D: ca.SX, t: ca.SX, until: float) -> tuple[Extreme, Extreme]:
-    """The greatest |D(t)| and |D'(t)| for 0 <= t <= until: a disturbance (n, 1) in N m, and its slope in N m/s.
-
-    Raises
-    ------
-    NoBound
-        If D may jump, and so has no slope, or has a pole.
-    """
+    """The greatest |D(t)| and |D'(t)| for 0 <= t <= until, D (n, 1) in N m; `NoBound` if D may jump or has poles."""
     until = seconds("disturbance_bounds(until=...)", until)
     if not (t.is_scalar() and t.is_symbolic()):
         raise refusal("disturbance_bounds(t=...)", "the symbol of time in D", t)
@@ -185,7 +170,6 @@ class _Task:
     high: Array
 
     def seen(self, sign: int) -> Seen:
-        """The least (sign 1) or greatest (-1) eigenvalue by samples; a greatest with its sign turned."""
         form, low, high = self.forms[sign], self.low[self.free], self.high[self.free]
 
         def smallest(x: Array) -> Array:
@@ -198,7 +182,6 @@ class _Task:
         return least_seen(smallest, low, high)
 
     def proved(self, sign: int, seen: Seen, scale: float, tolerance: float, boxes: int | None) -> Extreme:
-        """The extreme that was seen, with its proof."""
         positive(f"{self.call}(tolerance=...)", tolerance, ", as intervals leave a little room")
         box = branch_and_bound.whole(self.low[self.free], self.high[self.free])
         budget = WORK // (self.forms[sign].cost + LEAST) if boxes is None else whole(f"{self.call}(boxes=...)", boxes)
@@ -233,14 +216,13 @@ def _task(
     if not symbols.is_valid_input():
         raise refusal(f"{call}(symbols=...)", "a column of symbols, each of them alone", symbols)
     first, last = box_of(call, low, high, symbols.numel())
-    given = {symbols[i].name(): i for i in range(symbols.numel())}
-    fixed = numbers or {}
+    names, fixed = [symbols[i].name() for i in range(symbols.numel())], numbers or {}
     held = [name for name in (symbol.name() for symbol in ca.symvar(matrix)) if name not in fixed]
-    if foreign := [name for name in held if name not in given]:
+    if foreign := [name for name in held if name not in names]:
         raise ValueError(f"`{call}(symbols=...)` must hold all symbols of the expression; '{foreign[0]}' is missing.")
-    free = sorted(given[name] for name in held)
-    parts = [symbols[i] for i in free]
-    return _Task(call, {sign: form_of(sign * matrix, parts, fixed) for sign in (1, -1)}, free, first, last)
+    free = sorted(map(names.index, held))
+    forms = {sign: form_of(sign * matrix, [symbols[i] for i in free], fixed) for sign in (1, -1)}
+    return _Task(call, forms, free, first, last)
 
 
 def box_of(call: str, low: float | Array, high: float | Array, k: int) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-r"""Branch and bound: the least eigenvalue of a symmetric matrix S(x) over a box, proved from below.
+r"""The least eigenvalue of a symmetric matrix S(x) over a box: sought on a grid, and proved by branch and bound.
 
 A threshold a is proved box by box: S(x) - a I is positive definite in all of a box if, in coordinates U in
 which it is near I at the middle, its linear part less the row sums of all that is unknown is so at each
@@ -15,6 +15,7 @@ Rohn (1994), Positive definiteness and stability of interval matrices, SIAM J. M
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -62,8 +63,7 @@ def whole(low: Array, high: Array) -> Boxes:
 def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: float, share: float, budget: int) -> Proof:
     """Prove that no eigenvalue in a box lies more than share * scale below the least that was seen.
 
-    A point that lies lower still, if one comes up, takes the place of `seen`. `NoBound` names a place where the matrix
-    has no bound: a pole, or a function beyond its domain.
+    A point that lies lower still takes the place of `seen`. `NoBound` names a pole, or a place beyond a domain.
     """
     (value, x), beyond, count, cover = seen, None, 0, box
     for gap in (COARSE, share) if share < COARSE else (share,):
@@ -87,20 +87,16 @@ def prove(form: AbstractForm, box: Boxes, seen: tuple[float, Array], scale: floa
 
 
 def _stuck(form: AbstractForm, todo: Boxes) -> str:
-    """The reason why a box that cannot be halved has failed."""
     thin = (todo.r < NARROW * (1 + np.abs(todo.c))).all(axis=1)
     n = form.value(todo.c[:1]).shape[-1]
     rest = form.expand(todo.c[thin], todo.r[thin], np.tile(np.eye(n), (int(thin.sum()), 1, 1))).R
     if not (bounded := np.isfinite(rest).all(axis=(1, 2))).all():
         place = todo.c[thin][np.argmin(bounded)].tolist()
-        raise NoBound(
-            f"There is no bound near {place}: a pole, or a function beyond its domain. Take a box without that place."
-        )
+        raise NoBound(f"There is no bound near {place}: a pole, or the end of a domain. Take a box without that place.")
     return "rounding is larger than the tolerance, or it jumps where it is extreme"
 
 
 def _look(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Array, Boxes]:
-    """The boxes that hold, the least eigenvalue at each middle, and the halves of the boxes that fail."""
     size = max(1, HELD // max(form.cost, 1))
     parts = (Boxes(boxes.c[i : i + size], boxes.r[i : i + size]) for i in range(0, len(boxes.c), size))
     holds, centre, halves = zip(*(_test(form, part, threshold) for part in parts), strict=True)
@@ -150,11 +146,7 @@ def _halved(c: Array, r: Array, blame: Array) -> Boxes:
 
 
 def definite(B: Array) -> Array:
-    """True where symmetric matrices B (b, n, n) are proved positive definite, (b,).
-
-    By theorem 2.3 of Rump, that Cholesky's algorithm ends in floating point for B - s I, with s a few roundings of the
-    trace, is a proof.
-    """
+    """True (b,) where symmetric B (b, n, n) are proved definite: the algorithm of Cholesky ends for B - s I (Rump)."""
     n = B.shape[-1]
     trace = np.abs(np.einsum("bii->bi", B)).sum(axis=1)
     B = B - (4 * (n + 2) * UNIT * trace + 1e-290)[:, None, None] * np.eye(n)
@@ -166,3 +158,61 @@ def definite(B: Array) -> Array:
         for i in range(j + 1, n):
             L[:, i, j] = (B[:, i, j] - (L[:, i, :j] * L[:, j, :j]).sum(axis=1)) / L[:, j, j]
     return holds
+
+
+# Grid points in all, and how often the grid is halved round its best point: 2^-40 of a cell is 1e-13 rad.
+GRID, HALVINGS = 20_000, 40
+# Beyond so many dimensions a grid has too many corners; then points of an even sequence take its place.
+DIMENSIONS = 5
+
+
+class Seen(NamedTuple):
+    """The least value that was seen, where, and in how many samples."""
+
+    value: float
+    x: Array
+    samples: int
+
+
+def least_seen(function: Callable[[Array], Array], low: Array, high: Array) -> Seen:
+    """The least of function (points (N, m) to values (N,)) over low <= x <= high, the middle and corners included."""
+    m = len(low)
+    best, half = (low + high) / 2, (high - low) / 2
+    value, samples = np.inf, 0
+    for steps in _steps(m):
+        x = np.clip(best + steps * half, low, high)
+        values = function(x)
+        samples += len(x)
+        if values.min() < value:
+            value, best = float(values.min()), x[values.argmin()]
+    return Seen(value, best, samples)
+
+
+def _steps(m: int) -> Iterator[Array]:
+    if m == 0:
+        yield np.zeros((1, 0))
+        return
+    points = max(int(GRID ** (1 / m)) // 4, 1) * 4 + 1
+    if m <= DIMENSIONS:
+        yield _lattice(np.linspace(-1, 1, points), m)
+        near = _lattice(np.linspace(-2, 2, 5), m)
+    else:
+        yield np.vstack([np.zeros(m), 2 * sequence(GRID, m) - 1])
+        near = np.vstack([np.zeros(m), 4 * sequence(GRID // 8, m) - 2])
+    for level in range(HALVINGS):
+        yield near / (points - 1) / 2.0**level
+
+
+def _lattice(side: Array, m: int) -> Array:
+    return np.stack(np.meshgrid(*[side] * m, indexing="ij"), axis=-1).reshape(-1, m)
+
+
+def sequence(count: int, dimensions: int) -> Array:
+    """Points (count, dimensions) spread evenly over the unit cube (the R sequence of M. Roberts, 2018)."""
+    if dimensions == 0:
+        return np.zeros((count, 0))
+    root = 2.0
+    for _ in range(60):  # a contraction: the positive root of root^(d+1) = root + 1 to the last digit
+        root = (1 + root) ** (1 / (dimensions + 1))
+    steps = root ** -np.arange(1.0, dimensions + 1)
+    return np.asarray((0.5 + np.outer(np.arange(1, count + 1), steps)) % 1.0)

@@ -25,8 +25,7 @@ from workbench.proofs.interval import Interval, at_points, evaluate, jumps
 from workbench.validation.refusals import Array
 
 UNIT = 2.0**-53
-# Beyond so many waves their products with U, each by itself, cost more than they save; beyond so many the intervals of
-# the Jacobian cost less than all of them.
+# Beyond so many waves their products with U cost more than they save; beyond so many intervals of the Jacobian do.
 FEW_WAVES, MANY_WAVES = 64, 1000
 
 
@@ -57,10 +56,7 @@ class AbstractForm(ABC):
 
 
 def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> AbstractForm:
-    """The sharper of the two forms that a symmetric matrix (n, n) has, with some symbols fixed to numbers by name.
-
-    The numbers go through exact or outward-rounded arithmetic too, so that no rounding is left out of the bounds.
-    """
+    """The sharper of the two forms of a symmetric matrix (n, n), with some symbols fixed to numbers, not rounded."""
     try:
         return _waves(matrix, symbols, numbers)
     except NotInClass:
@@ -69,17 +65,10 @@ def form_of(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -
 
 @dataclass(frozen=True, eq=False)
 class Waves(AbstractForm):
-    """S(x) = W_0 + sum_s W_s cos(k_s . x + phi_s).
+    """S(x) = W_0 + sum_s W_s cos(k_s . x + phi_s): (n, n), (S, n, n), slopes (S, m), phases (S,), and its sines (S,).
 
     By Taylor's theorem a wave of slopes k leaves its tangent by at most (|k| . r)^2 / 2 in a box, so R is
     the sum of |U' W_s U| (|k_s| . r)^2 / 2: taken in the coordinates U, what cancels in them costs nothing.
-
-    Attributes
-    ----------
-    constant, W
-        (n, n) and (S, n, n).
-    slopes, phases, sines
-        (S, m), (S,), and whether it is a sine (S,).
     """
 
     constant: Array
@@ -93,10 +82,6 @@ class Waves(AbstractForm):
         """The number of coefficients of the waves in the coordinates of one box."""
         n, m = len(self.constant), int(self.slopes.shape[1])
         return (3 * len(self.W) + 2 * m + 4) * n * n
-
-    @cached_property
-    def _size(self) -> Array:
-        return np.asarray(np.abs(self.constant) + np.abs(self.W).sum(axis=0))
 
     @cached_property
     def _bend(self) -> Array:
@@ -138,7 +123,8 @@ class Waves(AbstractForm):
         angles = (np.abs(c) @ np.abs(self.slopes).T + np.abs(self.phases)).max(axis=1, initial=0.0)
         off = 4 * UNIT * (terms + (c.shape[1] + 2) * angles) + np.maximum(doubt, more)
         off = off * (1 + reach.max(axis=1, initial=0.0)) ** 2
-        R = R * (1 + 4 * UNIT * terms) + off[:, None, None] * (np.abs(V) @ self._size @ np.abs(U))
+        size = np.abs(self.constant) + np.abs(self.W).sum(axis=0)
+        R = R * (1 + 4 * UNIT * terms) + off[:, None, None] * (np.abs(V) @ size @ np.abs(U))
         return Expansion(A, L, R, blame)
 
 
@@ -197,7 +183,6 @@ class MeanValue(AbstractForm):
 
 
 def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Array]:
-    """Middles and radii of intervals of entries, (b, *shape); where a radius is infinite the middle is 0."""
     middle, radius = (np.stack([getattr(part, name) for part in parts], axis=1) for name in ("middle", "radius"))
     lost = np.logical_not(np.isfinite(middle) & np.isfinite(radius))
     middle, radius = np.where(lost, 0.0, middle), np.where(lost, np.inf, radius)
@@ -205,7 +190,6 @@ def _stacked(parts: list[Interval], shape: tuple[int, ...]) -> tuple[Array, Arra
 
 
 def _waves(matrix: ca.SX, symbols: list[ca.SX], numbers: Mapping[str, float]) -> Waves:
-    """Read the normal form of each entry as waves; NotInClass if it is none in these symbols."""
     n, names = matrix.shape[0], [symbol.name() for symbol in symbols]
     fractions = {name: Fraction(number) for name, number in numbers.items()}
     held: dict[tuple[str, tuple[float, ...], float], Array] = {}

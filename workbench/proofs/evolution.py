@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, described, require, whole
+from workbench.validation.refusals import Array, refusal, require, whole
 from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
@@ -31,9 +31,9 @@ class Judged:
 
     def __post_init__(self) -> None:
         if self.value.ndim != 1 or not self.value.size or self.value.shape != self.excess.shape:
+            got = f"shapes {self.value.shape} and {self.excess.shape}"
             raise ValueError(
-                "`Judged(value, excess)` must be two vectors of one number a trial, of at least one; got shapes "
-                f"{self.value.shape} and {self.excess.shape}."
+                f"`Judged(value, excess)` must be two vectors of one number a trial, at least one; got {got}."
             )
 
     @door
@@ -60,12 +60,11 @@ def evolve(
     ended: Callable[[], bool] = lambda: False,
     mixed: bool = True,
 ) -> tuple[Array, Judged]:
-    """The last population u (B, d) in the unit cube, and the worth of its members, by DE/best/1 and DE/rand/1.
+    """The last population u (B, d) in the unit cube, and its worth, by DE/best/1 and, if `mixed`, DE/rand/1.
 
-    Half of the trials start from the best member, half from any if `mixed`: the first are quick, the second keep
-    looking elsewhere. A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d)
-    their worth, once a generation and once before; `start` has the ends (d,) and (d,) of the box from which the first
-    population is drawn; `ended` is asked before each generation whether the search is over.
+    A trial beyond the cube is put between its parent and the face. `judge` gives trials (B, d) their worth, once a
+    generation and once before; `start` has the ends (d,) of the box from which the first population is drawn; `ended`
+    is asked before each generation.
 
     References
     ----------
@@ -82,12 +81,12 @@ def evolve(
         trial = _trials(u, u[worth.best()], rng, mixed)
         found = _worth(judge, trial)
         better = found.beats(worth)
-        u, worth = np.where(better[:, None], trial, u), _chosen(better, found, worth)
+        value, excess = np.where(better, found.value, worth.value), np.where(better, found.excess, worth.excess)
+        u, worth = np.where(better[:, None], trial, u), Judged(value, excess)
     return u, worth
 
 
 def _trials(u: Array, best: Array, rng: np.random.Generator, mixed: bool) -> Array:
-    """A trial for each member (B, d) of a population."""
     population, dimensions = u.shape
     a, b, c = (rng.permutation(population) for _ in range(3))
     elsewhere = mixed & (np.arange(population) % 2 == 1)
@@ -104,10 +103,8 @@ def _first(start: tuple[Array, Array] | None, dimensions: int, population: int, 
     """A Latin hypercube (B, d): one point in every slice of every axis of a box."""
     low, high = (np.zeros(dimensions), np.ones(dimensions)) if start is None else start
     if low.shape != (dimensions,) or high.shape != low.shape or not ((low >= 0) & (low < high) & (high <= 1)).all():
-        raise ValueError(
-            f"`evolve(start=...)` must be the low and the high ends ({dimensions},) of a box in the unit cube, "
-            f"low < high; got {described(start)}."
-        )
+        must = f"the low and the high ends ({dimensions},) of a box in the unit cube, low < high"
+        raise refusal("evolve(start=...)", must, start)
     u = np.argsort(rng.random((dimensions, population)), axis=1).T + rng.random((population, dimensions))
     return np.asarray(low + (high - low) * (u / population))
 
@@ -117,8 +114,3 @@ def _worth(judge: Callable[[Array], Judged], trials: Array) -> Judged:
     if len(worth.value) != len(trials):
         raise ValueError(f"`evolve(judge=...)` must judge all of {len(trials)} trials; it judged {len(worth.value)}.")
     return worth
-
-
-def _chosen(better: Flags, trials: Judged, others: Judged) -> Judged:
-    """The worth of the trials where they are `better`, and of the others elsewhere."""
-    return Judged(np.where(better, trials.value, others.value), np.where(better, trials.excess, others.excess))

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 
 import casadi as ca
 
-from workbench.notation.program import NAMES, Operation, walk
+from workbench.notation import text
+from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms
 from workbench.validation.signatures import door
 
 Matrix = list[list[Fraction]]
-
-HIGHEST_POWER = 1000  # numbers of more than a million digits help nobody
-LONGEST = 40  # digits of a number that a message shows
 
 
 @door
@@ -25,45 +22,19 @@ def exact_values(expression: ca.SX, values: Mapping[str, Fraction]) -> Matrix:
     Known are + - * /, squares, whole powers, and sin 0 = 0, cos 0 = 1; any other operation is refused by name. A
     constant of the expression counts as the fraction that its double exactly is.
     """
-    found = walk(expression)
-    results: list[Fraction] = []
-    for node in found.nodes:
-        results.append(_value(node, [results[i] for i in node.operands], values))
-    return [[results[place] for place in row] for row in found.entries]
+    for symbol in ca.symvar(expression):
+        if symbol.name() not in values:
+            raise LookupError(f"`exact_values(values=...)` must give '{symbol.name()}' a value; it has none.")
+    try:
+        return [[_number(form) for form in row] for row in normal_forms(expression, values)]
+    except NotInClass as error:
+        raise ValueError(f"`exact_values(expression)` knows no rational value of it: {error}") from None
 
 
-def _value(node: Operation, of: Sequence[Fraction], values: Mapping[str, Fraction]) -> Fraction:
-    if node.name:
-        if node.name not in values:
-            raise LookupError(f"`exact_values(values=...)` must give '{node.name}' a value; it has none.")
-        return values[node.name]
-    match NAMES[node.code], list(of):
-        case "CONST", [] if math.isfinite(node.value):
-            return Fraction(node.value)
-        case "ADD", [a, b]:
-            return a + b
-        case "SUB", [a, b]:
-            return a - b
-        case "MUL", [a, b]:
-            return a * b
-        case "DIV", [a, b] if b:
-            return a / b
-        case "INV", [a] if a:
-            return 1 / a
-        case "NEG", [a]:
-            return -a
-        case "SQ", [a]:
-            return a * a
-        case "TWICE", [a]:
-            return 2 * a
-        case "POW" | "CONSTPOW", [a, b] if b.denominator == 1 and abs(b) <= HIGHEST_POWER and (a or b > 0):
-            return a ** int(b)
-        case "SIN", [a] if not a:
-            return Fraction(0)
-        case "COS", [a] if not a:
-            return Fraction(1)
-    shown = ", ".join(str(a) if max(abs(a.numerator), a.denominator) < 10**LONGEST else "a long fraction" for a in of)
-    raise ValueError(f"`exact_values(expression)` knows no rational value of {NAMES[node.code]} at {shown}.")
+def _number(form: NormalForm) -> Fraction:
+    if form.number is None:
+        raise ValueError(f"`exact_values(expression)` knows no rational value of {text.emit(form.to_formula())}.")
+    return form.number
 
 
 @door

@@ -1,9 +1,14 @@
-"""Identities: an expression that is zero for all values of its symbols, proved, refuted by a witness, or left open."""
+"""Identities: an expression that is zero for all values of its symbols, proved, refuted by a witness, or left open.
+
+A witness is a state with plain numbers at which a claim about an arm fails. The search for one is deterministic and
+takes round numbers, the plainest first; then other parameters, as a misprint may hide at the nominal ones.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Literal
 
 import casadi as ca
@@ -12,16 +17,116 @@ import numpy as np
 from workbench.core import Dynamics
 from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.program import Walk, walk
+from workbench.proofs.branch_and_bound import sequence
 from workbench.proofs.interval import Interval, NoBound, evaluate
-from workbench.proofs.witness import Search, search
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, numbers
 from workbench.validation.signatures import door
 
 Kind = Literal["proved", "refuted", "not refuted"]
 
-POINTS = 64
-# A difference counts from this share of the larger side: far above rounding, far below any slip.
-PLAIN = 1e-6
+STATES, POINTS = 200, 64  # of an arm, and of any symbols
+MOST_ENTRIES = 20_000  # two matrices of a hundred joints
+# A difference counts from this share of the largest term it is made of: the first is one that a reader sees at once,
+# the second far above rounding (1e-15 a term) and far below any misprint. Between two sides the larger is the measure.
+VISIBLE, FAINT, PLAIN = 1e-3, 1e-9, 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Witness:
+    """A state (q, qd) of an arm with its parameters p (np,), in words and as a line of Python.
+
+    `changed` holds the parameters that are not nominal, and those that a sheet holds at a number.
+    """
+
+    q: Array
+    qd: Array
+    p: Array
+    changed: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("q", "qd", "p"):
+            numbers(f"Witness({name}=...)", getattr(self, name), ndim=1)
+
+    def __str__(self) -> str:
+        numbers = ", ".join(f"{name} = {value:g}" for name, value in self.changed.items())
+        return (
+            f"q = {_tuple(self.q, short=True)}, qd = {_tuple(self.qd, short=True)}, {numbers or 'nominal parameters'}"
+        )
+
+    @property
+    def replay(self) -> str:
+        """The line of Python that gives M, C and G at this state, for any `dynamics` in question."""
+        p = f", dynamics.p.pack({self.changed})[0]" if self.changed else ""
+        return f"M, C, G = dynamics.matrices({_tuple(self.q)}, {_tuple(self.qd)}{p})"
+
+
+@dataclass(frozen=True, eq=False)
+class Search:
+    """The outcome of a search: the first witness and the expression there (k,), or none in so many finite samples."""
+
+    witness: Witness | None
+    values: Array
+    samples: int
+
+
+@door
+def search(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Search:
+    """The first candidate at which `expression` (k, 1) is plainly not zero, beside the largest of its `terms`."""
+    for name, sought in (("expression", expression), ("terms", terms)):
+        if not 0 < sought.numel() <= MOST_ENTRIES:
+            raise ValueError(f"`search({name}=...)` must have 1 to {MOST_ENTRIES} entries; got {sought.numel()}.")
+    states, inputs = candidates(dynamics), [dynamics.q, dynamics.qd, dynamics.symbols]
+    known = {symbol.name() for symbol in ca.symvar(ca.vertcat(*inputs))}
+    for symbol in ca.symvar(ca.veccat(expression, terms)):
+        if symbol.name() not in known:
+            raise ValueError(f"A witness gives numbers to the symbols of an arm; it has none for '{symbol.name()}'.")
+    function = ca.Function("sought", inputs, [ca.vec(ca.densify(expression)), ca.vec(ca.densify(terms))])
+    columns = [np.stack([getattr(s, name) for s in states], axis=1) for name in ("q", "qd", "p")]
+    values, sizes = (np.array(part).T for part in function(*columns))
+    finite = np.isfinite(values).all(axis=1) & np.isfinite(sizes).all(axis=1)
+    scale = np.abs(sizes[finite]).max(initial=0.0)
+    largest = np.where(finite, np.abs(np.where(finite[:, None], values, 0)).max(axis=1, initial=0.0), 0.0)
+    for threshold in (VISIBLE, FAINT):
+        if (found := np.flatnonzero(largest > threshold * scale)).size:
+            return Search(states[found[0]], values[found[0]], int(finite.sum()))
+    return Search(None, np.zeros(0), int(finite.sum()))
+
+
+@door
+@lru_cache(maxsize=4)  # every entry of an arm is searched at the same states
+def candidates(dynamics: Dynamics) -> tuple[Witness, ...]:
+    """States in the order of the search: at nominal parameters first, then at varied ones."""
+    n = dynamics.dof
+    plain = np.concatenate([0.5 * np.arange(1, n + 1), (-1.0) ** np.arange(n)])
+    spread = np.round((sequence(STATES - 1, 2 * n) - 0.5) * np.repeat([6.0, 4.0], n), 1)
+    states = np.vstack([plain, spread])
+    nominal = [Witness(x[:n], x[n:], dynamics.p.default, held(dynamics)) for x in states]
+    varied = [_varied(dynamics, x, u) for x, u in zip(states, sequence(STATES, dynamics.p.size), strict=True)]
+    return tuple(nominal + varied if dynamics.p.size else nominal)
+
+
+def held(dynamics: Dynamics) -> dict[str, float]:
+    """The parameters that can have one value only, by their paths."""
+    return {entry.name: float(entry.default) for entry in dynamics.p.entries if entry.bounds.low == entry.bounds.high}
+
+
+def _varied(dynamics: Dynamics, x: Array, u: Array) -> Witness:
+    nominal = dynamics.p.default
+    wanted = np.round(np.where(nominal == 0, 1.0, nominal) * np.round(0.5 + 1.5 * u, 1), 12)
+    changed = held(dynamics)
+    for entry in dynamics.p.entries:
+        for label, i in zip(entry.labels(), dynamics.p.indices(entry.name), strict=True):
+            if wanted[i] != nominal[i] and entry.bounds.allow(wanted[i]):
+                changed[label] = float(wanted[i])
+    n = dynamics.dof
+    return Witness(x[:n], x[n:], dynamics.p.pack(changed)[0], changed)
+
+
+def _tuple(values: Array, *, short: bool = False) -> str:
+    """Numbers as a tuple of Python: in few digits if `short` or where that is the same number, else in all."""
+    said = [f"{x:g}" if short or float(f"{x:g}") == x else repr(float(x)) for x in values]
+    return f"({said[0]},)" if len(said) == 1 else f"({', '.join(said)})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,27 +140,30 @@ class Judgement:
 
 @door
 def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
-    """Judge whether every element of `expression` is zero for all q, qd and parameters.
+    """Judge whether every element of `expression`, a difference of `terms`, is zero for all q, qd and parameters.
 
-    `proved` rests on exact rational arithmetic alone, `refuted` on a state where the value is not zero; numbers that
-    happen to agree prove nothing, and are called `not refuted`. The scale of the search for a witness are the `terms`
-    that the expression is the difference of.
+    `proved` rests on exact rational arithmetic alone, `refuted` on a state where the value is plainly not zero; numbers
+    that happen to agree prove nothing, and are called `not refuted`.
     """
     return proved_or_searched(lambda: _vanishes(expression), expression, terms, dynamics)
 
 
 def proved_or_searched(vanishes: Callable[[], bool], expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
     """The verdict by `vanishes`, which compares normal forms or raises NotInClass, else by a search for a witness."""
-    why = "the normal forms differ, but no state was found where the values do"
-    try:
-        if vanishes():
-            return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
-    except NotInClass as outside:
-        why = str(outside)
+    if not (why := _open(vanishes, "state")):
+        return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
     found = search(expression, terms, dynamics)
     if found.witness is not None:
         return Judgement("refuted", f"at {found.witness}", found)
     return Judgement("not refuted", f"not refuted in {found.samples} samples, and not proved: {why}", found)
+
+
+def _open(vanishes: Callable[[], bool], place: str) -> str:
+    """The reason why normal forms prove nothing; empty if they prove that an expression vanishes."""
+    try:
+        return "" if vanishes() else f"the normal forms differ, but no {place} was found where the values do"
+    except NotInClass as outside:
+        return str(outside)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,18 +184,13 @@ class Equality:
 def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """Judge `left = right` for all values of the symbols in them.
 
-    The witness is the first of a fixed list of points with one decimal: small whole numbers are tried first, in
-    the order of the symbols' names. There intervals must prove that the two differ: what rounding makes of terms
-    that cancel refutes nothing.
+    The witness is the first of a fixed list of points with one decimal at which intervals prove that the two differ:
+    what rounding makes of terms that cancel refutes nothing.
     """
     if left.shape != right.shape:
         raise ValueError(f"`judge_equal(left, right)` compares equal shapes; got {left.shape} and {right.shape}.")
-    try:
-        if _vanishes(ca.vec(left - right)):
-            return Equality("proved", "equal normal forms: an identity in all symbols")
-        why = "the normal forms differ, but no point was found where the values do"
-    except NotInClass as outside:
-        why = str(outside)
+    if not (why := _open(lambda: _vanishes(ca.vec(left - right)), "point")):
+        return Equality("proved", "equal normal forms: an identity in all symbols")
     symbols = sorted(ca.symvar(ca.vertcat(ca.vec(left), ca.vec(right))), key=lambda symbol: str(symbol.name()))
     names = [symbol.name() for symbol in symbols]
     sides = ca.Function("sides", [ca.vertcat(*symbols)], [ca.densify(ca.vec(left)), ca.densify(ca.vec(right))])
@@ -111,7 +214,6 @@ def _vanishes(expression: ca.SX) -> bool:
 
 
 def _apart(difference: Walk, values: dict[str, float]) -> bool:
-    """True if an entry of a difference is proved not to be zero at a point."""
     try:
         entries = evaluate(difference, {name: Interval(*[np.array([x])] * 2) for name, x in values.items()})
     except NoBound:  # an operation of which no interval is known

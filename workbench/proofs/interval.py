@@ -32,21 +32,9 @@ if ARB:
 
 DOUBT = 4
 # The least and greatest values of each function: no enclosure need be wider.
-RANGES = {
-    "sin": (-1.0, 1.0),
-    "cos": (-1.0, 1.0),
-    "tanh": (-1.0, 1.0),
-    "exp": (0.0, np.inf),
-    "cosh": (1.0, np.inf),
-    "log": (-np.inf, np.inf),
-    "sinh": (-np.inf, np.inf),
-    "atan": (-2.0, 2.0),
-    "asin": (-2.0, 2.0),
-    "acos": (0.0, 4.0),
-}
-NUMPY = {"atan": np.arctan, "asin": np.arcsin, "acos": np.arccos} | {
-    name: getattr(np, name) for name in ("sin", "cos", "tanh", "exp", "cosh", "log", "sinh")
-}
+RANGES = dict.fromkeys(("sin", "cos", "tanh"), (-1.0, 1.0)) | dict.fromkeys(("log", "sinh"), (-np.inf, np.inf))
+RANGES |= {"exp": (0.0, np.inf), "cosh": (1.0, np.inf), "atan": (-2.0, 2.0), "asin": (-2.0, 2.0), "acos": (0.0, 4.0)}
+NUMPY = {name: getattr(np, {"atan": "arctan", "asin": "arcsin", "acos": "arccos"}.get(name, name)) for name in RANGES}
 
 
 def guarantee() -> str:
@@ -163,13 +151,7 @@ def _absolute(a: Interval) -> Interval:
     return Interval(np.where(inside, 0.0, ends.min(axis=0)), ends.max(axis=0))
 
 
-def _square(a: Interval) -> Interval:
-    size = _absolute(a)
-    return _product(size, size)
-
-
 def _power(a: Interval, b: Interval) -> Interval:
-    """A whole power as products; any other as exp(b log a)."""
     n = float(b.low[0]) if b.low.size and (b.low == b.low[0]).all() and (b.high == b.low[0]).all() else math.nan
     if not (n == int(n) if math.isfinite(n) else False) or abs(n) > 64:
         return _rising("exp")(_product(b, _rising("log")(a)))
@@ -182,10 +164,6 @@ def _power(a: Interval, b: Interval) -> Interval:
 
 def _rising(name: str) -> Callable[[Interval], Interval]:
     return lambda a: Interval(at_points(name, a.low)[0], at_points(name, a.high)[1])
-
-
-def _falling(name: str) -> Callable[[Interval], Interval]:
-    return lambda a: Interval(at_points(name, a.high)[0], at_points(name, a.low)[1])
 
 
 def _root(a: Interval) -> Interval:
@@ -215,10 +193,8 @@ def _meets(a: Interval, phase: float) -> Array:
 
 def _angle(y: Interval, x: Interval) -> Interval:
     """The angle of (x, y): by the arc tangent where x > 0, else anything from -pi to pi."""
-    right = x.low > 0
-    ratio = _whole_if_nan(_product(y, _inverse(x)))
-    inner = _rising("atan")(ratio)
-    return Interval(np.where(right, inner.low, -3.1415926535897936), np.where(right, inner.high, 3.1415926535897936))
+    inner, right, turn = _rising("atan")(_whole_if_nan(_product(y, _inverse(x)))), x.low > 0, np.nextafter(math.pi, 4)
+    return Interval(np.where(right, inner.low, -turn), np.where(right, inner.high, turn))
 
 
 def _truth(sure: Any, possible: Any) -> Interval:
@@ -226,7 +202,6 @@ def _truth(sure: Any, possible: Any) -> Interval:
 
 
 def _chosen(condition: Interval, x: Interval) -> Interval:
-    """X where the condition holds, else 0."""
     sure, possible = (condition.low > 0) | (condition.high < 0), (condition.low != 0) | (condition.high != 0)
     low = np.where(sure, x.low, np.where(possible, np.minimum(x.low, 0.0), 0.0))
     return Interval(low, np.where(sure, x.high, np.where(possible, np.maximum(x.high, 0.0), 0.0)))
@@ -257,7 +232,7 @@ RULES: dict[int, Callable[..., Interval]] = {
     ca.OP_DIV: lambda x, y: _product(x, _inverse(y)),
     ca.OP_NEG: _negative,
     ca.OP_TWICE: lambda x: Interval(2 * x.low, 2 * x.high),
-    ca.OP_SQ: _square,
+    ca.OP_SQ: lambda x: _product(_absolute(x), _absolute(x)),
     ca.OP_INV: _inverse,
     ca.OP_POW: _power,
     ca.OP_CONSTPOW: _power,
@@ -265,7 +240,7 @@ RULES: dict[int, Callable[..., Interval]] = {
     ca.OP_SIN: _wave("sin", math.pi / 2),
     ca.OP_COS: _wave("cos", 0.0),
     ca.OP_TAN: lambda x: _product(_wave("sin", math.pi / 2)(x), _inverse(_wave("cos", 0.0)(x))),
-    ca.OP_ACOS: _falling("acos"),
+    ca.OP_ACOS: lambda x: _rising("acos")(Interval(x.high, x.low)),
     ca.OP_COSH: lambda x: _rising("cosh")(_absolute(x)),
     ca.OP_ATAN2: _angle,
     ca.OP_FABS: _absolute,
@@ -282,10 +257,7 @@ RULES: dict[int, Callable[..., Interval]] = {
     ),
     ca.OP_NE: lambda x, y: _not(RULES[ca.OP_EQ](x, y)),
     ca.OP_AND: lambda x, y: _not(RULES[ca.OP_OR](_not(x), _not(y))),
-    ca.OP_OR: lambda x, y: _truth(
-        ((x.low > 0) | (x.high < 0)) | ((y.low > 0) | (y.high < 0)),
-        ((x.low != 0) | (x.high != 0)) | ((y.low != 0) | (y.high != 0)),
-    ),
+    ca.OP_OR: lambda x, y: _both(np.maximum)(_not(_not(x)), _not(_not(y))),
     ca.OP_NOT: _not,
     ca.OP_IF_ELSE_ZERO: _chosen,
 }

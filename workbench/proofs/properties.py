@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Dynamics
 from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
-from workbench.proofs.identity import Kind, judge_zero
-from workbench.proofs.witness import Witness
+from workbench.proofs.identity import Kind, Witness, judge_zero
 from workbench.validation.refusals import Array, matrix, numbers
 from workbench.validation.signatures import door
-
-Joints = np.ndarray[Any, np.dtype[np.intp]]
 
 
 def nominal(dynamics: Dynamics) -> dict[str, float]:
@@ -37,26 +33,9 @@ def eigenvalues(dynamics: Dynamics, q: Array) -> Array:
     return np.asarray(np.linalg.eigvalsh((M + M.transpose(0, 2, 1)) / 2))
 
 
-def _free_joints(dynamics: Dynamics) -> Joints:
-    """The joints (from 0) that M depends on."""
-    pattern = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1))
-    return np.flatnonzero(pattern.any(axis=0))
-
-
-def _of_joints(unit: str, dynamics: Dynamics) -> str:
-    """The unit of a norm over all joints, told for hinges; none where some joints turn and others slide."""
-    if len(set(dynamics.units)) > 1:
-        return "in mixed units"
-    slides = dynamics.units[0] == "m"
-    return unit.replace("N m", "N").replace("kg m^2", "kg").replace("rad", "m") if slides else unit
-
-
 @dataclass(frozen=True, eq=False)
 class PropertyVerdict:
-    """The verdict on a property of an arm's matrices.
-
-    `residual` is what ought to be zero, (n, n), at the witness; both are None unless the property is refuted.
-    """
+    """The verdict on a property; if it is refuted, with a witness and what ought to be zero there, (n, n)."""
 
     statement: str
     kind: Kind
@@ -97,11 +76,7 @@ def symmetric(dynamics: Dynamics) -> PropertyVerdict:
 
 @door
 def skew(dynamics: Dynamics) -> PropertyVerdict:
-    """N = M' - 2C is skew-symmetric, N + N^T = 0, for all q, qd and all parameters.
-
-    It is a property of the factorisation C qd as well as of the arm: of all matrices C that give the
-    same torque, that of the Christoffel symbols has it.
-    """
+    """N = M' - 2C is skew-symmetric for all q, qd and parameters, as with the C of the Christoffel symbols."""
     rate = dynamics.mass_matrix_rate
     N = rate - 2 * dynamics.C
     terms = ca.vertcat(ca.vec(rate), ca.vec(2 * dynamics.C))
@@ -119,23 +94,20 @@ def _vanishes(statement: str, residual: ca.SX, terms: ca.SX, dynamics: Dynamics)
 
 @door
 def positive_definite(
-    dynamics: Dynamics,
-    low: float | Array = -np.pi,
-    high: float | Array = np.pi,
+    dynamics: Dynamics, low: float | Array = -np.pi, high: float | Array = np.pi
 ) -> DefinitenessVerdict:
-    """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,)).
-
-    The extreme eigenvalues of the symmetric part of M are sought by samples and proved by branch and bound.
-    """
+    """M(q) is positive definite at nominal parameters, for low <= q <= high (rad, a number or (n,))."""
     first, last = box_of("positive_definite", low, high, dynamics.dof)
     least, greatest = (
         extreme_eigenvalue(dynamics.M, dynamics.q, first, last, sign, numbers=nominal(dynamics)) for sign in (1, -1)
     )
     samples = least.samples + greatest.samples
     kind: Kind = "refuted" if least.reached <= 0 else "not refuted"
-    place, unit = (np.round(least.x, 6) + 0.0).tolist(), _of_joints("kg m^2", dynamics)
+    place = (np.round(least.x, 6) + 0.0).tolist()
+    unit = {frozenset(["rad"]): "kg m^2", frozenset("m"): "kg"}.get(frozenset(dynamics.units), "in mixed units")
     evidence = f"smallest eigenvalue {least.value:.9g} {unit} at q = {place}"
-    box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in _free_joints(dynamics))
+    moves = np.array(ca.DM(ca.jacobian(ca.vec(dynamics.M), dynamics.q).sparsity(), 1)).any(axis=0)
+    box = " x ".join(f"q{i + 1} in [{first[i]:.4g}, {last[i]:.4g}]" for i in np.flatnonzero(moves))
     evidence += f" over {box}" if box else " (M depends on no joint)"
     if least.beyond is not None and least.beyond > 0:
         kind = "proved"

@@ -12,15 +12,14 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.notation.program import walk
-from workbench.proofs.bounds import Enclosure, enclose, extreme_eigenvalue
+from workbench.proofs.bounds import enclose, extreme_eigenvalue
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
 from workbench.proofs.interval import NoBound, jumps
 from workbench.validation.refusals import Array, known, vector
 from workbench.validation.signatures import door
 
 NEWTON_STEPS = 60
-# Half-widths of boxes about a zero, as shares of its size, of which the first that maps into itself is taken; how far
-# from tight an enclosure may be, as a share of the half-width; and how many boxes one may take.
+# Half-widths of boxes about a zero, as shares of its size; how loose an enclosure may be, as a share; its boxes.
 RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
 
 
@@ -101,10 +100,8 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
         try:
             change = np.linalg.solve(slope, value).ravel()
         except np.linalg.LinAlgError:
-            raise ValueError(
-                f"`rest_point(near=...)` must be near a rest point of '{name}' at which df/dx is regular, as Newton's "
-                f"method divides by it; it is singular at {x.tolist()}."
-            ) from None
+            must = f"must be near a rest point of '{name}' at which df/dx is regular, as Newton's method divides by it"
+            raise ValueError(f"`rest_point(near=...)` {must}; it is singular at {x.tolist()}.") from None
         x = x - change
         if not np.isfinite(x).all():
             break
@@ -114,7 +111,6 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
 
 
 def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float:
-    """The half-width of a box about the point that N(x) = x - Y f(x) maps into its interior; NoBound if none does."""
     if broken := jumps(walk(f), [x[i].name() for i in range(x.numel())]):
         raise NoBound(f"Brouwer's theorem asks for a continuous rate; this one holds {broken[0]}, where it may jump.")
     try:
@@ -127,17 +123,13 @@ def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, fl
     for share in RADII:
         radius = share * (1 + float(np.abs(point).max()))
         low, high = point - radius, point + radius
-        found = (
-            enclose(image[i], x, low, high, tolerance=LOOSE * share, boxes=BOXES, numbers=numbers)
-            for i in range(len(point))
-        )
-        if all(_within(e, *ends) for e, *ends in zip(found, low, high, strict=True)):
+        for entry, left, right in zip(ca.vertsplit(image), low, high, strict=True):
+            found = enclose(entry, x, low, high, tolerance=LOOSE * share, boxes=BOXES, numbers=numbers)
+            if found.low is None or found.high is None or not left < found.low <= found.high < right:
+                break
+        else:
             return radius
     raise NoBound(f"No box of {RADII[0]:g} to {RADII[-1]:g} of the point's size is proved to be mapped into itself.")
-
-
-def _within(range_: Enclosure, low: float, high: float) -> bool:
-    return range_.low is not None and range_.high is not None and low < range_.low and range_.high < high
 
 
 def _attracts(slope: ca.SX, x: ca.SX, point: Array, radius: float, A: Array, numbers: Mapping[str, float]) -> bool:

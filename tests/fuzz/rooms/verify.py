@@ -10,7 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import claim_margins, counterexample, falsify, search_box
+from workbench.claims import claim_margins, counterexample, falsify
 from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
@@ -22,7 +22,7 @@ from workbench.printed import (
     printed_equations,
 )
 from workbench.printed import entry_comparison as printed  # fmt: skip
-from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points, witness
+from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points
 from workbench.robots import named
 
 from ..parts import ODE
@@ -47,22 +47,22 @@ def calls() -> dict[str, Any]:
     example = hunt.search(1, falsify.Budget(4, 1, 1)).worst
     assert example is not None
     example.write(FOLDER / "example.json")
-    looked, edge = search_box.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
+    looked, edge = claim_margins.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
     violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
-    seen = witness.candidates(ARM)[0]
+    seen = identity.candidates(ARM)[0]
     finding = claims.Finding("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
-        "slope_of": partial(search_box.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
+        "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),
         "enclose": partial(bounds.enclose, WAVE, X, *edge, tolerance=1e-3, boxes=100, numbers={}),
         "extreme_eigenvalue": partial(bounds.extreme_eigenvalue, MATRIX, X, *edge, 1, tolerance=1e-3, boxes=100),
         "largest_norm": partial(bounds.largest_norm, X, X, *edge),
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
-        "Box.of": partial(search_box.Box.of, ODE, RANGES),
+        "Box.of": partial(claim_margins.Box.of, ODE, RANGES),
         "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
         "Line": partial(claims.Line, STAYS, finding),
         "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
@@ -106,9 +106,9 @@ def calls() -> dict[str, Any]:
         "growing_modes": partial(rest_points.growing_modes, ODE, {"x": Fraction(0)}),
         "read_sheet": partial(printed_equations.read_sheet, SHEET, ARM, "text"),
         "eigenvalues": partial(properties.eigenvalues, ARM, np.zeros((3, 1))),
-        "Witness": partial(witness.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
-        "candidates": partial(witness.candidates, ARM),
-        "search": partial(witness.search, ARM.M, ARM.M, ARM),
+        "Witness": partial(identity.Witness, seen.q, seen.qd, seen.p, {"links[0].mass": 2.0}),
+        "candidates": partial(identity.candidates, ARM),
+        "search": partial(identity.search, ARM.M, ARM.M, ARM),
 
 
     }  # fmt: skip

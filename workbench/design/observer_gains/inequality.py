@@ -19,10 +19,9 @@ import numpy as np
 from workbench.design.matrices import Refused
 from workbench.design.observer_gains.gains import Region
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
-from workbench.proofs.branch_and_bound import definite
+from workbench.proofs.branch_and_bound import definite, sequence
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.exact_arithmetic import Matrix, characteristic_polynomial
-from workbench.proofs.grid_search import sequence
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 from workbench.validation.views import show
