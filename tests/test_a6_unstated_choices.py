@@ -16,10 +16,9 @@ from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
 from workbench.study.compiled import compile_sweep
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import paired
 from workbench.study.sample import Sample
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import Estimate, Listed, SobolIndices, share
 
 

@@ -29,10 +29,9 @@ from studies.a6_unstated_choices.loops import (
 )
 from studies.paper.card import CARD, LAWS, PUBLISHED
 from workbench.loop import ClosedLoop
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
 from workbench.study.uncertainty.factors import Factor

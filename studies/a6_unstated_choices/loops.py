@@ -14,10 +14,9 @@ from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import AbstractController, ClosedLoop
 from workbench.metrics import sampled_rmse
 from workbench.observers import Luenberger
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -12,9 +12,9 @@ from studies.a6_unstated_choices import findings, fits, loops, ranking
 from studies.a6_unstated_choices.fits import Fit, Shared, shared
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, named, slug
 from studies.paper.card import LAWS, PUBLISHED
+from workbench.study.contract import Sweep
 from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results, Study
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty.factors import Space
 

@@ -14,10 +14,9 @@ from studies.paper.laws import RIVALS, proposed_repaired, rival
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
 from workbench.notation.formula import symbol
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Phrase
 from workbench.study.provenance import Given
-from workbench.study.sweep import Sweep
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform

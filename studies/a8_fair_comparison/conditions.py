@@ -13,7 +13,7 @@ from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import REFERENCES
 from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, Instruments
 from workbench.metrics import AbstractMetric, effort, rmse, total_variation
-from workbench.metrics.integral import Integral
+from workbench.metrics.contract import Integral
 from workbench.plants import Friction, Manipulator
 from workbench.robots.planar_arm import PlanarArm, PointMass
 from workbench.signals import Sines, SineTorque, SquareWave

@@ -11,7 +11,7 @@ import numpy as np
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
 from studies.paper.computed_loop import ComputedLoop
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
     Judgement,
     Mean,
@@ -28,7 +28,6 @@ from workbench.study.evidence import (
 from workbench.study.evidence.causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
 

@@ -9,9 +9,8 @@ from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRA
 from studies.a8_fair_comparison.entrants import ALL, ENTRANTS, PROPOSAL, Entrant
 from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, DRAWN, contenders, name_of, sweep
 from studies.a8_fair_comparison.pages import headlines, sections
-from workbench.study.contract import Run
+from workbench.study.contract import Run, Sweep
 from workbench.study.study import Study
-from workbench.study.sweep import Sweep
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each

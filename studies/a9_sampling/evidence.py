@@ -12,10 +12,9 @@ import numpy as np
 
 from studies.a9_sampling.loops import REALISTIC, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact, last
 from studies.paper.card import CARD as PAPER
-from studies.paper.card import PUBLISHED
-from studies.paper.comparison import MARGIN
+from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
 from studies.paper.laws import ARM
-from studies.paper.linearization import PROPOSED, SEVEN, loop_of
+from studies.paper.linearization import SEVEN, loop_of
 from workbench.metrics import measured, total_variation
 from workbench.notation.formula import Number, Product, Quotient, symbol
 from workbench.study.evidence.causes import Causes

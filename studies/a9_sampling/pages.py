@@ -20,8 +20,8 @@ from studies.a9_sampling.evidence import (
     printed,
 )
 from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
-from studies.paper.comparison import SCENARIOS as TITLES
-from studies.paper.linearization import PROPOSED
+from studies.paper.card import PROPOSED
+from studies.paper.card import SCENARIOS as TITLES
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
 SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide

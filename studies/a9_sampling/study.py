@@ -24,8 +24,8 @@ from studies.a9_sampling.evidence import (
     tally,
 )
 from studies.a9_sampling.loops import HORIZON, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS, metrics
-from studies.paper.comparison import MARGIN
-from studies.paper.linearization import PROPOSED, SEVEN, loop_of
+from studies.paper.card import MARGIN, PROPOSED
+from studies.paper.linearization import SEVEN, loop_of
 from workbench.study.contract import Run
 from workbench.study.document.document import Section, Verdict
 from workbench.study.study import Case, Results, Study
