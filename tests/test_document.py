@@ -79,13 +79,14 @@ def test_a_reference_to_nothing_is_refused_with_the_nearest_name():
 
 def test_a_reference_is_found_wherever_words_stand():
     reference = ("See ", Reference("mass"), ".")
-    document(
+    made = document(
         Equation(symbol("M"), "mass", note=reference),
         table(rows=((reference, Diverged(3.0)),), notes=(reference,)),
         Verdict("open", reference, reference, estimand=reference, given=reference, reversal=reference),
         question=reference,
         method=reference,
     )
+    assert made.question == made.method == reference
 
 
 def test_two_blocks_of_one_name_are_refused():

@@ -44,6 +44,7 @@ def test_an_earlier_report_is_replaced_whole(tmp_path):
 def test_an_empty_folder_is_filled(tmp_path):
     (tmp_path / "report").mkdir()
     write(document(), tmp_path / "report")
+    assert set(held(tmp_path)) == {f"report/{name}" for name in FILES}
 
 
 @pytest.mark.parametrize("name", ["notes.txt", "index.html", "tables/mine.xlsx", ".hidden"])

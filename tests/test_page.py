@@ -168,7 +168,8 @@ def test_a_page_of_sixteen_figures_of_long_chattering_runs_stays_below_3_mb():
 
 @pytest.mark.parametrize("sections", [(), (Section("Empty", ()),)])
 def test_an_empty_document_is_a_page_too(sections):
-    Reader(html(Document("t", "q", "m", sections, Colophon("c", "0"))))
+    page = Reader(html(Document("t", "q", "m", sections, Colophon("c", "0"))))
+    assert ("h1", {}) in page.tags
 
 
 def test_control_characters_do_not_reach_the_page():

@@ -101,7 +101,8 @@ def test_times_that_are_no_multiples_of_the_step_are_refused_with_the_case(chang
 
 
 def test_multiples_that_rounding_hides_are_multiples():
-    Case("S", "law", Run(Given(decay()), (iae(),), h=1e-3 / 24, until=25.08, every=0.01))
+    case = Case("S", "law", Run(Given(decay()), (iae(),), h=1e-3 / 24, until=25.08, every=0.01))
+    assert case.run.h * 24 == pytest.approx(1e-3)
 
 
 def test_a_metric_alone_is_refused_with_its_comma():

@@ -72,7 +72,7 @@ SAID = [
     (
         lambda: WithDisturbance(STATE, STATE),
         "`WithDisturbance(disturbance=...)` must be an `AbstractDisturbanceObserver`; got a `FullState`, which is "
-        "an `AbstractJointCounter`.",
+        "an `AbstractArmObserver`.",
     ),
     (
         lambda: PlanarArm((ARM, ARM)),

@@ -38,7 +38,8 @@ begin = time.perf_counter()
 subprocess.run([sys.executable, "-m", "workbench", "run", *sys.argv[1:]], check=True, stdout=subprocess.DEVNULL)
 used = resource.getrusage(resource.RUSAGE_CHILDREN)
 wall = time.perf_counter() - begin
-json.dump({"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": used.ru_maxrss * 1024 / 1e9}, sys.stdout)
+memory = used.ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e9
+json.dump({"wall": wall, "cpu": used.ru_utime + used.ru_stime, "memory": memory}, sys.stdout)
 """
 
 
@@ -99,6 +100,8 @@ def record(one: CompiledSweep) -> Sample:
 
 def command() -> dict[str, float]:
     """The cost of the whole command, from its start to the report, compilation included."""
+    if os.name != "posix":
+        raise ValueError("`b2_sobol_cost` measures a process by `getrusage`, which this system does not have.")
     with TemporaryDirectory(prefix="workbench-b2-") as folder:
         environment = {**os.environ, "WORKBENCH_CACHE": "off", "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
         call = [sys.executable, "-c", PROBE, str(SCRIPT), "--out", str(Path(folder) / "report")]

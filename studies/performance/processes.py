@@ -66,9 +66,12 @@ def many_runs(runs: int) -> dict[str, Any]:
     return {"bytes": most_memory()}
 
 
-def most_memory() -> float:
+def most_memory() -> float | None:
     """The most memory of this process, in bytes, by Linux; `getrusage` may tell that of the one which started it."""
-    lines = Path("/proc/self/status").read_text().splitlines()
+    status = Path("/proc/self/status")
+    if not status.exists():
+        return None
+    lines = status.read_text(encoding="ascii").splitlines()
     return 1024.0 * int(next(line for line in lines if line.startswith("VmHWM")).split()[1])
 
 

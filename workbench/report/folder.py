@@ -16,7 +16,7 @@ from workbench.report.figures import curves_of, drawings
 from workbench.report.html_page import GENERATOR, html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
-from workbench.study.ledger.durability import sync_folder
+from workbench.study.ledger.durability import sync, sync_folder
 from workbench.study.ledger.store import FOLDER
 
 PARTS = ("figures", "runs", "tables")
@@ -179,7 +179,7 @@ def _write_through(file: Path, content: bytes) -> None:
     with file.open("wb") as out:
         out.write(content)
         out.flush()
-        os.fsync(out.fileno())
+        sync(out.fileno())
 
 
 def _spare(file: Path, place: Path) -> None:

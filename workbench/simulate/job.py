@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Collection, Iterable, Iterator
+from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
@@ -27,6 +27,7 @@ STEPS_AT_ONCE = 2_000  # the length of a table of time, which so stays in a cach
 BLOCKS_OF_A_LOT = 64
 STEPS_OF_A_STAGE = 8_000_000  # of all runs of a lot and 500 operations, between two looks at progress: half a second
 NUMBERS_OF_A_STAGE = 1_000_000  # of kept states in a lot, which are turned run by run when it is done
+LOOK = 0.5  # s between two looks at futures
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,6 +145,14 @@ def crew(blocks: int) -> Iterator[Callable[..., Iterable[Any]]]:
         yield pool.map
     finally:
         pool.shutdown(cancel_futures=True)
+
+
+def ended(futures: Collection[Future[Any]]) -> set[Future[Any]]:
+    """Those that are done when all are, or one has failed; Windows tells of Ctrl-C only between two waits."""
+    while True:
+        done, rest = wait(futures, LOOK, FIRST_EXCEPTION)
+        if not rest or any(future.exception() for future in done):
+            return done
 
 
 def threads() -> int:

@@ -16,7 +16,7 @@ import casadi as ca
 
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
-from workbench.simulate.job import threads, use_threads
+from workbench.simulate.job import ended, threads, use_threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
@@ -57,8 +57,10 @@ def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: 
         for task in tasks:
             waiting.append(pool.submit(compute, task))
             if len(waiting) > AHEAD:
+                ended((waiting[0],))
                 yield waiting.popleft().result()
         while waiting:
+            ended((waiting[0],))
             yield waiting.popleft().result()
     finally:
         stopped.set()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from threading import Event, Lock
 from typing import Any
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, measure
-from workbench.simulate.job import Progress
+from workbench.simulate.job import Progress, ended
 from workbench.study.contract import Run, equations_of
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
@@ -59,7 +59,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     pool = ThreadPoolExecutor(workers)  # CasADi gives up the interpreter's lock
     try:
         futures = {i: pool.submit(_outcome, cases[i], partial(tell, i)) for i in order}
-        done, _ = wait(futures.values(), return_when=FIRST_EXCEPTION)
+        done = ended(futures.values())
         failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
         if failed:
             futures[failed[0]].result()

@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.notation.formula import Formula
 from workbench.study.document.phrases import Phrase, Table, check_name
-from workbench.validation.refusals import Array, described
+from workbench.validation.refusals import Array, described, refusal
 from workbench.validation.signatures import door
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
@@ -174,7 +174,11 @@ class Tiles:
 
     def __post_init__(self) -> None:
         for name in ("framed", "marked", "hatched"):
-            object.__setattr__(self, name, np.broadcast_to(getattr(self, name), self.shades.shape))
+            given = getattr(self, name)
+            flags = np.array(given) if isinstance(given, bool | list | tuple | np.ndarray) else None
+            if flags is None or flags.dtype != bool or flags.shape not in ((), self.shades.shape):
+                raise refusal(f"Tiles({name}=...)", f"True, False, or an array of shape {self.shades.shape}", given)
+            object.__setattr__(self, name, np.broadcast_to(flags, self.shades.shape))
 
     @property
     def spans(self) -> Spans:

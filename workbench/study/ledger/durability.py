@@ -19,6 +19,17 @@ class HeldError(ValueError):
     """The error of a folder that another run is writing."""
 
 
+def sync(handle: int) -> None:
+    """Have on the disk what was written to a file; the `fsync` of macOS ends at the drive's own cache."""
+    if sys.platform == "darwin":
+        import fcntl
+
+        with suppress(OSError):  # a disk that cannot, as one on a network
+            fcntl.fcntl(handle, fcntl.F_FULLFSYNC)
+            return
+    os.fsync(handle)
+
+
 def sync_folder(folder: Path) -> None:
     """Make renames and new names last, where the system can open folders."""
     if not hasattr(os, "O_DIRECTORY"):
@@ -45,7 +56,7 @@ def write_durably(file: Path, content: bytes) -> None:
         with part.open("wb") as stream:
             stream.write(content)
             stream.flush()
-            os.fsync(stream.fileno())
+            sync(stream.fileno())
         part.replace(file)
         sync_folder(file.parent)
     finally:

@@ -15,7 +15,7 @@ from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values, resolved
 from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
-from workbench.validation.refusals import Array, described, known, seconds, vector
+from workbench.validation.refusals import Array, described, known, matrix, seconds, vector
 from workbench.validation.signatures import door
 
 # Widths of differences, relative to the number, and how far, relative to the slope, a gradient may be from them: over
@@ -89,6 +89,7 @@ class LocalSensitivities:
         `deviations` (d, m) are by how much one standard deviation of each factor moves all the numbers together.
         """
         known(metric, self.gradient, "metrics here")
+        deviations = matrix("linear_shares(deviations=...)", deviations, columns=len(self.at))
         parts = (self.gradient[metric] @ deviations.T) ** 2
         with np.errstate(invalid="ignore"):  # nothing varies: no number has a part
             return np.asarray(parts / parts.sum(axis=1, keepdims=True))
