@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from workbench.loop.surroundings import Instruments, Limit, Sensor
+from workbench.loop.instruments import Instruments, Limit, Sensor
 from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
 from workbench.robots.planar_arm import PointMass
 from workbench.robots.spatial_vectors import from_angles, moments

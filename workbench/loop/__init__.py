@@ -8,15 +8,9 @@ from workbench.loop.arm_ports import AbstractArmController, AbstractArmObserver
 from workbench.loop.closed_loop import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.dependence import roles
+from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant
-from workbench.loop.surroundings import (
-    AbstractDisturbance,
-    AbstractInstruments,
-    AbstractReference,
-    Instruments,
-    Readings,
-    Rest,
-)
+from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference, Readings, Rest
 
 __all__ = [
     "AbstractArmController",

@@ -271,8 +271,7 @@ class Panel:
             least = min((float(np.nanmin(part)) for part in arrays if not np.isnan(part).all()), default=1.0)
             if least <= 0:
                 raise ValueError(
-                    f"`Panel({name}='log')` needs {what} > 0, which have a logarithm; got {least:g}. Draw an absolute "
-                    "value, or use 'linear'."
+                    f"`Panel({name}='log')` needs {what} > 0; got {least:g}. Draw an absolute value, or use 'linear'."
                 )
 
 
