@@ -34,6 +34,17 @@ class Stopped(KeyboardInterrupt):
     """The interruption of a study by Ctrl-C, with the chunks that are kept."""
 
 
+def _ignore(*told: object) -> None:
+    """The ear of those who need not be told."""
+    del told
+
+
+def _no_bar(name: str) -> AbstractContextManager[Tell]:
+    """A bar that shows nothing."""
+    del name
+    return nullcontext(_ignore)
+
+
 @dataclass(frozen=True)
 class Order:
     """The options with which a study is run."""
@@ -46,12 +57,12 @@ class Order:
     fresh: bool = False
     yes: bool = False
     only_report: bool = False  # computes nothing: what is missing is refused
-    acknowledge: Callable[[Chunk], None] = lambda chunk: None  # told each chunk once it is durable
-    say: Callable[[str], None] = lambda sentence: None
+    acknowledge: Callable[[Chunk], None] = _ignore  # told each chunk once it is durable
+    say: Callable[[str], None] = _ignore
     # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings
     source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
     # a place, by the name of the study, where one is told how far the runs are
-    bar: Callable[[str], AbstractContextManager[Tell]] = lambda name: nullcontext(lambda done, failed, total: None)
+    bar: Callable[[str], AbstractContextManager[Tell]] = _no_bar
 
 
 @contextmanager
