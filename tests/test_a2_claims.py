@@ -19,12 +19,12 @@ from studies.a2_claims import study as a2_claims
 from studies.a2_claims.checks import both
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
+from workbench.claims.claim_ledger import BROKEN, Finding, Ledger, Line
 from workbench.claims.counterexample import CounterExample
-from workbench.claims.verdicts import BROKEN, Finding, Ledger, Line
 from workbench.core import Claim
 from workbench.proofs.rest_points import RestPoint
 from workbench.report.html_page import html
-from workbench.study.runner import run
+from workbench.study.case_runs import run
 from workbench.study.writeup import document
 
 ROOT = Path(__file__).parents[1]

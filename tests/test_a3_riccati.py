@@ -9,7 +9,7 @@ from scipy.linalg import solve_continuous_are
 from studies.a3_riccati_gains import path
 from studies.a3_riccati_gains.study import FORWARD, cases
 from workbench.metrics import rmse
-from workbench.study.runner import run
+from workbench.study.case_runs import run
 from workbench.study.study import Study
 
 

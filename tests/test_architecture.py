@@ -202,7 +202,7 @@ BROKEN = [
     ("core/ode.py", "def f():\n    import workbench.study.study", "Floors"),
     ("report/html_page.py", "import workbench.cli.command", "Floors"),
     ("simulate/batch.py", "from workbench.robots import paper_arm", "Hourglass"),
-    ("study/runner.py", "def f():\n    from workbench import signals", "Hourglass"),
+    ("study/case_runs.py", "def f():\n    from workbench import signals", "Hourglass"),
     ("metrics/table.py", "from workbench.robots import paper_arm", "Hourglass"),
     ("new_room.py", "", "exhaustive"),
 ]

@@ -8,7 +8,7 @@ from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
 from workbench.simulate import arithmetic, batch, job, simulate
-from workbench.simulate.kernel import numpy_kernel, virtual_machine
+from workbench.simulate.kernel import casadi_machine, numpy_kernel
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():
@@ -153,7 +153,7 @@ def test_a_call_of_casadis_machine_is_as_small_as_its_runs_are_many(runs):
 
 
 def test_casadis_machine_hands_back_no_parameter_at_a_kept_time():
-    marcher = virtual_machine._marcher(rk4(decay(), 0.1), 2, 5, 3)
+    marcher = casadi_machine._marcher(rk4(decay(), 0.1), 2, 5, 3)
     assert marcher.size_out(0) == (1 + 1, 5 * 3)
 
 

@@ -13,10 +13,10 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
+from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
-from workbench.study.evidence.causes import Causes, causes, causes_in_sweep
-from workbench.study.runner import run
+from workbench.study.evidence.divergence_causes import Causes, causes, causes_in_sweep
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import Listed
 from workbench.study.uncertainty.distributions import Uniform

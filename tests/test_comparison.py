@@ -7,10 +7,10 @@ import pytest
 from equations import decay, explosion
 
 from workbench.metrics import iae, ise
+from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Diverged, Emphasis, Measured
 from workbench.study.evidence.law_tables import Published, against_published, order, ranking, side_by_side
-from workbench.study.runner import run
 from workbench.study.study import Case, Outcome, Results, Study
 
 

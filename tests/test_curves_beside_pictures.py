@@ -12,10 +12,10 @@ from workbench.metrics import rmse
 from workbench.notation.formula import symbol
 from workbench.report.figures.curves import curves_csv
 from workbench.report.folder import write
+from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
 from workbench.study.pictures.traces import Window, traces
-from workbench.study.runner import run
 from workbench.study.study import Case, Study
 
 T = np.array([0.0, 0.1, 0.2])

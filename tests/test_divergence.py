@@ -13,7 +13,7 @@ from workbench.core import Entry, Layout, Ode, rk4
 from workbench.simulate import divergence, simulate
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job
-from workbench.simulate.kernel import virtual_machine
+from workbench.simulate.kernel import casadi_machine
 
 ENGINES = ["native", "numpy", "casadi"]
 STEP = rk4(explosion(), 1e-3)
@@ -68,13 +68,13 @@ def test_many_diverging_runs_are_found_in_as_many_looks_as_digits(monkeypatch):
 
     def march(job, x, tell):
         looks.append(x.shape)
-        virtual_machine.march(job, x, tell)
+        casadi_machine.march(job, x, tell)
 
     starts = np.linspace(0.5, 0.52, 12)
     x = np.empty((12, 2, 1))
     x[:, 0, 0] = starts
     job = Job(STEP, np.zeros((12, 0)), 4000, 0, np.arange(12))
-    virtual_machine.march(job, x, lambda share: None)
+    casadi_machine.march(job, x, lambda share: None)
     found = find_divergence(job, x, march)
     np.testing.assert_allclose(found.at, [first_bad_step(x0) * 1e-3 for x0 in starts], rtol=1e-12)
     # 4,000 steps in tens: a look for all, then one for each place where some are
@@ -125,7 +125,7 @@ def test_a_structural_zero_of_a_step_keeps_its_place():
 
 @given(stride=some.integers(1, 10**6), most=some.integers(1, 20_000))
 def test_a_march_to_one_far_time_is_cut_into_few_lengths(stride, most):
-    pieces = virtual_machine._pieces(stride, most)
+    pieces = casadi_machine._pieces(stride, most)
     assert sum(pieces) == stride
     assert set(pieces) <= {1 << i for i in range(10) if 1 << i <= most}
-    assert len(pieces) <= stride // min(most // 2 + 1, virtual_machine.LONGEST) + 10
+    assert len(pieces) <= stride // min(most // 2 + 1, casadi_machine.LONGEST) + 10

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import differential_evolution
 
-from workbench.proofs.evolution import Judged, evolve
+from workbench.proofs.differential_evolution import Judged, evolve
 
 
 def free(value):

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.machine import Number
+from workbench.simulate.kernel.target_operations import Number
 
 mpmath = pytest.importorskip("mpmath")  # it comes with sympy
 

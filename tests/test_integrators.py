@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
 
 from workbench.controllers import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
-from workbench.controllers.algebraic import stepped
+from workbench.controllers.algebraic_riccati import stepped
 from workbench.core import Signals
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from workbench.claims.verdicts import Finding, Ledger, Line
+from workbench.claims.claim_ledger import Finding, Ledger, Line
 from workbench.core import Claim
 
 RIGHT = Claim("model", "the model is right", "(1)")

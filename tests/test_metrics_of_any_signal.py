@@ -30,11 +30,11 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Hold
+from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.export import to_csv
-from workbench.study.runner import run
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform

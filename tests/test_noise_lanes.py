@@ -11,8 +11,8 @@ import pytest
 
 from workbench.simulate.kernel.emission import Emission
 from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.machine import Word
 from workbench.simulate.kernel.noise import normals, normals_on, pair
+from workbench.simulate.kernel.target_operations import Word
 
 
 def some_keys(count):

@@ -15,8 +15,8 @@ from workbench.metrics import measured, rmse, sampled_rmse
 from workbench.metrics.accumulators import final_values
 from workbench.robots import paper_arm
 from workbench.simulate import simulate, step_limit
+from workbench.study.case_runs import run
 from workbench.study.contract import Run
-from workbench.study.runner import run
 from workbench.study.study import Case, Study
 
 H = 1e-3 / 12  # s, below the limit of 0.094 ms that the gains of the repaired law set

@@ -7,9 +7,9 @@ from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.robots.arm_catalogue import planar
+from workbench.simulate.kernel.casadi_to_graph import read
 from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes, fused, opened
 from workbench.simulate.kernel.plan import graph_of
-from workbench.simulate.kernel.reading import read
 
 
 def equation(*rates):

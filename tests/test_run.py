@@ -12,8 +12,8 @@ from workbench.core import block, initial, layout
 from workbench.loop import AbstractController, Instruments
 from workbench.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
+from workbench.study.case_runs import CaseError, run
 from workbench.study.compiled import compile_sweep
-from workbench.study.runner import CaseError, run
 from workbench.study.tuning import tune
 from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.local import local_sensitivities

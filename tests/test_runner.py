@@ -9,9 +9,9 @@ from equations import decay
 from test_comparison import Given
 
 from workbench.metrics import iae
+from workbench.study.case_runs import CaseError, run
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.runner import CaseError, run
 from workbench.study.study import Case, Results, Study
 from workbench.study.writeup import document, headlines
 

@@ -14,7 +14,7 @@ from workbench.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, equal_budget, tune
-from workbench.study.tuning.course import reasons_of
+from workbench.study.tuning.convergence import reasons_of
 from workbench.study.tuning.search import compile_tuning, here
 from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
 from workbench.study.uncertainty.factors import Factor

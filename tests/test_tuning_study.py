@@ -14,9 +14,9 @@ from sweeps import sweep
 from tunings import tuning
 
 from workbench.cli.script import Script
+from workbench.study.case_runs import run
 from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
-from workbench.study.runner import run
 from workbench.study.study import Results, Study
 from workbench.study.tuning import checkpoint
 from workbench.study.tuning.search import compile_tuning

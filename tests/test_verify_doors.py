@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from equations import decay
 
+from workbench.claims.claim_ledger import Finding, Ledger
 from workbench.claims.claim_margins import Box, SignalsOf, slope_of, watching
 from workbench.claims.counterexample import CounterExample
 from workbench.claims.falsify import Budget, Hunt
-from workbench.claims.verdicts import Finding, Ledger
 from workbench.cli.verification import findings
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
@@ -18,7 +18,7 @@ from workbench.handover import FORMS
 from workbench.printed.arm_letters import narrowed
 from workbench.printed.printed_equations import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
-from workbench.proofs.evolution import Judged, evolve
+from workbench.proofs.differential_evolution import Judged, evolve
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
 from workbench.proofs.identity import candidates, judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric

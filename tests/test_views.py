@@ -16,7 +16,7 @@ from workbench.design.linear import equilibria
 from workbench.loop import ClosedLoop, open_loop
 from workbench.metrics import measure, peak, rmse
 from workbench.robots import paper_arm
-from workbench.validation.views import brief, listed, show
+from workbench.validation.notebook_display import brief, listed, show
 
 OTHERS = {"notation", "reference", "verify"}  # formulas and verdicts have texts of their own
 

@@ -9,7 +9,7 @@ from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import plant
-from workbench.claims.verdicts import Finding
+from workbench.claims.claim_ledger import Finding
 from workbench.core import Claim
 from workbench.proofs.bounds import disturbance_bounds, shown
 from workbench.proofs.interval import guarantee

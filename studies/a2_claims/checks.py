@@ -12,7 +12,7 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer
-from workbench.claims.verdicts import Check, Finding
+from workbench.claims.claim_ledger import Check, Finding
 from workbench.core import AbstractArm, Claim, Dynamics, Entry, Layout, Signals, block
 from workbench.plants import Manipulator
 from workbench.proofs.identity import judge_equal

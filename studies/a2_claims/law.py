@@ -19,8 +19,8 @@ from studies.a2_claims.searches import (
     regulation,
 )
 from studies.paper.card import CARD
+from workbench.claims.claim_ledger import Finding
 from workbench.claims.counterexample import hypotheses_kept
-from workbench.claims.verdicts import Finding
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.loop import ClosedLoop
 

@@ -5,7 +5,7 @@ import numpy as np
 from studies.a2_claims import arm, replay
 from studies.a2_claims.checks import Checked, identity_finding, judges, refutation, row
 from studies.a2_claims.searches import ASSUMPTION_4, CONSTANT_D, REACH, SEED, I, beside_rest
-from workbench.claims.verdicts import Finding
+from workbench.claims.claim_ledger import Finding
 from workbench.observers.luenberger import THEOREM_1
 from workbench.proofs.interval import guarantee
 from workbench.proofs.rest_points import growing_modes

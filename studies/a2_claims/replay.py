@@ -37,7 +37,7 @@ from workbench.proofs.rest_points import RestPoint, rest_point
 from workbench.proofs.rest_points import growing_modes as growing_modes
 from workbench.reference import reference
 from workbench.simulate import simulate
-from workbench.study.runner import run
+from workbench.study.case_runs import run
 from workbench.study.study import Results, Study
 from workbench.validation.refusals import Array
 

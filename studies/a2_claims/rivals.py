@@ -2,7 +2,7 @@
 
 from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
 from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
-from workbench.claims.verdicts import Finding
+from workbench.claims.claim_ledger import Finding
 from workbench.core import Claim
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Results

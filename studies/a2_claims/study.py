@@ -14,7 +14,7 @@ from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.searches import D_MAX, FLOOR, HUNT, L_D, REACH, SEED, STEP, V2_AT_START, outcome
-from workbench.claims.verdicts import BROKEN, Kind, Ledger, Line
+from workbench.claims.claim_ledger import BROKEN, Kind, Ledger, Line
 from workbench.core import rk4
 from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee

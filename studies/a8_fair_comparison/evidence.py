@@ -25,7 +25,7 @@ from workbench.study.evidence import (
     paired,
     same_draws,
 )
-from workbench.study.evidence.causes import Causes, causes_in_sweep
+from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned

@@ -17,7 +17,7 @@ from studies.paper.laws import ARM
 from studies.paper.linearization import SEVEN, loop_of
 from workbench.metrics import measured, total_variation
 from workbench.notation.formula import Number, Product, Quotient, symbol
-from workbench.study.evidence.causes import Causes
+from workbench.study.evidence.divergence_causes import Causes
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome, Results
 from workbench.validation.refusals import Array

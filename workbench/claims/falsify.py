@@ -15,7 +15,7 @@ from workbench.core import Ode
 from workbench.core.claim import Declared
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values
-from workbench.proofs.evolution import Judged, evolve
+from workbench.proofs.differential_evolution import Judged, evolve
 from workbench.simulate import simulate
 from workbench.validation.refusals import Array, known, multiple, seconds, whole
 from workbench.validation.refusals import seed as key

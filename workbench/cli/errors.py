@@ -91,7 +91,7 @@ def one_sentence(script: Path | None = None) -> Iterator[None]:
 def of_the_study(script: Path, function: Callable[..., object]) -> Iterator[None]:
     """Give an error its place in the script, or that of the `function` of the study that it comes from."""
     from workbench.report.folder import ReportError
-    from workbench.study.runner import CaseError
+    from workbench.study.case_runs import CaseError
 
     code = getattr(function, "__code__", None)
     of_function = f"{shown(code.co_filename)}, line {code.co_firstlineno}: " if code else f"{shown(str(script))}: "

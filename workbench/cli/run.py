@@ -55,7 +55,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
 
         from workbench.cli.progress import runs_shown, shown
         from workbench.report import folder
-        from workbench.study import export, runner, writeup
+        from workbench.study import case_runs, export, writeup
         from workbench.study.execution import Order, execute
 
         study = script.load(file)
@@ -70,7 +70,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 gc.set_threshold(50_000)
                 with ThreadPoolExecutor(1) as beside:
                     beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
-                    results = replace(results, outcomes=runner.run(study, progress).outcomes)
+                    results = replace(results, outcomes=case_runs.run(study, progress).outcomes)
             with of_the_study(file, study.headlines):
                 findings = writeup.headlines(study, results)
             with of_the_study(file, study.sections):

@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.controllers.algebraic import residual, stabilising, stepped
+from workbench.controllers.algebraic_riccati import residual, stabilising, stepped
 from workbench.controllers.sliding_surface import SATURATIONS, AbstractSlidingMode, matrices, saturation
 from workbench.core import AbstractArm, Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector

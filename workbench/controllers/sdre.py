@@ -1,6 +1,6 @@
 import casadi as ca
 
-from workbench.controllers.algebraic import doubled, norm, residual
+from workbench.controllers.algebraic_riccati import doubled, norm, residual
 from workbench.controllers.sliding_surface import matrices
 from workbench.core import AbstractArm, block, parameter
 from workbench.core.block import Matrix, Number, quantities

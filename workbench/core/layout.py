@@ -15,10 +15,10 @@ from workbench.core.expressions import refuse_misfit
 from workbench.core.numbers import Bounds
 from workbench.notation import mathml
 from workbench.notation.formula import symbol
+from workbench.validation.notebook_display import Markup, listed, table_to_html
 from workbench.validation.refusals import Array, as_array, described, known, refusal
 from workbench.validation.refusals import name as check_name
 from workbench.validation.signatures import door
-from workbench.validation.views import Markup, listed, table_to_html
 
 
 @dataclass(frozen=True, eq=False)

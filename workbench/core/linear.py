@@ -14,8 +14,8 @@ import numpy as np
 from workbench.core.block import Matrix, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import ANY
+from workbench.validation.notebook_display import listed
 from workbench.validation.refusals import known, refusal, seconds
-from workbench.validation.views import listed
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]

@@ -21,8 +21,8 @@ from workbench.notation import latex, mathml, text, typst_math
 from workbench.notation.formula import Matrix, Symbol, System, equations
 from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms
 from workbench.notation.reader import MOST_NODES_OF_TEXTBOOKS, equations_of
+from workbench.validation.notebook_display import table_to_html
 from workbench.validation.signatures import door
-from workbench.validation.views import table_to_html
 
 
 @door

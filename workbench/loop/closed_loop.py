@@ -12,9 +12,9 @@ from workbench.core.block import socket
 from workbench.loop import wiring
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
+from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
-from workbench.loop.outside import Outside, added, cut
 from workbench.loop.sampled_loop import FINE, Queue, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds

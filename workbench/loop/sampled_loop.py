@@ -15,7 +15,7 @@ from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
 from workbench.core.port import one_entry
 from workbench.loop import wiring
 from workbench.loop.contracts import Parts, euler, is_recursion
-from workbench.loop.outside import Outside, refuse_inputs_of_recursion
+from workbench.loop.injected_signals import Outside, refuse_inputs_of_recursion
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import SOCKETS, Blocks
 from workbench.validation.refusals import MOST, as_number, known, refusal

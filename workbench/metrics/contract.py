@@ -14,10 +14,10 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics.signal_choice import Signal, column, names_of, watched
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, described, several
 from workbench.validation.signatures import answer, door
 from workbench.validation.type_hints import KindError, fit_of
-from workbench.validation.views import show
 
 # Outputs of a loop, or the memory of a metric, by name.
 Parts = Mapping[str, ca.SX]

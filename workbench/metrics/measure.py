@@ -17,9 +17,9 @@ from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, st
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
 from workbench.simulate.step_size import POINTS, Check, pilot_runs, tightest
+from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, positive, seconds
 from workbench.validation.signatures import door
-from workbench.validation.views import listed, table_to_html
 
 COUNT = 100  # of the longest steps that are tried, in a horizon, or about that many
 HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")

@@ -12,9 +12,9 @@ import numpy as np
 from workbench.core import Ode
 from workbench.metrics.contract import AbstractSignalMetric, Parts
 from workbench.metrics.signal_choice import Choice, Signal, Watched, column, levels, product
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, finite, positive, seconds
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 LEVELS = Choice("level")  # all that is followed

@@ -24,11 +24,12 @@ from functools import partial
 
 import casadi as ca
 
-from workbench.notation import textbook, waves
+from workbench.notation import textbook
+from workbench.notation import trigonometric_sums as waves
 from workbench.notation.formula import Formula, Matrix, Symbol, symbols_of
 from workbench.notation.program import NAMES, Operation, walk
-from workbench.notation.waves import NotInClass as NotInClass
-from workbench.notation.waves import Terms
+from workbench.notation.trigonometric_sums import NotInClass as NotInClass
+from workbench.notation.trigonometric_sums import Terms
 from workbench.validation.signatures import door
 
 # Beyond so many terms in all an expansion would take minutes; it is given up.

@@ -20,7 +20,7 @@ from typing import Any, TypeAlias
 
 from workbench.notation.build import ONE, call, negative, number, power, product, total
 from workbench.notation.formula import GREEK, Formula, Symbol
-from workbench.notation.waves import PLAIN, Key, Monomial, Wave
+from workbench.notation.trigonometric_sums import PLAIN, Key, Monomial, Wave
 
 Polynomial: TypeAlias = dict[Monomial, Fraction]
 # Factors that come first in mechanics: m g l, m l^2. Greek letters go before Latin ones: omega t.

@@ -17,8 +17,8 @@ from workbench.notation.normal_form import NormalForm, NotInClass
 from workbench.notation.reader import formula_of
 from workbench.printed.entry_comparison import EntryVerdict
 from workbench.printed.entry_units import units_of
-from workbench.printed.misprints import LONGEST, RANKS, Editor, Slip
 from workbench.printed.printed_equations import Place, Sheet
+from workbench.printed.slips import LONGEST, RANKS, Editor, Slip
 from workbench.proofs.identity import Witness, candidates
 from workbench.proofs.properties import skew
 from workbench.validation.refusals import Array

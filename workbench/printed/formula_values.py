@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.notation import waves
+from workbench.notation import trigonometric_sums as waves
 from workbench.notation.formula import (
     Call,
     Formula,

@@ -11,7 +11,7 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.reference.pieces import Guard, Mode, Numeric, Piece
+from workbench.reference.smooth_pieces import Guard, Mode, Numeric, Piece
 from workbench.reference.surfaces import Switched
 from workbench.validation.refusals import Array
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.reference.continuation import Modes
-from workbench.reference.pieces import Numeric
+from workbench.reference.smooth_pieces import Numeric
 from workbench.reference.surfaces import Switched
 from workbench.reference.switched_run import Event, Run, follow
 from workbench.reference.variable_step import Effort, Flow, Rule, StoppedError, travel

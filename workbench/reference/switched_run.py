@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.reference.continuation import Modes, determined, stop, turned
-from workbench.reference.pieces import ROUNDING, Mode, Piece
+from workbench.reference.smooth_pieces import ROUNDING, Mode, Piece
 from workbench.reference.variable_step import SHORTEST, Effort, Flow, Leg, Rule, StoppedError, travel
 from workbench.validation.refusals import Array
 

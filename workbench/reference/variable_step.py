@@ -11,7 +11,7 @@ from scipy.integrate import DOP853, Radau
 from scipy.optimize import brentq
 
 from workbench.core.step import runge_kutta
-from workbench.reference.pieces import SAMPLES, Guard, Piece
+from workbench.reference.smooth_pieces import SAMPLES, Guard, Piece
 from workbench.validation.refusals import Array
 
 STIFF = 3.0  # h |lambda| beyond which stability, not accuracy, bounds an explicit step; it ends at about 6

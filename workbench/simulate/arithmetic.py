@@ -18,7 +18,7 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.simulate.job import Job, March
-from workbench.simulate.kernel import numpy_kernel, virtual_machine
+from workbench.simulate.kernel import casadi_machine, numpy_kernel
 from workbench.simulate.kernel.plan import pass_of
 from workbench.validation.refusals import Array, one_of
 from workbench.validation.signatures import door
@@ -104,7 +104,7 @@ def arithmetic_of(step: Step, runs: int, name: str | None = None, engine: str | 
 def march_of(job: Job, engine: str | None = None) -> March:
     """The march of this engine; without a name the compiled one where it has the job's arithmetic, else another."""
     if job.arithmetic == CASADI:
-        return virtual_machine.march
+        return casadi_machine.march
     if engine == "native":
         try:
             return native(job.arithmetic)

@@ -13,9 +13,9 @@ from workbench.core import Step
 from workbench.core.expressions import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
+from workbench.validation.notebook_display import table_to_html
 from workbench.validation.refusals import Array, described, whole
 from workbench.validation.signatures import door
-from workbench.validation.views import table_to_html
 
 if TYPE_CHECKING:
     import pandas as pd

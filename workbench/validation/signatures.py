@@ -12,9 +12,9 @@ from typing import Annotated, Any, TypeVar, Union, cast, get_args, get_origin, g
 
 import casadi as ca
 
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import raised
 from workbench.validation.type_hints import Fit, KindError, OutOfSight, fit_of
-from workbench.validation.views import show
 
 Door = TypeVar("Door", bound=Callable[..., Any])
 

@@ -9,7 +9,7 @@ import casadi as ca
 from workbench import study
 from workbench.core import Entry, Layout, Ode
 from workbench.metrics import iae, ise
-from workbench.study import provenance, runner, tuning, writeup
+from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
@@ -87,7 +87,7 @@ def tuned() -> Any:
 @cache
 def outcomes() -> Any:
     """The outcomes of the case."""
-    return runner.run(STUDY, workers=1).outcomes
+    return case_runs.run(STUDY, workers=1).outcomes
 
 
 def calls() -> dict[str, Any]:
@@ -166,7 +166,7 @@ def calls() -> dict[str, Any]:
         ),
         "Outcome": partial(lambda: outcomes()[0]),
         "ranking": partial(law_tables.ranking, published, {"law": outcomes()[0]}, 0.02),
-        "run": partial(runner.run, STUDY, workers=1),
+        "run": partial(case_runs.run, STUDY, workers=1),
         "Sample": partial(sample),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
@@ -183,7 +183,7 @@ def functions() -> dict[str, Any]:
             lambda found: writeup.headlines(replace(STUDY, headlines=found), Results()), lambda results: ["Yes."]
         ),
         "ode of a case": partial(
-            lambda given: runner.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
+            lambda given: case_runs.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
             LOOP.ode(),
         ),
         "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).times, LOOP.ode()),

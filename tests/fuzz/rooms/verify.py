@@ -10,8 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
+from workbench.claims import claim_ledger as claims
 from workbench.claims import claim_margins, counterexample, falsify
-from workbench.claims import verdicts as claims  # fmt: skip
 from workbench.cli import verification
 from workbench.core import Claim, Dynamics
 from workbench.core.claim import Declared
@@ -22,7 +22,15 @@ from workbench.printed import (
     printed_equations,
 )
 from workbench.printed import entry_comparison as printed  # fmt: skip
-from workbench.proofs import bounds, evolution, exact_arithmetic, identity, interval, properties, rest_points
+from workbench.proofs import (
+    bounds,
+    differential_evolution,
+    exact_arithmetic,
+    identity,
+    interval,
+    properties,
+    rest_points,
+)
 from workbench.robots import named
 
 from ..parts import ODE
@@ -73,9 +81,14 @@ def calls() -> dict[str, Any]:
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
         "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
         "judge_equal": partial(identity.judge_equal, X, 2 * X),
-        "Judged": partial(evolution.Judged, np.ones(4), np.zeros(4)),
+        "Judged": partial(differential_evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
-            evolution.evolve, lambda u: evolution.Judged(u[:, 0], u[:, 0] - 2), 1, 4, 2, np.random.default_rng(1)
+            differential_evolution.evolve,
+            lambda u: differential_evolution.Judged(u[:, 0], u[:, 0] - 2),
+            1,
+            4,
+            2,
+            np.random.default_rng(1),
         ),
         "exact_values": partial(exact_arithmetic.exact_values, X**2, {"x_0": Fraction(1), "x_1": Fraction(2)}),
         "characteristic_polynomial": partial(exact_arithmetic.characteristic_polynomial, [[Fraction(1)]]),

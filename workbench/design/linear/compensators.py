@@ -12,9 +12,9 @@ from scipy.optimize import linear_sum_assignment
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, described, finite, raised, refusal
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 if TYPE_CHECKING:
     import control

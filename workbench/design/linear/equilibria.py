@@ -12,9 +12,9 @@ import numpy as np
 from workbench.core import Layout, Ode
 from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state

@@ -15,9 +15,9 @@ from workbench.design.linear.linear_path import LinearPath
 from workbench.design.linear.linearization import linearize
 from workbench.design.linear.operating_point import names_of, state_space
 from workbench.design.matrices import Complex, Refused
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, numbers, refusal
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 if TYPE_CHECKING:
     import control

@@ -9,9 +9,9 @@ import numpy as np
 
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, pole_text
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 if TYPE_CHECKING:
     import control

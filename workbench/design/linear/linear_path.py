@@ -12,9 +12,9 @@ import numpy as np
 from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
 from workbench.design.linear.operating_point import inputs_of, jacobians, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 BATCHES = 10
 STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the next

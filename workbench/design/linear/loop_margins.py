@@ -20,9 +20,9 @@ from workbench.design.linear.feedback_loops import (
     square_loop,
 )
 from workbench.design.matrices import Complex, Refused
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 if TYPE_CHECKING:
     import control

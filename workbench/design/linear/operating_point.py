@@ -13,9 +13,9 @@ from workbench.core import Layout, Ode
 from workbench.design.matrices import LARGEST, Refused
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, as_array, described, finite, refusal, require
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump

@@ -18,9 +18,9 @@ from workbench.design.observer_gains.gains import Gains, Region, by_poles
 from workbench.design.observer_gains.inequality import Inequality, exactly_definite, prove
 from workbench.design.observer_gains.matrix_inequalities import least_noise, lyapunov_matrix, solvers
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, positive, require
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 # The least double pole is found to this factor, and sought up to so many times the rate.
 FINE, FARTHEST = 1.05, 1000.0

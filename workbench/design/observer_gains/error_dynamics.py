@@ -23,9 +23,9 @@ from workbench.design.observer_gains.matrix_inequalities import lyapunov_matrix
 from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.design.riccati import care, lqe, lyapunov
 from workbench.proofs.branch_and_bound import sequence
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, positive, vector, whole
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 SAMPLES = 20_000
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:

@@ -22,9 +22,9 @@ from workbench.design.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.proofs.branch_and_bound import definite, sequence
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.exact_arithmetic import Matrix, characteristic_polynomial
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 Mask = np.ndarray[Any, np.dtype[np.bool_]]
 # Boxes of positions that a proof may take, and doubles that are held at a time.

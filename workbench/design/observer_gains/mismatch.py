@@ -25,9 +25,9 @@ from workbench.notation.normal_form import NotInClass, normal_forms
 from workbench.notation.program import Walk, walk
 from workbench.proofs.interval import Interval, evaluate, jumps
 from workbench.proofs.properties import nominal
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, require
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 MOST = 4  # joints
 # Bernstein's coefficients of s and s^2, of degree two, on [-1, 0] and [0, 1] together.

@@ -27,10 +27,17 @@ from workbench.design.matrices import (
 from workbench.design.riccati.algebraic_equation import Data, Equation, Operator, norm, size
 from workbench.design.riccati.conditioning import Units, conditioning, good_units, in_range
 from workbench.design.riccati.newton import Refined
-from workbench.design.riccati.stabilisation import ROUNDING, UNSEEN, WORST_ERROR, WORST_MOVE, WORST_RESIDUAL, doubts
+from workbench.design.riccati.stabilising_solution import (
+    ROUNDING,
+    UNSEEN,
+    WORST_ERROR,
+    WORST_MOVE,
+    WORST_RESIDUAL,
+    doubts,
+)
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 UNSTABLE = "A is not stable: X solves the equation, but is no covariance and no Gramian"

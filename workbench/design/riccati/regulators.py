@@ -21,10 +21,10 @@ from workbench.design.matrices import (
     square,
 )
 from workbench.design.riccati.algebraic_equation import distances, norm
-from workbench.design.riccati.stabilisation import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, seconds
 from workbench.validation.signatures import door
-from workbench.validation.views import show
 
 
 @door

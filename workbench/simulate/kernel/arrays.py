@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from workbench.simulate.kernel.elementary_functions import halves
-from workbench.simulate.kernel.machine import Value
+from workbench.simulate.kernel.target_operations import Value
 
 # Within these sizes no part of a product is lost below the range of a double, and none beyond it.
 LEAST_PRODUCT, MOST_FACTOR, MOST_TERM = 2.0**-960, 2.0**990, 2.0**1000

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from workbench.simulate.kernel.machine import Number, Truth, Word, fma, number, select
+from workbench.simulate.kernel.target_operations import Number, Truth, Word, fma, number, select
 
 NAN, INFINITY = float("nan"), float("inf")
 

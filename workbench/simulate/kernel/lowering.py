@@ -18,9 +18,9 @@ from __future__ import annotations
 from functools import reduce
 
 from workbench.simulate.kernel.emission import Emission, declarations
-from workbench.simulate.kernel.machine import Number
 from workbench.simulate.kernel.noise import normals_on
 from workbench.simulate.kernel.plan import Plan
+from workbench.simulate.kernel.target_operations import Number
 
 
 def lower(plan: Plan, width: int, fused: bool = True) -> str:

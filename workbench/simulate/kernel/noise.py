@@ -22,7 +22,7 @@ import numpy as np
 
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.elementary_functions import COSINE, SINE
-from workbench.simulate.kernel.machine import Machine, Number, Value, Word, select
+from workbench.simulate.kernel.target_operations import Machine, Number, Value, Word, select
 from workbench.validation.refusals import Array, Integers
 
 ARRAYS = Arrays(fused=False)

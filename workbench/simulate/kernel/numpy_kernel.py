@@ -13,8 +13,8 @@ import numpy as np
 
 from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.kernel.arrays import Arrays, Line, Tape, play
-from workbench.simulate.kernel.machine import Value
 from workbench.simulate.kernel.plan import Evaluation, Plan
+from workbench.simulate.kernel.target_operations import Value
 from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work

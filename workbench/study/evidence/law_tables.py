@@ -50,7 +50,7 @@ def side_by_side(
 
     Examples
     --------
-    >>> from workbench.study.runner import run
+    >>> from workbench.study.case_runs import run
     >>> motor = wb.Run(wb.open_loop(wb.DCMotor(), "motor"), (wb.effort("omega"),), until=1.0, h=1e-2)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(wb.Case("speed", "no law", motor),))
     >>> [column.header for column in wb.side_by_side("laws", "All laws", run(study).outcomes).columns]

@@ -12,7 +12,7 @@ from workbench.core import Layout, Ode, Sampled
 from workbench.study.contract import Loop, answer, equations_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
-from workbench.study.tuning.course import Course, percent, share
+from workbench.study.tuning.convergence import Course, percent, share
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, known, vector, whole
 from workbench.validation.signatures import door

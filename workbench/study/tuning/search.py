@@ -8,13 +8,13 @@ from itertools import pairwise
 
 import numpy as np
 
-from workbench.proofs.evolution import Flags, Judged, evolve
+from workbench.proofs.differential_evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, answer
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import Trial, Tuning
-from workbench.study.tuning.course import Course, have_values, reasons_of
+from workbench.study.tuning.convergence import Course, have_values, reasons_of
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.distributions import AbstractDistribution

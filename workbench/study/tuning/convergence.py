@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.proofs.evolution import Flags
+from workbench.proofs.differential_evolution import Flags
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import GAIN, Tuning
 from workbench.validation.refusals import Array
