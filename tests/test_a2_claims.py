@@ -17,11 +17,13 @@ from scipy import linalg
 from studies.a2_claims import arm, law, observer, replay, rivals, searches
 from studies.a2_claims import study as a2_claims
 from studies.a2_claims.checks import both
+from studies.a2_claims.phrases import phrase
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
 from workbench.claims.claim_ledger import BROKEN, Finding, Ledger, Line
 from workbench.claims.counterexample import CounterExample
 from workbench.core import Claim
+from workbench.notation.formula import Power, Symbol
 from workbench.proofs.rest_points import RestPoint
 from workbench.report.html_page import html
 from workbench.study.case_runs import run
@@ -354,3 +356,13 @@ def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):
     found = replayed["reduced overshoot, numbers of a1"]
     assert set(found) == {f"SS: {law}" for law in (*LAWS, "super-twisting")}  # after jumps, which FS has none of
     assert found["SS: AOSMC-RGS"][0] > found["SS: ASMC"][0]
+
+
+def test_a_typed_claim_is_printed_with_its_letters():
+    found = phrase("V1' <= x1~^T P1 x1~, from qd_hat(0) on")
+    assert Symbol("V", "1", dots=1) in found
+    assert Power(Symbol("x", "1", accent="tilde"), Symbol("T")) in found
+    assert Symbol("q", dots=1, accent="hat") in found
+    assert " \N{LESS-THAN OR EQUAL TO} " in found
+    assert phrase("rad^2/s^3") == ("rad\N{SUPERSCRIPT TWO}/s\N{SUPERSCRIPT THREE}",)
+    assert phrase("the same word") == ("the same word",)

@@ -13,6 +13,7 @@ from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
+from studies.a2_claims.phrases import phrase
 from studies.a2_claims.searches import D_MAX, FLOOR, HUNT, L_D, REACH, SEED, STEP, V2_AT_START, outcome
 from workbench.claims.claim_ledger import BROKEN, Kind, Ledger, Line
 from workbench.core import rk4
@@ -20,7 +21,7 @@ from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee
 from workbench.simulate import simulate
 from workbench.study.document.document import Figure, Itemize, Panel, Paragraph, Section, Series, Verdict
-from workbench.study.document.phrases import Cell, Code, Column, Reference, Strong, Table, raised
+from workbench.study.document.phrases import Cell, Code, Column, Reference, Strong, Table
 from workbench.study.study import Results, Study
 
 # By verdict: how its box is marked, the sample, and what would reverse it, in terms of the fields of a finding.
@@ -143,7 +144,7 @@ def answer(ledger: Ledger, line: Line) -> Verdict:
     if finding.under:  # the verdict is of that condition, and says no more of the claim
         statement, evidence = f"{claim.name}: {finding.verdict}.", f"The claim: {claim.statement} {finding.evidence}"
     given = f"Hypotheses: {hypotheses(ledger, line) or 'none'}.{kept(line)}"
-    return Verdict(kind, *map(raised, (statement, evidence, sample, given, reversal)))
+    return Verdict(kind, *map(phrase, (statement, evidence, sample, given, reversal)))
 
 
 def hypotheses(ledger: Ledger, line: Line) -> str:
@@ -170,8 +171,8 @@ def row(ledger: Ledger, line: Line) -> tuple[Cell, ...]:
     hollow = " It rests on a refuted hypothesis." if finding.kind == "proved" and ledger.fallen(claim.name) else ""
     left_out = f" Unstated: {finding.unstated}." if finding.unstated else ""
     witness = (" ", Code(finding.witness)) if finding.witness else ()
-    evidence = (raised(finding.evidence + left_out + hollow + kept(line)), *witness)
-    return (Strong(claim.name), raised(words)), claim.source, verdict, evidence
+    evidence = (*phrase(finding.evidence + left_out + hollow + kept(line)), *witness)
+    return (Strong(claim.name), *phrase(words)), claim.source, verdict, evidence
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -188,7 +189,7 @@ def sections(results: Results) -> Sequence[Section]:
     return (
         Section("What was found", (swinging(), finite_time(), counted, *(answer(held, held[name]) for name in FIRST))),
         Section("The ledger", (Paragraph(LEGEND), *tables)),
-        Section("What these verdicts are worth", (Itemize(tuple(map(raised, WORTH))),)),
+        Section("What these verdicts are worth", (Itemize(tuple(map(phrase, WORTH))),)),
     )
 
 
