@@ -37,7 +37,7 @@ test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
 	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2 --dist loadfile $(MARKED)
+	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2 $(MARKED)
 
 test-all: MARKED = -m ""
 test-all: test

@@ -156,12 +156,14 @@ def is_printed(number, evidence):
     return False
 
 
+@pytest.mark.heavy
 def test_the_printed_page_shows_each_line_of_the_ledger_with_its_witness_to_the_letter(rows, ledger):
     shown = {name: (verdict, witness) for name, verdict, _, witness in rows}
     assert len(rows) == len(shown) == len(ledger)
     assert shown == {line.claim.name: (line.finding.verdict, line.finding.witness) for line in ledger}
 
 
+@pytest.mark.heavy
 def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, replayed):
     broken = [row for row in rows if row[1].startswith(BROKEN)]
     assert len(broken) > 20
@@ -173,6 +175,7 @@ def test_each_printed_witness_shows_the_violation_that_its_row_states(rows, repl
             assert any(is_printed(number, stated) for number in numbers(replayed[name])), f"{name}: {replayed[name]}"
 
 
+@pytest.mark.heavy
 def test_the_product_of_33_is_refused_as_its_row_says(rows, replayed):
     assert {name: verdict for name, verdict, *_ in rows}["(33), shapes"] == "ill-posed"
     assert replayed["(33), shapes"] == "ValueError"  # NumPy's
@@ -352,6 +355,7 @@ def test_each_claim_is_counted_in_one_group(ledger):
     assert {"(30), repaired", "Theorem 1, swinging arm"} <= set(groups[OURS].names)
 
 
+@pytest.mark.heavy
 def test_a_comparison_is_replayed_with_the_numbers_of_a1(replayed):
     found = replayed["reduced overshoot, numbers of a1"]
     assert set(found) == {f"SS: {law}" for law in (*LAWS, "super-twisting")}  # after jumps, which FS has none of

@@ -88,6 +88,7 @@ def test_a_start_that_blows_up_at_once_is_a_divergence_at_the_first_step():
     assert runs.x[1, -1, 0] == pytest.approx(0.1 / 0.99, rel=1e-9)
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("company", [[], [5.0]])
 def test_a_state_that_is_finite_again_at_the_next_kept_time_is_finite_alone_and_in_company(engine, company):

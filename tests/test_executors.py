@@ -169,6 +169,7 @@ def test_the_death_of_a_scheduler_is_said_in_one_sentence(cluster, tmp_path):
     assert sentence.startswith(f"workbench: The scheduler at '{address}' has gone. What was done is kept.")
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_a_cluster_that_loses_all_workers_or_its_scheduler_is_refused_in_a_sentence(cluster, monkeypatch):
     address, worker, scheduler = cluster

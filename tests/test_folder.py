@@ -87,6 +87,7 @@ def broken_writes(attempt, folder):
     return [int(line) for line in done.stdout.split()]
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(sys.platform == "win32", reason="needs fork")
 def test_a_kill_at_any_step_leaves_the_earlier_page_or_the_new_one_and_the_next_report_clears_up(tmp_path):
     steps = broken_writes("kill", tmp_path)

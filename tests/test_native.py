@@ -95,6 +95,7 @@ def test_a_run_beyond_the_reach_of_its_arithmetic_has_diverged_and_no_other_goes
     assert not simulate(step, until=20.0, every=every, engine="casadi").diverged.any()
 
 
+@pytest.mark.heavy
 def test_a_bounded_run_is_not_called_diverged_when_its_angle_passes_a_million_radians():
     step = rk4(turning(1e3), 1e-3)
     compiled, casadi = (simulate(step, until=1200.0, every=100.0, engine=e) for e in ("native", "casadi"))

@@ -181,6 +181,7 @@ def test_the_least_double_pole_of_a_pendulum_is_the_one_by_hand():
         certify(PENDULUM, by_poles(1, -0.9 * frozen, -0.9 * frozen), TURN, 2.0)
 
 
+@pytest.mark.heavy
 def test_the_noise_of_the_gains_by_lmi_keeps_the_bound_of_their_p():
     """trace L' P L bounds the square of the H2 norm to (rate q~, qd~) where the model adds nothing."""
     quiet = by_lmi(DYNAMICS, BOX, 2.0)

@@ -153,6 +153,7 @@ def test_a_run_that_is_lost_counts_as_infinitely_wrong():
     assert measurements.error(np.array([[np.nan, 1.0]]), np.ones((1, 2))) == np.inf
 
 
+@pytest.mark.heavy
 def test_the_table_has_a_row_for_each_bar():
     there = Peer("one that is there", "numpy", 1e9, 2, lambda horizon: lambda p: run(p, horizon))
     absent = Peer("one that is not", "no_such_package", 7.0, 2, lambda horizon: pytest.fail("it is not there"))

@@ -169,6 +169,7 @@ def writer(out, waits=0, **options):
     return subprocess.Popen(call, env=environment, **(settings | options))
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_no_kill_loses_or_repeats_what_was_acknowledged(tmp_path):
     kills = 0

@@ -242,7 +242,12 @@ def test_hostile_input_is_refused_within_two_seconds_and_500_megabytes(tmp_path)
     assert not (tmp_path / "pwned").exists()
 
 
-@pytest.mark.parametrize("robot", CATALOGUE)
+LONG = ("planar-6r", "panda", "ur5")  # whose equations take seconds to read
+
+
+@pytest.mark.parametrize(
+    "robot", [pytest.param(name, marks=pytest.mark.heavy) if name in LONG else name for name in CATALOGUE]
+)
 def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
     printed = FORMS["text"](Dynamics.of(named(robot), robot))
     done = verify(printed, robot=robot)

@@ -215,7 +215,10 @@ ONE = {
 }
 
 
-@pytest.mark.parametrize("name", ONE)
+FEW = ("step", "chirp", "way-points")  # one of each kind: a jump, a wave, a table
+
+
+@pytest.mark.parametrize("name", [name if name in FEW else pytest.param(name, marks=pytest.mark.heavy) for name in ONE])
 def test_both_engines_and_the_reference_integrator_run_each_signal(name):
     ode, h = loop(ONE[name]).ode(), 1e-3
     engines = ("native", "numpy")
