@@ -2,7 +2,6 @@
 
 import casadi as ca
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from workbench.core import block, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
@@ -173,6 +172,8 @@ class Table(AbstractSignal):
         if self.interpolation == "hold":
             coefficients = (begins, zero, zero, zero)
         elif self.interpolation == "cubic":
+            from scipy.interpolate import CubicSpline  # half a second, which only splines pay
+
             coefficients = tuple(CubicSpline(self.times, self.values).c[::-1])
         return np.hstack([self.times[:-1, np.newaxis], *coefficients])
 
