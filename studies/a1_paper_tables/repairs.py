@@ -109,13 +109,14 @@ def gain_figure(results: Results) -> Figure:
 def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], notes: Sequence[str] = ()) -> Table:
     """A row a run: the time at which the gain is lost, and the path, and the errors of either joint."""
     rows: list[tuple[Cell, ...]] = []
+    several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
+        named = f"{run.case.law}: {run.case.scenario}" if several else run.case.law  # a table in parts repeats it
         gone, places = run.diverged_at, [(metric, j) for metric in ("RMSE (43)", "late error") for j in (0, 1)]
         floor = float(np.nanmin(gain_floor(run))) if gone is None else None
         scores = (Measured(*run.score(*place)) if gone is None else Diverged(gone) for place in places)
-        rows.append((run.case.scenario, run.case.law, *times_lost(run), floor, *scores))
+        rows.append((named, *times_lost(run), floor, *scores))
     columns = (
-        Column("loop"),
         Column(head),
         Column("K not positive", "s", "right"),
         Column(f"|e| > {FAR:g} rad", "s", "right"),
