@@ -144,9 +144,12 @@ class _Writer:
             }
             for i, (column, align) in enumerate(zip(table.columns, alignments(table), strict=True))
         ]
+        starts = range(1, min(4, len(columns)))
+        key = next((k for k in starts if len({str(row[:k]) for row in table.rows}) == len(table.rows)), 1)
         return {
             "caption": self.phrase(table.caption),
             "columns": columns,
+            "key": key,  # the first columns that tell the rows apart, which each part of a wide table repeats
             "rows": [[self.cell(shown) for shown in row] for row in cells],
             "notes": [self.phrase(note) for note in self.notes[table.name]],
         }
