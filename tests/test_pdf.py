@@ -133,6 +133,13 @@ def test_nothing_wide_leaves_the_page(tmp_path):
     assert max(bottoms) < 841.9 - 30
 
 
+def test_each_part_of_a_wide_table_names_its_rows_by_the_columns_that_tell_them_apart(tmp_path):
+    columns = (Column("thelaw"), Column("joint"), *(Column(f"at {k} ms", "rad", "right") for k in range(12)))
+    rows = tuple((law, joint, *(["0.1234567 rad"] * 12)) for law in ("PID", "SMC") for joint in ("elbow", "wrist"))
+    pages = text_of(compiled(with_blocks(Table("t", "Wide.", columns, rows)))[0], tmp_path)
+    assert pages.count("elbow") == 2 * pages.count("thelaw") > 2
+
+
 def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
     monkeypatch.setattr(module.typst_math, "emit", lambda formula, **more: "frac(1")
     with pytest.raises(ValueError, match=r"`pdf\(document\)` could not set 'Six laws on one arm'.*formulas"):
