@@ -24,6 +24,8 @@ from workbench.study.tuning.checkpoint import tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
 from workbench.validation.refusals import whole
 
+NAMED = 3  # sweeps that a message names
+
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
 ArithmeticOf = Callable[[str], str | None]
@@ -145,7 +147,9 @@ def _compiled(name: str, sweeps: Sweeps, order: Order, arithmetic_of: Arithmetic
         return ()
     fixed = [one.name for one in sweeps if count_of(one) is None]
     if order.samples is not None and fixed:
-        names = ", ".join(f"'{name}'" for name in fixed)
+        names = ", ".join(f"'{name}'" for name in fixed[:NAMED]) + (
+            f" and {len(fixed) - NAMED} more" * (len(fixed) > NAMED)
+        )
         if len(fixed) == len(sweeps):
             raise ValueError(
                 f"`--samples` cannot change the study '{name}': the designs of its sweeps, {names}, have no "
