@@ -23,17 +23,20 @@ from workbench.simulate.kernel.plan import Plan
 from workbench.simulate.kernel.target_operations import Number
 
 
-def lower(plan: Plan, width: int, fused: bool = True) -> str:
-    """The IR of a plan for vectors of `width` runs, with `fused` products or without."""
+STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from code with a narrower stack
+
+
+def lower(plan: Plan, width: int, fused: bool = True, stack: str = STACK) -> str:
+    """The IR of a plan for vectors of `width` runs, with `fused` products or without, and how to keep the stack."""
     truth = f"declare i1 @llvm.vector.reduce.or.v{width}i1(<{width} x i1>)"
-    functions = [_piece(plan, width, fused), *([_table(plan, width, fused)] if plan.table else ())]
+    functions = [_piece(plan, width, fused, stack), *([_table(plan, width, fused, stack)] if plan.table else ())]
     return "\n".join([*declarations(width), truth, *functions])
 
 
 PIECE = """
 define i1 @workbench_piece(i64 %blocks, i64 %rows, i64 %stride, i64 %begin, i64 %row, i64 %kept, i64 %seed,
         ptr %runs, ptr %constants, ptr %p, ptr %scratch, ptr %table, ptr %x, ptr %out)
-        alignstack(64) "stackrealign" {{
+        {stack} {{
 start:
   br label %block
 block:                                            ; {width} runs side by side
@@ -89,7 +92,7 @@ end:
 
 TABLE = """
 define void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
-            alignstack(64) "stackrealign" {{
+            {stack} {{
 start:
 {prepare}
   br label %group
@@ -112,7 +115,7 @@ end:
 }}"""
 
 
-def _piece(plan: Plan, width: int, fused: bool) -> str:
+def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
     nx, graph = len(plan.graph.results), plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
@@ -144,6 +147,7 @@ def _piece(plan: Plan, width: int, fused: bool) -> str:
     keep.store("%out_here", ends)
     _any_finite(last, ends)
     return PIECE.format(
+        stack=stack,
         width=width,
         vector=body.type,
         integers=body.integers,
@@ -174,7 +178,7 @@ def _any_finite(e: Emission, states: list[str]) -> None:
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 
-def _table(plan: Plan, width: int, fused: bool) -> str:
+def _table(plan: Plan, width: int, fused: bool, stack: str) -> str:
     graph = plan.graph
 
     def outside(e: Emission, place: int) -> str:
@@ -191,6 +195,7 @@ def _table(plan: Plan, width: int, fused: bool) -> str:
     body.evaluation.make(plan.per_step)
     body.store("%table_here", map(body.evaluation.value, plan.table))
     return TABLE.format(
+        stack=stack,
         width=width,
         vector=body.type,
         integers=body.integers,
