@@ -147,10 +147,15 @@ class Page:
     @property
     def complaints(self) -> list[str]:
         """All errors, warnings and exceptions of its console."""
-        thrown = [event["exceptionDetails"]["text"] + " " + event["exceptionDetails"].get("exception", {}).get(
-            "description", ""
-        ) for event in self.told("Runtime.exceptionThrown")]
-        logged = [e["entry"]["text"] for e in self.told("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")]
+        thrown = [
+            event["exceptionDetails"]["text"]
+            + " "
+            + event["exceptionDetails"].get("exception", {}).get("description", "")
+            for event in self.told("Runtime.exceptionThrown")
+        ]
+        logged = [
+            e["entry"]["text"] for e in self.told("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")
+        ]
         calls = [str(e["args"]) for e in self.told("Runtime.consoleAPICalled") if e["type"] in ("error", "warning")]
         return thrown + logged + calls
 
@@ -207,8 +212,9 @@ class Page:
     def middle(self, selector: str) -> tuple[float, float]:
         """The middle of an element in the window, after it was brought there."""
         box = self.value(
-            f"(() => {{ const e = document.querySelector({json.dumps(selector)}); e.scrollIntoView({{block: 'nearest'}});"
-            " const b = e.getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()"
+            f"(() => {{ const e = document.querySelector({json.dumps(selector)});"
+            " e.scrollIntoView({block: 'nearest'}); const b = e.getBoundingClientRect();"
+            " return [b.x + b.width / 2, b.y + b.height / 2]; })()"
         )
         return float(box[0]), float(box[1])
 
