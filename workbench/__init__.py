@@ -30,7 +30,7 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
+    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
     "sobol_bars",
     "report.figures.runs": "plot",
 }

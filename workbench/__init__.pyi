@@ -52,6 +52,7 @@ from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
+from workbench.study.live.knob import Knob
 from workbench.study.uncertainty.factors import Factor
 
 __version__: str
@@ -74,6 +75,7 @@ __all__ = [
     "FurutaPendulum",
     "Hold",
     "Instruments",
+    "Knob",
     "Layout",
     "LinearLaw",
     "LinearObserver",

@@ -89,12 +89,13 @@ class Trajectories:
         if name in self.step.states:
             return self.step.states.unpack(self.x)[name]
         if name in self.step.outputs:
-            return self._outputs[name]
+            return self.outputs[name]
         known = (*self.step.states.names, *self.step.outputs.names)
         raise LookupError(f"There is no {described(name)} among the states and outputs: {', '.join(known)}.")
 
     @cached_property
-    def _outputs(self) -> dict[str, Array]:
+    def outputs(self) -> dict[str, Array]:
+        """The outputs by name, each (B, N, *shape)."""
         k = np.round(self.t / self.step.h).astype(int)
         values = []
         for run in range(len(self)):
