@@ -48,11 +48,11 @@ from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.live.knob import Knob
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
-from workbench.study.live.knob import Knob
 from workbench.study.uncertainty.factors import Factor
 
 __version__: str

@@ -1,4 +1,4 @@
-"""The live part of a page: its scripts, its data and its style, all inside the page, and the policy that allows them."""
+"""The live part of a page: its scripts, its data and its style, all inside it, and the policy that allows them."""
 
 from __future__ import annotations
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from workbench.core import Layout, Step
 from workbench.study.provenance import Mark
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor, Space
-from workbench.validation.refusals import nearest
+from workbench.validation.refusals import Array, nearest
 from workbench.validation.signatures import door
 
 TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
@@ -103,6 +103,10 @@ class Knob:
         space = Space((self.factor,), step.parameters, step.states)
         return tuple(int(place) for place in space.places[0])
 
+    def value(self, step: Step, p: Array, x0: Array) -> float:
+        """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
+        return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
+
     def unit(self, step: Step) -> str:
         """The unit of the numbers that it moves; that of a share is 1."""
         entries = (*step.parameters.entries, *step.states.entries)
@@ -142,7 +146,3 @@ def _names(step: Step) -> set[str]:
     layouts: tuple[Layout, ...] = (step.parameters, step.states)
     return {name for layout in layouts for name in (*layout.names, *layout.labels)}
 
-
-def value_of(knob: Knob, step: Step, p: Any, x0: Any) -> float:
-    """The number of a loop at which a knob stands when nobody has turned it."""
-    return 1.0 if knob.share else float(np.concatenate([p, x0])[knob.places(step)[0]])

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from workbench.metrics.accumulators import resolved
+from workbench.metrics.value_program import programs_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
-from workbench.study.live.knob import Knob, check, has, value_of
-from workbench.study.live.links import cells, curves
+from workbench.study.live.knob import Knob, check, has
+from workbench.study.live.links import Curve, cells, curves
 from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.signatures import door
@@ -19,10 +20,11 @@ FORMAT = 1
 
 
 @door
-def live_data(study: Study, results: Results, document: Document) -> dict[str, Any] | None:
+def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
     """What the page of a study needs to run its loops again, as plain data; None where nothing can be turned.
 
-    A loop that no browser can run stays printed, and the data say why.
+    A loop that no browser can run stays printed, and the data say why. `script` is the file of the study, for the
+    lines that compute the same in Python.
 
     Raises
     ------
@@ -31,39 +33,43 @@ def live_data(study: Study, results: Results, document: Document) -> dict[str, A
     """
     if study.live is None:
         return None
-    found = (*curves(document, results.outcomes), *cells(document, results.outcomes))
-    outcomes = [results.outcomes[k] for k in sorted({one.loop for one in found})]
-    places = {results.outcomes.index(outcome): i for i, outcome in enumerate(outcomes)}
-    knobs = study.live or _offered(study, outcomes)
+    all_curves, all_cells = (tuple(find(document, results.outcomes)) for find in (curves, cells))
+    used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
+    outcomes = [results.outcomes[k] for k in used]
+    knobs = study.live or offered(study, outcomes)
     if not (knobs and outcomes):
         return None
-    steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
-    check(knobs, steps)
-    modules, refused, loops = Modules(), {}, []
-    links = [asdict(one) | {"loop": places[one.loop]} for one in found]
-    for i, outcome in enumerate(outcomes):
-        mine = [link for link in links if link["loop"] == i]
+    check(knobs, {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes})
+    modules, loops, refused = Modules(), [], {}
+    live_curves: list[Curve] = []
+    live_places: dict[int, int] = {}
+    for k, outcome in zip(used, outcomes, strict=True):
+        mine = [replace(curve, loop=len(loops)) for curve in all_curves if curve.loop == k]
         try:
-            loops.append(_loop(outcome, knobs, mine, modules))
+            made, shown = _loop(outcome, knobs, mine, modules)
         except (ValueError, ImportError) as error:
             refused[outcome.case.name] = str(error)
-            loops.append(None)
-    live = [link for link in links if loops[link["loop"]]]
+            continue
+        live_places[k] = len(loops)
+        loops.append(made)
+        live_curves += shown
+    live_cells = (replace(cell, loop=live_places[cell.loop]) for cell in all_cells if cell.loop in live_places)
     return {
         "format": FORMAT,
         "study": study.name,
         "version": document.colophon.version,
+        "script": "" if callable(study.cases) else script,
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,
         "modules": list(modules.packed.values()),
-        "curves": [link for link in live if "figure" in link],
-        "cells": [link for link in live if "table" in link],
+        "curves": [asdict(curve) for curve in live_curves],
+        "cells": [asdict(cell) for cell in live_cells],
         "refused": refused,
     }
 
 
-def _offered(study: Study, outcomes: Sequence[Outcome]) -> tuple[Knob, ...]:
-    """The factors of the sweeps, each once, that a loop of the page has."""
+def offered(study: Study, outcomes: Sequence[Outcome]) -> tuple[Knob, ...]:
+    """The factors of the sweeps, each once, whose paths the loops have."""
     sweeps = () if callable(study.sweeps) else study.sweeps
     knobs = {factor.name: Knob.of(factor) for sweep in sweeps for factor in sweep.factors}
     steps = [outcome.measurement.trajectories.step for outcome in outcomes]
@@ -72,9 +78,8 @@ def _offered(study: Study, outcomes: Sequence[Outcome]) -> tuple[Knob, ...]:
 
 def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """A knob with the number at which it stands, which is the same in all loops that have it."""
-    runs = [outcome.measurement.trajectories for outcome in outcomes]
-    moved = [run for run in runs if knob.places(run.step)]
-    values = {value_of(knob, run.step, run.p[0], run.x[0, 0]) for run in moved}
+    runs = [run for outcome in outcomes if knob.places((run := outcome.measurement.trajectories).step)]
+    values = {knob.value(run.step, run.p[0], run.x[0, 0]) for run in runs}
     if len(values) > 1:
         raise ValueError(
             f"`Knob({knob.name!r}, ...)` must turn one number, and '{knob.paths[0]}' is "
@@ -88,49 +93,55 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
             f"to {knob.high:g}."
         )
     held = {name: getattr(knob, name) for name in ("name", "paths", "low", "high", "log", "origin", "share")}
-    return held | {"value": value, "unit": raised(knob.unit(moved[0].step))}
+    return held | {"value": value, "unit": raised(knob.unit(runs[0].step))}
 
 
-def _loop(outcome: Outcome, knobs: Sequence[Knob], links: Sequence[dict[str, Any]], modules: Modules) -> dict[str, Any]:
-    """A case as a browser runs it; the links name the outputs that it shows, which from here on count only these."""
-    run, case = outcome.measurement.trajectories, outcome.case
+def _loop(
+    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules
+) -> tuple[dict[str, Any], list[Curve]]:
+    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there."""
+    case, run = outcome.case, outcome.measurement.trajectories
     coarse, fine = coarse_and_fine(outcome)
     every = case.run.every or coarse.h
-    shown = [link[axis][1] for link in links for axis in ("x", "y") if "figure" in link and link[axis][0] == "y"]
-    wanted = sorted(set(shown))
-    for link in links:
-        for axis in ("x", "y"):
-            if "figure" in link and link[axis][0] == "y":
-                link[axis] = ("y", wanted.index(link[axis][1]))
-    size = fine.parameters.size
-    moves = [(i, knob.places(fine)) for i, knob in enumerate(knobs)]
+    wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
-    programs = programs_of(fine, metrics)
-    return {
+    made = {
         "scenario": case.scenario,
         "law": case.law,
         "label": outcome.label,
+        "digest": outcome.digest[:16],
         "until": float(run.t[-1]),
         "every": every,
         "rows": len(run.t) - 1,
         "p": plain(run.p[0]),
         "x0": plain(run.x[0, 0]),
-        "moves": [
-            {"knob": i, "p": [k for k in places if k < size], "x": [k - size for k in places if k >= size]}
-            for i, places in moves
-            if places
-        ],
+        "moves": _moves(knobs, fine.parameters.size, [knob.places(fine) for knob in knobs]),
         "seed": str(case.run.seed),
         "normals": fine.noises,
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, fine.rule.output[wanted]), 1, modules) if wanted else None,
         "metrics": [
-            {"name": m.name, "unit": m.unit, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program}
-            for m, program in zip(metrics, programs, strict=True)
+            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program.plain()}
+            for m, program in zip(metrics, programs_of(fine, metrics), strict=True)
         ],
         "scores": [
             [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
             for score in outcome.measurement.scores.values()
         ],
     }
+
+    def among_wanted(axis: Any) -> Any:
+        return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
+
+    return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
+    """The places among parameters and states that each knob moves in a loop with so many parameters."""
+    return [
+        {"knob": i, "p": [k for k in here if k < size], "x": [k - size for k in here if k >= size]}
+        for i, here in enumerate(places)
+        if here
+    ]
+

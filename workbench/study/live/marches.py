@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from workbench.core import Entry, Layout, Step
 from workbench.simulate.kernel.plan import Plan
@@ -61,7 +62,7 @@ def watched(step: Step, expressions: ca.SX) -> Step:
     held = replace(
         rule, x=ca.vertcat(rule.x, y), rate=none, update=ca.vertcat(rule.x, ca.densify(expressions)), output=none
     )
-    states = step.states + Layout(tuple(Entry(f"watched {i}", 0.0) for i in range(n)))
+    states = step.states + Layout(tuple(Entry(f"watched {i}", np.zeros(())) for i in range(n)))
     return replace(step, states=states, outputs=Layout(), rule=held)
 
 
