@@ -33,6 +33,7 @@ _ROOMS = {
     "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
     "sobol_bars",
     "report.figures.runs": "plot",
+    "report.loop_page": "live",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

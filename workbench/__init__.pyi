@@ -41,6 +41,7 @@ from workbench.plants import (
     TwoMasses,
 )
 from workbench.report.figures.runs import plot_runs as plot
+from workbench.report.loop_page import live
 from workbench.robots import named, paper_arm
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
@@ -127,6 +128,7 @@ __all__ = [
     "layout",
     "lead_lag",
     "linearize",
+    "live",
     "lqg",
     "lqr",
     "measure",

@@ -145,4 +145,3 @@ def has(step: Step, path: str) -> bool:
 def _names(step: Step) -> set[str]:
     layouts: tuple[Layout, ...] = (step.parameters, step.states)
     return {name for layout in layouts for name in (*layout.names, *layout.labels)}
-

@@ -144,4 +144,3 @@ def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) 
         for i, here in enumerate(places)
         if here
     ]
-
