@@ -1,5 +1,6 @@
 """The face for editors and mypy: each name of `wb`, and the room that it comes from."""
 
+from workbench.cli.script import load
 from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
 from workbench.core import Layout, Ode, Sampled, Signals, block, initial, layout, option, parameter, rk4
 from workbench.design import linearize
@@ -50,6 +51,7 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
+from workbench.study.live.turned import turned
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
@@ -129,6 +131,7 @@ __all__ = [
     "lead_lag",
     "linearize",
     "live",
+    "load",
     "lqg",
     "lqr",
     "measure",

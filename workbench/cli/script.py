@@ -68,8 +68,10 @@ def module_of(file: Path) -> ModuleType:
     return module
 
 
-def load(file: Path) -> Study:
-    """The `study` of a script, which is run for it."""
+def load(file: Path | str) -> Study:
+    """The `study` of a file, or of the `study.py` in a folder, which is run for it."""
+    file = file_of(Path(file))
+    check_file(file)
     study = getattr(module_of(file), "study", None)
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
@@ -97,10 +99,15 @@ def _package_of(folder: Path) -> str:
     return name
 
 
+def shown(study: Path) -> str:
+    """The path of a study with no more of this machine's folders than the user typed."""
+    below = study.is_absolute() and study.is_relative_to(Path.cwd())
+    return str(study.relative_to(Path.cwd()) if below else study)
+
+
 def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     """The command that makes this report, with no more of this machine's folders than the user typed."""
-    below = study.is_absolute() and study.is_relative_to(Path.cwd())
-    words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
+    words = ["workbench", "run", shown(study)]
     words += [] if samples is None else ["--samples", str(samples)]
     return join(words if out is None else [*words, "--out", str(out)])
 

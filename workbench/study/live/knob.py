@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -28,7 +28,7 @@ class Knob:
     ----------
     path
         A parameter or an initial state, as `controller.phi`, or a single number of one, as `controller.K[0]`; several
-        that move together as a tuple. A vector takes the same value at each of its places.
+        as a tuple, of which each loop moves those that it has. A vector takes the same value at each of its places.
     log
         True for a scale of equal ratios.
     origin
@@ -89,18 +89,16 @@ class Knob:
 
     @door
     def places(self, step: Step) -> tuple[int, ...]:
-        """The places that it moves in a row of parameters, then states; none in a loop without any of its paths.
+        """The places that it moves in a row of parameters, then states, of those of its paths that a loop has.
 
         Raises
         ------
         ValueError
             If its range leads beyond the bounds of a number.
-        LookupError
-            If a loop has one of its paths and not another.
         """
-        if not any(has(step, path) for path in self.paths):
+        if not (there := tuple(path for path in self.paths if has(step, path))):
             return ()
-        space = Space((self.factor,), step.parameters, step.states)
+        space = Space((replace(self.factor, paths=there),), step.parameters, step.states)
         return tuple(int(place) for place in space.places[0])
 
     def value(self, step: Step, p: Array, x0: Array) -> float:

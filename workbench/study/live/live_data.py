@@ -6,17 +6,27 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+from workbench.core import Step
+from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import resolved
-from workbench.metrics.value_program import programs_of
+from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
-from workbench.study.live.knob import Knob, check, has
+from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, cells, curves
 from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
+from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 FORMAT = 1
+# the lines that compute the same, with places for the name of a case, the values of knobs and a seed
+PYTHON = """import workbench as wb
+
+study = wb.load({script!r})
+scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
+"""
 
 
 @door
@@ -36,10 +46,11 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     all_curves, all_cells = (tuple(find(document, results.outcomes)) for find in (curves, cells))
     used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
     outcomes = [results.outcomes[k] for k in used]
-    knobs = study.live or offered(study, outcomes)
+    steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
+    knobs = study.live or offered(study, [*steps.values()])
     if not (knobs and outcomes):
         return None
-    check(knobs, {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes})
+    check(knobs, steps)
     modules, loops, refused = Modules(), [], {}
     live_curves: list[Curve] = []
     live_places: dict[int, int] = {}
@@ -58,7 +69,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "format": FORMAT,
         "study": study.name,
         "version": document.colophon.version,
-        "script": "" if callable(study.cases) else script,
+        "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,
         "modules": list(modules.packed.values()),
@@ -66,14 +77,6 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "cells": [asdict(cell) for cell in live_cells],
         "refused": refused,
     }
-
-
-def offered(study: Study, outcomes: Sequence[Outcome]) -> tuple[Knob, ...]:
-    """The factors of the sweeps, each once, whose paths the loops have."""
-    sweeps = () if callable(study.sweeps) else study.sweeps
-    knobs = {factor.name: Knob.of(factor) for sweep in sweeps for factor in sweep.factors}
-    steps = [outcome.measurement.trajectories.step for outcome in outcomes]
-    return tuple(knob for knob in knobs.values() if all(any(has(step, path) for step in steps) for path in knob.paths))
 
 
 def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
@@ -122,8 +125,8 @@ def _loop(
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, fine.rule.output[wanted]), 1, modules) if wanted else None,
         "metrics": [
-            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program.plain()}
-            for m, program in zip(metrics, programs_of(fine, metrics), strict=True)
+            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": _program(fine, m, run.t)}
+            for m in metrics
         ],
         "scores": [
             [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
@@ -135,6 +138,14 @@ def _loop(
         return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
 
     return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _program(step: Step, metric: AbstractMetric, t: Array) -> dict[str, Any] | None:
+    """The value of a metric at the horizon as a program; None where no other machine can run it, as it stays printed."""
+    try:
+        return program_of(step, metric, float(t[-1])).plain()
+    except ValueError:
+        return None
 
 
 def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
