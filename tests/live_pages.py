@@ -1,0 +1,171 @@
+"""Live pages for tests: the data of a few short runs, and a page that holds them and little else."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench import metrics
+from workbench.core import Entry, Layout, Step
+from workbench.metrics.accumulators import maker, resolved
+from workbench.simulate import simulate
+from workbench.simulate.kernel import webassembly
+from workbench.simulate.kernel.plan import Plan
+
+TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
+SCRIPTS = ("address", "knobs", "figures", "tables", "animation", "page")
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; font-src data:; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
+    "worker-src blob:"
+)
+STAND_INS = {  # what other files of a page hold, as far as these tests need it: they keep what they are told
+    "figures": "const shown = {}; function openFigure(svg) { return { show(c) { shown[svg.id] = c; paintStandIn(svg, c); "
+    "window.paintedAt = performance.now(); }, clear() { delete shown[svg.id]; svg.replaceChildren(); }, cursor() {} }; }\n"
+    "function paintStandIn(svg, curves) { svg.replaceChildren(...curves.map(({ x, y }) => { const line = "
+    "document.createElementNS('http://www.w3.org/2000/svg', 'polyline'); let text = ''; for (let i = 0; i < x.length; "
+    "i++) if (y[i] === y[i]) text += `${60 * x[i]},${80 - 30 * y[i]} `; line.setAttribute('points', text); "
+    "line.setAttribute('fill', 'none'); line.setAttribute('stroke', '#1d4e89'); return line; })); }",
+    "tables": "const scored = new Map(); function openTables() { return { show(i, s) { scored.set(i, s); }, "
+    "clear(i) { scored.delete(i); } }; }\n"
+    "function scoresOf(loop, fine, coarse) { return loop.metrics.map((m) => m.program.results.map((_, i) => { "
+    "const value = (e) => (e ? Math.sqrt(e.x[m.program.inputs[i][1]] / loop.until) : NaN); "
+    "return [value(fine), Math.abs(value(fine) - value(coarse))]; })); }",
+}
+
+
+def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: float, knobs: Any, seed: int = 0) -> Any:
+    """The data of loops by scenario and law: steps 2 h and h, knobs as (name, unit, path, low, high, log)."""
+    modules: dict[str, int] = {}
+    made, curves, found = [], [], {}
+    for number, ((scenario, law), loop) in enumerate(loops.items()):
+        equation = loop.ode()
+        scores = resolved(equation, [metrics.rmse()])
+        steps = maker(equation, scores)
+        fine = steps(h)
+        outputs = min(fine.outputs.size, 3)
+        moves = []
+        for place, (name, _, path, *_) in enumerate(knobs):
+            if path in fine.parameters.names:
+                spot = fine.parameters.slice(path)
+                moves.append({"knob": place, "p": list(range(spot.start, spot.stop)), "x": []})
+                found[name] = float(fine.parameters.default[spot][0])
+        run = simulate(fine, until=until, every=every, seed=seed, arithmetic="portable")
+        rows = len(run.t) - 1
+        squares = fine.states.slice("integral of RMSE")
+        integrals = range(squares.start, squares.stop)
+        made.append(
+            {
+                "scenario": scenario,
+                "law": law,
+                "label": law,
+                "until": until,
+                "every": every,
+                "rows": rows,
+                "p": fine.parameters.default.tolist(),
+                "x0": fine.states.default.tolist(),
+                "moves": moves,
+                "seed": str(seed),
+                "normals": fine.noises,
+                "coarse": _march(steps(2 * h), round(every / h / 2), modules),
+                "fine": _march(fine, round(every / h), modules),
+                "outputs": _march(_watched(fine, outputs), 1, modules),
+                "metrics": [
+                    {
+                        "name": "RMSE",
+                        "unit": scores[0].unit,
+                        "units": list(scores[0].units),
+                        "labels": list(scores[0].labels),
+                        "time": False,
+                        "program": {"inputs": [["x", i] for i in integrals], "nodes": [], "results": [*integrals]},
+                    }
+                ],
+                "scores": [[[float(np.sqrt(run.x[0, -1, i] / until)), 0.0] for i in integrals]],
+            }
+        )
+        curves += [
+            {"figure": f"figure_{panel}", "panel": 0, "series": number, "loop": number, "x": "t", "y": ["y", panel],
+             "rows": [0, rows + 1]}
+            for panel in range(outputs)
+        ]  # fmt: skip
+    turned = [
+        {"name": name, "unit": unit, "low": low, "high": high, "log": log, "value": found[name], "origin": "assumed",
+         "paths": [path], "share": False}
+        for name, unit, path, low, high, log in knobs
+    ]  # fmt: skip
+    return {
+        "format": 1,
+        "study": "small",
+        "knobs": turned,
+        "loops": made,
+        "modules": list(modules),
+        "curves": curves,
+        "cells": [],
+        "plates": {curve["figure"]: {} for curve in curves},
+        "python": "values = {values}\nseed = {seed}\n",
+    }
+
+
+def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
+    plan = Plan.of_step(step, ())
+    squeeze = zlib.compressobj(9, wbits=-15)
+    packed = squeeze.compress(webassembly.compiled(plan)) + squeeze.flush()
+    return {
+        "module": modules.setdefault(base64.b64encode(packed).decode(), len(modules)),
+        "h": step.h,
+        "stride": stride,
+        "states": step.states.size,
+        "parameters": list(plan.parameters),
+        "constants": list(plan.constants(step.h)),
+        "lanes": len(plan.lanes),
+        "table": len(plan.table),
+    }
+
+
+def _watched(step: Step, count: int) -> Step:
+    """The step that leaves the states as they are and puts the first outputs behind them."""
+    rule, y = step.rule, ca.SX.sym("y", count)
+    update = ca.vertcat(rule.x, ca.densify(rule.output[:count]))
+    held = replace(rule, x=ca.vertcat(rule.x, y), rate=ca.SX(0, 1), update=update, output=ca.SX(0, 1))
+    states = step.states + Layout(tuple(Entry(f"watched {i}", 0.0) for i in range(count)))
+    return replace(step, states=states, outputs=Layout(), rule=held)
+
+
+def script() -> str:
+    """All scripts of a page in their order, with stand-ins for those that are not there."""
+    return "\n".join(_script(name) for name in SCRIPTS)
+
+
+def _script(name: str) -> str:
+    if name in STAND_INS:
+        return STAND_INS[name]
+    path = TEMPLATES / "live" / f"{name}.js"
+    return path.read_text("utf-8") if path.exists() else ""
+
+
+def write_page(folder: Path, data: Any, body: str = "") -> Path:
+    """A page with the data, and an empty drawing for each figure."""
+    style = "\n".join((TEMPLATES / name).read_text("utf-8") for name in ("style.css", "live/live.css"))
+    drawings = "".join(
+        f'<figure class="drawing" data-figure="{name}"><div><svg id="{name}" viewBox="0 0 600 160"></svg></div></figure>'
+        for name in data["plates"]
+    )
+    worker = (TEMPLATES / "live" / "worker.js").read_text("utf-8")
+    text = json.dumps(data).replace("<", "\\u003c")
+    path = folder / "live.html"
+    path.write_text(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Small</title>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><style>{style}</style></head>'
+        f"<body><h1>A small page</h1>{body}{drawings}"
+        f'<script type="application/json" id="live">{text}</script>'
+        f'<script type="text/plain" id="live-worker">{worker}</script><script>{script()}</script></body></html>',
+        "utf-8",
+    )
+    return path

@@ -1,0 +1,307 @@
+"use strict";
+
+// The bench: the controls of a live page, made of a browser's own inputs, in a region at the side or the bottom.
+
+const EVERY = "every"; // of all scenarios
+const NOTCHES = 200; // of a slider
+const ORIGINS = { stated: "stated", derived: "derived", assumed: "assumed" };
+
+// An element with attributes and children; texts go in as texts.
+function part(tag, attributes = {}, ...children) {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) {
+    if (name === "onclick") made.addEventListener("click", value);
+    else if (value === true) made.setAttribute(name, "");
+    else if (value !== false && value !== null) made.setAttribute(name, value);
+  }
+  made.append(...children);
+  return made;
+}
+
+// A number as a reader likes it, with a true minus.
+function shortNumber(value, digits = 4) {
+  if (!Number.isFinite(value)) return Number.isNaN(value) ? "none" : value > 0 ? "\u221e" : "\u2212\u221e";
+  const size = Math.abs(value);
+  const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+  return text.replace("e+", "e").replace(/-/g, "\u2212");
+}
+
+function withUnit(text, unit) {
+  return unit && unit !== "1" ? `${text}\u00a0${unit}` : text;
+}
+
+// The scale of a knob: from values to notches of its slider and back, with values as round as a notch is wide.
+class Scale {
+  constructor({ low, high, log, value }) {
+    Object.assign(this, { low, high, log, printed: value });
+  }
+
+  share(value) {
+    const { low, high, log } = this;
+    const part = log ? Math.log(value / low) / Math.log(high / low) : (value - low) / (high - low);
+    return Math.min(1, Math.max(0, part));
+  }
+
+  notch(value) {
+    return Math.round(NOTCHES * this.share(value));
+  }
+
+  value(notch) {
+    const { low, high, log, printed } = this;
+    if (notch === this.notch(printed)) return printed;
+    if (notch <= 0 || notch >= NOTCHES) return notch <= 0 ? low : high;
+    const value = log ? low * (high / low) ** (notch / NOTCHES) : low + ((high - low) * notch) / NOTCHES;
+    const width = log ? value * Math.log(high / low) / NOTCHES : (high - low) / NOTCHES;
+    const unit = 10 ** Math.floor(Math.log10(width));
+    return Math.min(high, Math.max(low, Number((Math.round(value / unit) * unit).toPrecision(12))));
+  }
+}
+
+// One knob: its name, a slider with a mark at the printed value, a field, where the number is from, and the way back.
+class KnobControl {
+  constructor(knob, place, turned) {
+    Object.assign(this, { knob, scale: new Scale(knob), turned, name: `knob-${place}` });
+    const { name, unit, origin, value, low, high } = knob, id = this.name;
+    this.slider = part("input", { type: "range", id, min: 0, max: NOTCHES, step: 1, "aria-describedby": `${id}-about` });
+    this.field = part("input", { type: "number", min: low, max: high, step: "any", "aria-label": this.spoken() });
+    this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() }, "reset");
+    this.back.setAttribute("aria-label", `${name}: reset to the printed ${shortNumber(value, 6)}`);
+    const track = part("div", { class: "bench-track" }, this.slider);
+    track.style.setProperty("--printed", this.scale.share(value));
+    this.row = part("div", { class: "bench-knob" },
+      part("label", { for: id }, name),
+      part("span", { class: "bench-value" }, this.field, part("span", { class: "bench-unit" }, unit === "1" ? "" : unit)),
+      track,
+      part("p", { class: "bench-about", id: `${id}-about` },
+        `${ORIGINS[origin] || ""}, printed ${shortNumber(value, 6)}`.replace(/^, /, ""), this.back));
+    this.slider.addEventListener("input", () => this.turn(this.scale.value(Number(this.slider.value)), this.slider));
+    this.field.addEventListener("input", () => this.typed(false));
+    this.field.addEventListener("change", () => this.typed(true));
+  }
+
+  spoken() {
+    const { name, unit } = this.knob;
+    return unit && unit !== "1" ? `${name} in ${unit}` : name;
+  }
+
+  // What stands in the field; out of range it waits until the reader is done, then it is clipped.
+  typed(finished) {
+    const { low, high, value } = this.knob, number = this.field.value.trim() === "" ? NaN : Number(this.field.value);
+    if (finished) this.turn(Number.isNaN(number) ? value : Math.min(high, Math.max(low, number)));
+    else if (number >= low && number <= high) this.turn(number, this.field);
+  }
+
+  turn(value, by = null) {
+    this.show(value, by);
+    this.turned(value);
+  }
+
+  // Back to the printed value; the button goes away, and leaves the reader at the slider.
+  putBack() {
+    this.slider.focus({ preventScroll: true });
+    this.turn(this.knob.value);
+  }
+
+  // Put the inputs to a value, but the one by which it came.
+  show(value, by = null) {
+    const { knob, scale, slider, field, back, row } = this;
+    if (by !== slider) slider.value = scale.notch(value);
+    if (by !== field) field.value = value;
+    slider.setAttribute("aria-valuetext", withUnit(shortNumber(value), knob.unit));
+    const moved = !Object.is(value, knob.value);
+    row.classList.toggle("turned", moved);
+    back.hidden = !moved;
+  }
+}
+
+// The region with all controls. It is empty until it is opened first; then `opened` fills it.
+class Bench {
+  constructor(opened) {
+    this.opened = opened;
+    this.panel = part("div", { id: "bench-panel", class: "bench-panel", hidden: true });
+    this.handle = part("button", {
+      type: "button", class: "bench-handle", "aria-expanded": "false", "aria-controls": "bench-panel", onclick: () => this.open(),
+    }, "Turn the knobs");
+    this.region = part("section", { class: "bench", "aria-label": "Turn the knobs" }, this.handle, this.panel);
+    this.region.addEventListener("keydown", (event) => event.key === "Escape" && this.close());
+    this.status = part("p", { class: "bench-status" }, "As printed.");
+    this.voice = part("p", { class: "bench-voice", role: "status", "aria-live": "polite" });
+    this.head = part("h2", { tabindex: "-1" }, "Turn the knobs");
+    const close = part("button", { type: "button", class: "bench-close", "aria-label": "Close", onclick: () => this.close() }, "\u00d7");
+    this.panel.append(part("div", { class: "bench-head" }, this.head, close, this.status), this.voice);
+    document.body.append(this.region);
+  }
+
+  open(focus = true) {
+    this.set(true);
+    if (this.opened) this.opened();
+    this.opened = null;
+    if (focus) this.head.focus({ preventScroll: true });
+  }
+
+  close() {
+    this.set(false);
+    this.handle.focus({ preventScroll: true });
+  }
+
+  set(open) {
+    this.panel.hidden = !open;
+    this.handle.hidden = open;
+    this.handle.setAttribute("aria-expanded", String(open));
+    document.documentElement.classList.toggle("bench-open", open);
+  }
+
+  // One sentence below the head.
+  tell(text) {
+    this.status.textContent = text;
+  }
+
+  // The same for those who listen.
+  say(text) {
+    this.voice.textContent = text;
+  }
+
+  // Fill the bench with the controls of the data; `turned` hears of each new state.
+  fill(data, state, turned) {
+    Object.assign(this, { data, state, changed: () => this.afterChange(turned) });
+    const scenarios = this.scenarios(), laws = this.laws(), seed = this.seeds();
+    this.knobs = data.knobs.map((knob, i) => new KnobControl(knob, i, (value) => {
+      this.state.values[i] = value;
+      this.changed();
+    }));
+    this.results = part("div", { class: "bench-results" });
+    const back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
+    const link = part("button", { type: "button", onclick: () => this.copy(location.href, link) }, "Copy link");
+    this.back = back;
+    const buttons = part("div", { class: "bench-buttons" }, back, link);
+    if (data.python) {
+      const python = part("button", { type: "button", onclick: () => this.copy(this.python(), python) }, "Copy as Python");
+      buttons.append(python);
+    }
+    this.copied = part("textarea", { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" });
+    const knobs = part("div", { class: "bench-group" }, ...this.knobs.map((knob) => knob.row));
+    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, knobs, ...seed, ...laws);
+    this.panel.append(this.body, part("div", { class: "bench-foot" }, buttons, this.copied));
+    this.show(state);
+  }
+
+  // Only one sentence, where nothing can be turned.
+  refuse(text) {
+    this.tell(text);
+    this.say(text);
+    if (this.body) this.body.inert = true;
+  }
+
+  afterChange(turned) {
+    this.copied.hidden = true;
+    this.show(this.state);
+    turned(this.state);
+  }
+
+  scenarios() {
+    const names = [...new Set(this.data.loops.filter(Boolean).map((loop) => loop.scenario))];
+    if (names.length < 2) return [];
+    const options = names.map((name) => part("option", { value: name }, name));
+    this.scenario = part("select", { id: "bench-scenario" }, ...options, part("option", { value: EVERY }, "all of them"));
+    this.scenario.addEventListener("change", () => {
+      this.state.scenario = this.scenario.value;
+      this.changed();
+    });
+    return [part("p", { class: "bench-line" }, part("label", { for: "bench-scenario" }, "Scenario"), this.scenario)];
+  }
+
+  laws() {
+    const labels = new Map(this.data.loops.filter(Boolean).map((loop) => [loop.law, loop.label]));
+    this.boxes = new Map();
+    if (labels.size < 2) return [];
+    const lines = [...labels].map(([law, label]) => {
+      const box = part("input", { type: "checkbox" });
+      box.addEventListener("change", () => {
+        this.state.off[box.checked ? "delete" : "add"](law);
+        this.changed();
+      });
+      this.boxes.set(law, box);
+      return part("label", { class: "bench-law", "data-law": law }, box, label);
+    });
+    return [part("fieldset", {}, part("legend", {}, "Laws that run; others stay as printed"), ...lines)];
+  }
+
+  seeds() {
+    if (!this.data.loops.some((loop) => loop && loop.normals > 0)) return [];
+    this.seed = part("input", { id: "bench-seed", type: "text", inputmode: "numeric", autocomplete: "off", size: 10 });
+    this.seed.addEventListener("change", () => this.sow(this.seed.value.trim()));
+    const fresh = () => this.sow(String(crypto.getRandomValues(new Uint32Array(1))[0] % 10000));
+    return [part("p", { class: "bench-line" }, part("label", { for: "bench-seed" }, "Noise seed"), this.seed,
+      part("button", { type: "button", class: "bench-plain", onclick: fresh }, "new seed"))];
+  }
+
+  sow(text) {
+    this.state.seed = seedOfText(text, this.state.seed);
+    this.changed();
+  }
+
+  reset() {
+    const { scenario } = this.state;
+    this.state = { ...printedState(this.data), scenario };
+    this.changed();
+  }
+
+  // Put all controls to a state; knobs that no running loop has are pale.
+  show(state) {
+    this.state = state;
+    const asked = this.data.loops.filter((loop) => loop && isAsked(loop, state));
+    const used = new Set(asked.flatMap((loop) => loop.moves.map((move) => move.knob)));
+    this.knobs.forEach((control, i) => {
+      if (!Object.is(control.shown, state.values[i])) control.show(state.values[i], document.activeElement);
+      control.shown = state.values[i];
+      control.row.classList.toggle("unused", !used.has(i));
+    });
+    if (this.scenario) this.scenario.value = state.scenario;
+    if (this.seed) this.seed.value = state.seed;
+    for (const [law, box] of this.boxes) {
+      box.checked = !state.off.has(law);
+      box.parentElement.hidden = !this.data.loops.some((loop) => loop && loop.law === law && inScenario(loop, state));
+    }
+    this.back.disabled = addressOfState({ ...state, scenario: printedState(this.data).scenario }, this.data) === "";
+  }
+
+  // A line for each loop: its first number now, and as printed.
+  report(head, lines) {
+    this.results.replaceChildren();
+    if (!lines.length) return;
+    const rows = lines.map(({ label, now, printed, rough }) => part("tr", rough ? { class: "rough" } : {},
+      part("th", { scope: "row" }, label), part("td", {}, now), part("td", {}, printed)));
+    const heads = [head, "now", "printed"].map((text) => part("th", { scope: "col" }, text));
+    this.results.append(part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
+  }
+
+  // The lines that make the same run in Python.
+  python() {
+    const turned = this.data.knobs.flatMap((knob, i) =>
+      Object.is(this.state.values[i], knob.value) ? [] : [`${JSON.stringify(knob.name)}: ${this.state.values[i]}`]);
+    return this.data.python.split("{values}").join(`{${turned.join(", ")}}`).split("{seed}").join(this.state.seed);
+  }
+
+  // Copy a text, or show it where a browser lets no page write to the clipboard.
+  async copy(text, button) {
+    try {
+      await navigator.clipboard.writeText(text);
+      const name = button.textContent;
+      button.textContent = "Copied";
+      setTimeout(() => (button.textContent = name), 1500);
+    } catch {
+      this.copied.value = text;
+      this.copied.hidden = false;
+      this.copied.select();
+    }
+  }
+}
+
+function inScenario(loop, state) {
+  return state.scenario === EVERY || loop.scenario === state.scenario;
+}
+
+// True for a loop that runs in a state.
+function isAsked(loop, state) {
+  return inScenario(loop, state) && !state.off.has(loop.law);
+}

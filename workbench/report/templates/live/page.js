@@ -1,0 +1,337 @@
+"use strict";
+
+// The page: knobs ask, workers compute, and what comes back goes into the figures and tables of the report. Nothing is
+// read, compiled or started before the bench is opened; and whatever fails, the printed page stays.
+
+const HOLD = 200; // ms that a request waits for the first results of the one before, so that dragging shows them
+const NEAR = 400; // px beyond the window within which a figure is drawn at once
+const SETTLED = 300; // ms after the last turn, when the address is written
+
+const whenIdle = window.requestIdleCallback
+  ? (call) => requestIdleCallback(call, { timeout: 300 })
+  : (call) => setTimeout(call, 30);
+
+// The bytes behind a text of the page.
+async function unpackedModule(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Response(stream).arrayBuffer();
+}
+
+// The parameters, states and seed of a loop in a state of the knobs, and a text that tells them from others.
+function inputsOf(loop, state, knobs) {
+  const p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0), seed = loop.normals ? state.seed : loop.seed;
+  const turned = [];
+  for (const { knob, p: ofParameters, x: ofStates } of loop.moves) {
+    const value = state.values[knob], { share, value: printed } = knobs[knob];
+    if (Object.is(value, printed)) continue;
+    turned.push(`${knob}:${value}`);
+    for (const place of ofParameters) p[place] = share ? p[place] * value : value;
+    for (const place of ofStates) x[place] = share ? x[place] * value : value;
+  }
+  if (seed !== loop.seed) turned.push(`seed:${seed}`);
+  return { p, x, seed, key: turned.join(",") };
+}
+
+// The workers, and which of them runs which loop; each module is compiled once.
+class Pool {
+  constructor(data, source, hear, fail) {
+    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0 });
+    const place = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    const count = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1, data.loops.length));
+    this.workers = Array.from({ length: count }, () => new Worker(place));
+    for (const worker of this.workers) {
+      worker.onmessage = ({ data: told }) => (told.fault ? fail(told.fault) : hear(told));
+      worker.onerror = (event) => fail(event.message || "a worker could not start");
+    }
+    this.owners = this.shared(count);
+  }
+
+  // The work of each scenario in equal shares: the heaviest loop first, always to the least busy.
+  shared(count) {
+    const owners = new Map(), { loops, modules } = this.data;
+    for (const scenario of new Set(loops.filter(Boolean).map((loop) => loop.scenario))) {
+      const busy = new Array(count).fill(0);
+      const mine = [...loops.keys()].filter((i) => loops[i] && loops[i].scenario === scenario);
+      const weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
+      for (const i of mine.sort((a, b) => weight(b) - weight(a))) {
+        const least = busy.indexOf(Math.min(...busy));
+        owners.set(i, least);
+        busy[least] += weight(i);
+      }
+    }
+    this.weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
+    return owners;
+  }
+
+  module(place) {
+    if (!this.modules.has(place)) {
+      this.modules.set(place, unpackedModule(this.data.modules[place]).then((bytes) => WebAssembly.compile(bytes)));
+    }
+    return this.modules.get(place);
+  }
+
+  // Hand a loop to its worker, once.
+  prepare(place) {
+    if (!this.held.has(place)) this.held.set(place, this.hand(place));
+    return this.held.get(place);
+  }
+
+  async hand(place) {
+    const { p, x0, rows, coarse, fine, outputs } = this.data.loops[place], modules = {};
+    for (const march of [coarse, fine, outputs].filter(Boolean)) modules[march.module] = await this.module(march.module);
+    const loop = { p, x0, rows, coarse, fine, outputs };
+    this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
+  }
+
+  // Ask for runs, the light ones first; what was asked before ends. The ticket is on all that comes back.
+  async request(runs) {
+    const ticket = (this.ticket += 1);
+    await Promise.all(runs.map((run) => this.prepare(run.loop)));
+    if (ticket !== this.ticket) return;
+    const order = [...runs].sort((a, b) => this.weight(a.loop) - this.weight(b.loop));
+    this.workers.forEach((worker, i) => {
+      worker.postMessage({ ticket, runs: order.filter((run) => this.owners.get(run.loop) === i) });
+    });
+  }
+
+  end() {
+    this.workers.forEach((worker) => worker.terminate());
+  }
+}
+
+// The numbers of one curve from the rows of a run.
+function numbersOfCurve(curve, view, loop) {
+  const [first, last] = curve.rows, axis = (which) => {
+    if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => (first + i) * loop.every);
+    const [name, place] = which, rows = view[name], width = rows.length / (loop.rows + 1);
+    return Float64Array.from({ length: last - first }, (_, i) => rows[(first + i) * width + place]);
+  };
+  return { x: axis(curve.x), y: axis(curve.y) };
+}
+
+class LivePage {
+  constructor(text, source) {
+    Object.assign(this, { text, source, views: new Map(), late: new Set(), away: new Set(), figures: new Map(), flight: null, wanted: new Map() });
+    this.bench = new Bench(() => this.begin());
+    addEventListener("hashchange", () => this.follow());
+    if (isStateAddress(location.hash)) this.bench.open(false);
+  }
+
+  // The first opening: the data are read, the controls made, and the machinery when there is time.
+  begin() {
+    if (!("WebAssembly" in window && "DecompressionStream" in window && "Worker" in window && "BigInt" in window)) {
+      return this.bench.refuse("This browser is too old to run the loops of this page; it stays as printed.");
+    }
+    try {
+      this.data = JSON.parse(this.text);
+      this.printed = printedState(this.data);
+      this.state = stateOfAddress(location.hash, this.data);
+      this.tables = openTables(document, this.data);
+      this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state));
+    } catch (error) {
+      return this.fail(error);
+    }
+    if (addressOfState(this.state, this.data)) this.turn(this.state);
+    whenIdle(() => this.warm());
+  }
+
+  // Start the workers and compile what the scenario needs, before the first turn.
+  async warm() {
+    try {
+      const pool = this.crew();
+      for (const place of this.asked(this.state)) await pool.prepare(place);
+    } catch (error) {
+      this.fail(error);
+    }
+  }
+
+  crew() {
+    this.pool ||= new Pool(this.data, this.source, (view) => this.hear(view), (error) => this.fail(error));
+    return this.pool;
+  }
+
+  // One sentence; the page goes back to what is printed.
+  fail(error) {
+    if (this.failed) return;
+    this.failed = true;
+    if (this.pool) this.pool.end();
+    for (const place of [...this.views.keys()]) this.drop(place);
+    this.bench.refuse(`The loops cannot run in this browser, and the page stays as printed (${error.message || error}).`);
+  }
+
+  // A fragment that came from elsewhere, as by the reader's own hand.
+  follow() {
+    if (!isStateAddress(location.hash)) return;
+    if (!this.data) return this.bench.open(false);
+    const state = stateOfAddress(location.hash, this.data);
+    if (addressOfState(state, this.data) === addressOfState(this.state, this.data)) return;
+    this.bench.show(copiedState(state));
+    this.turn(state);
+  }
+
+  asked(state) {
+    return [...this.data.loops.keys()].filter((i) => this.data.loops[i] && isAsked(this.data.loops[i], state));
+  }
+
+  // A new state: loops that are as printed go back to it, the others are asked for.
+  turn(state) {
+    if (this.failed) return;
+    this.state = copiedState(state);
+    this.turnedAt = performance.now();
+    clearTimeout(this.writing);
+    this.writing = setTimeout(() => writeAddress(addressOfState(this.state, this.data)), SETTLED);
+    this.wanted = new Map();
+    for (const place of this.asked(this.state)) {
+      const inputs = inputsOf(this.data.loops[place], this.state, this.data.knobs);
+      if (inputs.key) this.wanted.set(place, inputs);
+    }
+    for (const place of [...this.views.keys()]) if (!this.wanted.has(place)) this.drop(place);
+    this.ask();
+  }
+
+  // Ask for what is not there yet; soon, if first results of an older request are still on their way.
+  ask() {
+    clearTimeout(this.held);
+    this.held = null;
+    const wait = this.flight && this.flight.rough.size ? this.flight.began + HOLD - performance.now() : 0;
+    if (wait > 0) return void (this.held = setTimeout(() => this.ask(), wait));
+    const runs = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key)
+      .map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, watched: Boolean(this.data.loops[place].outputs) }));
+    const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key])), places = runs.map((run) => run.loop);
+    this.flight = runs.length ? { began: performance.now(), keys, rough: new Set(places), fine: new Set(places) } : null;
+    this.report();
+    if (this.pool || runs.length) this.crew().request(runs).catch((error) => this.fail(error));
+  }
+
+  // Rows of a run have come.
+  hear(view) {
+    const { flight } = this, place = view.loop;
+    if (this.failed || !flight || view.ticket !== this.pool.ticket || !this.wanted.has(place)) return;
+    const shown = { ...this.views.get(place), ...view, turnedAt: this.turnedAt };
+    if (view.done) {
+      if (view.phase === "coarse") shown.coarse = view.ends;
+      else shown.fine = flight.keys.get(place);
+      shown.scores = scoresOf(this.data.loops[place], view.ends, view.phase === "fine" ? shown.coarse : null);
+      flight.rough.delete(place);
+      if (view.phase === "fine") flight.fine.delete(place);
+    }
+    this.views.set(place, shown);
+    this.redraw(place);
+    if (!view.done) return;
+    this.report();
+    if (!flight.rough.size && this.held) this.ask();
+  }
+
+  // A loop goes back to what is printed.
+  drop(place) {
+    this.views.delete(place);
+    this.redraw(place);
+  }
+
+  // The loop's figures, tables and drawing are drawn in the next frame, those out of sight when there is time.
+  redraw(place) {
+    this.late.add(place);
+    this.frame ||= requestAnimationFrame(() => {
+      this.frame = null;
+      this.draw();
+    });
+  }
+
+  draw() {
+    const places = [...this.late], names = new Set();
+    this.late.clear();
+    for (const place of places) {
+      const view = this.views.get(place);
+      if (!view) this.tables.clear(place);
+      else if (view.done) this.tables.show(place, view.scores);
+      for (const curve of this.data.curves) if (curve.loop === place) names.add(curve.figure);
+    }
+    for (const name of names) {
+      const figure = this.figure(name);
+      if (figure && figure.isNear()) this.paint(name);
+      else if (figure) this.away.add(name);
+    }
+    if (this.away.size) whenIdle(() => this.paintAway());
+    this.drawn = performance.now();
+  }
+
+  // One of the figures out of sight, and then the next.
+  paintAway() {
+    const [name] = this.away;
+    if (name === undefined) return;
+    this.paint(name);
+    if (this.away.size) whenIdle(() => this.paintAway());
+  }
+
+  figure(name) {
+    if (!this.figures.has(name)) {
+      const svg = document.querySelector(`[data-figure="${CSS.escape(name)}"] svg`), plate = this.data.plates[name];
+      const isNear = () => {
+        const { top, bottom } = svg.getBoundingClientRect();
+        return bottom > -NEAR && top < innerHeight + NEAR;
+      };
+      this.figures.set(name, svg && plate ? { drawing: openFigure(svg, plate), isNear } : null);
+    }
+    return this.figures.get(name);
+  }
+
+  // All curves of a figure whose loops have run; without any it is as printed.
+  paint(name) {
+    this.away.delete(name);
+    const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
+    const { drawing } = this.figures.get(name);
+    if (!curves.length) return drawing.clear();
+    drawing.show(curves.map((curve) => {
+      const { panel, series, loop } = curve;
+      return { panel, series, ...numbersOfCurve(curve, this.views.get(loop), this.data.loops[loop]) };
+    }));
+  }
+
+  // What the bench says: the first number of each loop, how long it took, and which runs have diverged.
+  report() {
+    const { bench, views, data } = this, places = [...this.wanted.keys()].filter((place) => views.has(place));
+    const done = places.filter((place) => views.get(place).scores || views.get(place).divergedAt !== null);
+    const lines = done.map((place) => this.line(place));
+    const first = done.map((place) => data.loops[place].metrics[0]).find(Boolean);
+    bench.report(first ? headOfMetric(first) : "", lines);
+    if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
+    if (!this.wanted.size) return bench.tell(this.idleText());
+    const spent = (performance.now() - this.turnedAt) / 1000;
+    const loops = places.length === 1 ? "1 loop" : `${places.length} loops`;
+    bench.tell(`${loops} run on this machine in ${shortNumber(spent, 2)}\u00a0s. Figures and tables show them.`);
+    bench.say(lines.map((line) => line.spoken).join(" "));
+  }
+
+  idleText() {
+    const turned = addressOfState({ ...this.state, scenario: this.printed.scenario, off: new Set() }, this.data);
+    return turned ? "As printed: what is turned is in no loop that runs here." : "As printed.";
+  }
+
+  line(place) {
+    const { label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
+    const [metric] = metrics, rough = view.phase !== "fine", name = metric ? metric.name : "";
+    const before = metric ? shortNumber(Number(printed[0][0][0])) : "";
+    if (view.divergedAt !== null) {
+      const when = `diverges at ${shortNumber(view.divergedAt)}\u00a0s`;
+      return { label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
+    }
+    const now = metric ? shortNumber(view.scores[0][0][0]) : "";
+    const unit = metric ? (metric.units || [])[0] || metric.unit : "";
+    return { label, now, printed: before, rough, spoken: `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).` };
+  }
+}
+
+// A metric of which the first number is shown, with its label and unit.
+function headOfMetric({ name, labels, unit, units }) {
+  const label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
+  return `${name}${label} [${(units || [])[0] || unit}]`;
+}
+
+// A page without data has no bench.
+function openLivePage() {
+  const data = document.getElementById("live"), worker = document.getElementById("live-worker");
+  return data && worker ? new LivePage(data.textContent, worker.textContent) : null;
+}
+
+const livePage = openLivePage();

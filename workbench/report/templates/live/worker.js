@@ -1,0 +1,242 @@
+"use strict";
+
+// The worker: it marches loops in slices of a few milliseconds, and between two slices it listens. The newest request
+// wins: whatever an older one asked for ends there.
+
+const STEPS_AT_ONCE = 2000; // share a table of what depends on time alone, as in the engine
+const ROWS_OF_A_LOOK = 64; // in the search for the first step that is not finite, as in the engine
+const CALL = 4; // ms that one call of a kernel shall take
+const SLICE = 12; // ms between two looks for a newer request
+const GROWTH = 60; // ms between two views of a run that is under way
+
+// The march of one module: a memory with all its arrays, and the two functions that work on them.
+class Kernel {
+  constructor(module, march) {
+    this.march = march;
+    const places = this.places(Math.max(1, Math.floor(STEPS_AT_ONCE / march.stride)));
+    const memory = new WebAssembly.Memory({ initial: Math.ceil(places.end / 65536) });
+    const array = (name, size) => new Float64Array(memory.buffer, places[name], size);
+    const { workbench_piece, workbench_table } = new WebAssembly.Instance(module, {
+      env: { __linear_memory: memory },
+    }).exports;
+    this.piece = workbench_piece;
+    this.table = march.table ? workbench_table : null;
+    this.at = ["runs", "constants", "p", "scratch", "table", "x", "out"].map((name) => places[name]);
+    array("constants", march.constants.length).set(march.constants); // and the key of the run is 0
+    this.p = array("p", march.parameters.length);
+    this.x = array("x", march.states);
+    this.out = new Float64Array(memory.buffer, places.out);
+    this.pace = 0.01; // ms a step, which is measured as it runs
+  }
+
+  // Where each array begins: at a multiple of 64 bytes, as the widest loads ask for.
+  places(rows) {
+    const { constants, parameters, lanes, table, states } = this.march;
+    const sizes = {
+      runs: 1, constants: constants.length, p: parameters.length, scratch: lanes, table: STEPS_AT_ONCE * table,
+      x: states, out: rows * states,
+    };
+    const places = { end: 64 };
+    for (const [name, size] of Object.entries(sizes)) {
+      places[name] = places.end;
+      places.end += Math.ceil((8 * size) / 64) * 64;
+    }
+    return places;
+  }
+
+  // All parameters of the loop, and the seed of its noise.
+  load(p, seed) {
+    this.march.parameters.forEach((place, i) => (this.p[i] = p[place]));
+    this.seed = BigInt.asIntN(64, BigInt(seed));
+  }
+
+  // March `rows` times `steps` steps from step `begin` on; the rows stand in `out`, the last one in `x`.
+  advance(rows, steps, begin) {
+    const [runs, constants, p, scratch, table, x, out] = this.at;
+    const first = BigInt(begin);
+    if (this.table) this.table(BigInt(rows * steps), first, constants, p, table);
+    this.piece(1n, BigInt(rows), BigInt(steps), first, 0n, BigInt(rows), this.seed, runs, constants, p, scratch, table, x, out);
+  }
+
+  // March `span` steps, however many, from step `begin` on.
+  walk(begin, span) {
+    for (let done = 0; done < span; done += STEPS_AT_ONCE) {
+      this.advance(1, Math.min(STEPS_AT_ONCE, span - done), begin + done);
+    }
+  }
+}
+
+function allFinite(numbers, from, to) {
+  for (let i = from; i < to; i++) if (!Number.isFinite(numbers[i])) return false;
+  return true;
+}
+
+// The steps behind `begin` after which a state is not finite any more; it is finite in `state`, and not `span` later.
+function firstLoss(kernel, state, begin, span) {
+  const stride = Math.ceil(span / ROWS_OF_A_LOOK), rows = Math.floor(span / stride);
+  let before = state, bad = 1;
+  kernel.x.set(state);
+  for (; bad <= rows; bad++) {
+    kernel.walk(begin + (bad - 1) * stride, stride);
+    if (!allFinite(kernel.x, 0, kernel.x.length)) break;
+    before = kernel.x.slice();
+  }
+  if (stride === 1) return bad;
+  const passed = (bad - 1) * stride;
+  return passed + firstLoss(kernel, before, begin + passed, Math.min(stride, span - passed));
+}
+
+// A run of a loop at one of its steps: the rows that are done, filled call by call.
+class Run {
+  constructor(loop, kernel, outputs, p, x0, seed) {
+    const { states } = kernel.march;
+    Object.assign(this, { loop, kernel, outputs, p, seed, states, rows: 0, spent: 0, divergedAt: null });
+    this.x = new Float64Array((loop.rows + 1) * states).fill(NaN);
+    this.x.set(x0);
+    this.last = Float64Array.from(x0);
+    this.within = 0; // steps behind the last row that are done
+    this.seen = 0; // rows whose outputs are known
+    this.watched = outputs ? outputs.march.states - states : 0; // behind the states
+    this.y = outputs ? new Float64Array((loop.rows + 1) * this.watched).fill(NaN) : null;
+  }
+
+  get done() {
+    return this.rows === this.loop.rows || this.divergedAt !== null;
+  }
+
+  // One call of the kernel: some rows, or a part of one.
+  advance() {
+    const { kernel, states } = this, { stride, h } = kernel.march, started = performance.now();
+    const most = Math.max(1, Math.min(STEPS_AT_ONCE, Math.floor(CALL / kernel.pace)));
+    const whole = stride <= most && this.within === 0;
+    const rows = whole ? Math.min(Math.floor(most / stride), this.loop.rows - this.rows) : 1;
+    const steps = whole ? stride : Math.min(most, stride - this.within);
+    kernel.load(this.p, this.seed);
+    kernel.x.set(this.last);
+    kernel.advance(rows, steps, this.rows * stride + this.within);
+    this.last.set(kernel.x);
+    this.within += steps;
+    if (this.within >= stride) {
+      this.within = 0;
+      this.keep(rows, stride, h);
+    }
+    const passed = performance.now() - started;
+    this.spent += passed;
+    if (rows * steps >= 50) kernel.pace = Math.max(1e-5, passed / (rows * steps));
+  }
+
+  // Keep the rows before the first that is not finite, and find the step that lost it.
+  keep(rows, stride, h) {
+    const { kernel, states, x } = this;
+    for (let row = 0; row < rows; row++, this.rows++) {
+      if (!allFinite(kernel.out, row * states, (row + 1) * states)) {
+        const begin = this.rows * stride, state = x.slice(this.rows * states, (this.rows + 1) * states);
+        this.divergedAt = (begin + firstLoss(kernel, state, begin, stride)) * h;
+        return;
+      }
+      x.set(kernel.out.subarray(row * states, (row + 1) * states), (this.rows + 1) * states);
+    }
+  }
+
+  // The outputs of the rows that are done, for at most `limit` ms; true if none is left.
+  observe(limit) {
+    const { outputs, states, watched, x, y } = this, stride = this.kernel.march.stride;
+    if (!outputs) return true;
+    const started = performance.now(), nx = outputs.march.states - watched;
+    outputs.load(this.p, this.seed);
+    for (; this.seen <= this.rows; this.seen++) {
+      outputs.x.set(x.subarray(this.seen * states, this.seen * states + nx));
+      outputs.x.fill(0, nx);
+      outputs.advance(1, 1, this.seen * stride);
+      y.set(outputs.x.subarray(nx), this.seen * watched);
+      if (this.seen % 64 === 63 && performance.now() - started > limit) {
+        this.seen += 1;
+        this.spent += performance.now() - started;
+        return this.seen > this.rows;
+      }
+    }
+    this.spent += performance.now() - started;
+    return true;
+  }
+
+  // The states at the horizon and one step later, from which metrics follow; none of a run that has diverged.
+  ends() {
+    if (this.divergedAt !== null) return null;
+    const x = this.last.slice();
+    this.kernel.load(this.p, this.seed);
+    this.kernel.x.set(x);
+    this.kernel.advance(1, 1, this.rows * this.kernel.march.stride);
+    return { x, z: this.kernel.x.slice() };
+  }
+}
+
+const loops = new Map(); // by their places in the page: the loop and its kernels
+let newest = 0; // the ticket of the newest request
+
+// Lets messages in: what has come meanwhile is heard before this goes on.
+const channel = new MessageChannel();
+let wake = null;
+channel.port1.onmessage = () => wake();
+function pause() {
+  return new Promise((resolve) => {
+    wake = resolve;
+    channel.port2.postMessage(0);
+  });
+}
+
+function take({ place, loop, modules }) {
+  const kernels = {};
+  for (const name of ["coarse", "fine", "outputs"]) {
+    if (loop[name]) kernels[name] = new Kernel(modules[loop[name].module], loop[name]);
+  }
+  loops.set(place, { loop, kernels });
+}
+
+// What the page is told: of a run under way copies, of a run that is done the arrays themselves.
+function tell(ticket, place, phase, run) {
+  const { rows, spent, divergedAt, done } = run;
+  const x = done ? run.x : run.x.slice(), y = run.y && !done ? run.y.slice() : run.y;
+  const ends = done ? run.ends() : null;
+  const view = { ticket, loop: place, phase, rows, x, y, ends, divergedAt, done, milliseconds: spent };
+  postMessage(view, y ? [x.buffer, y.buffer] : [x.buffer]);
+}
+
+// One run, slice by slice; false if a newer request has come.
+async function march(ticket, phase, { loop: place, p, x, seed, watched }) {
+  const { loop, kernels } = loops.get(place);
+  const run = new Run(loop, kernels[phase], watched ? kernels.outputs : null, p, x, seed);
+  let told = performance.now(), started = told;
+  while (!run.done) {
+    run.advance();
+    if (performance.now() - started < SLICE - CALL) continue;
+    if (phase === "coarse" && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
+      tell(ticket, place, phase, run);
+      told = performance.now();
+    }
+    await pause();
+    if (ticket !== newest) return false;
+    started = performance.now();
+  }
+  while (!run.observe(SLICE - CALL)) {
+    await pause();
+    if (ticket !== newest) return false;
+  }
+  tell(ticket, place, phase, run);
+  return true;
+}
+
+// All loops of a request at the coarse step, which shows where the curves go, then at the fine one.
+async function serve({ ticket, runs }) {
+  newest = ticket;
+  await pause();
+  for (const phase of ["coarse", "fine"]) {
+    for (const run of runs) {
+      if (ticket !== newest || !(await march(ticket, phase, run))) return;
+    }
+  }
+}
+
+onmessage = ({ data }) => {
+  if (data.loop) return take(data);
+  return serve(data).catch((error) => postMessage({ ticket: data.ticket, fault: String(error) }));
+};
