@@ -154,4 +154,5 @@ __all__ = [
     "sobol_bars",
     "steady_kalman",
     "total_variation",
+    "turned",
 ]

@@ -76,6 +76,11 @@ class Knob:
         log = isinstance(factor.distribution, LogUniform)
         return Knob(factor.name, factor.paths, low, high, log, factor.origin, factor.share)
 
+    def together(self, other: Knob) -> Knob:
+        """This knob with the paths and the range of another one of its name too."""
+        paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
+        return replace(self, path=paths, low=min(self.low, other.low), high=max(self.high, other.high))
+
     @property
     def paths(self) -> tuple[str, ...]:
         """Its paths."""
@@ -127,12 +132,11 @@ def check(knobs: tuple[Knob, ...], steps: Mapping[str, Step]) -> None:
         raise ValueError(f"`Study(live=...)` needs knobs of distinct names; got {names}.")
     known = {name for step in steps.values() for name in _names(step)}
     for knob in knobs:
-        for path in knob.paths:
-            if path not in known:
-                raise LookupError(
-                    f"`Study(live=...)`: there is no '{path}', which the knob '{knob.name}' turns, in any of the "
-                    f"{len(steps)} live loops.{nearest(path, sorted(known))}"
-                )
+        if not known & {*knob.paths}:
+            raise LookupError(
+                f"`Study(live=...)`: there is no '{knob.paths[0]}', which the knob '{knob.name}' turns, in any of the "
+                f"{len(steps)} live loops.{nearest(knob.paths[0], sorted(known))}"
+            )
 
 
 def has(step: Step, path: str) -> bool:

@@ -6,7 +6,9 @@ from collections.abc import Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-from workbench.core import Step
+import casadi as ca
+
+from workbench.core import Ode, Step
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import resolved
 from workbench.metrics.value_program import program_of
@@ -108,6 +110,8 @@ def _loop(
     every = case.run.every or coarse.h
     wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
+    drawing = outcome.ode.drawing
+    seen = fine.rule.output[wanted] if drawing is None else ca.vertcat(fine.rule.output[wanted], _moving(outcome, fine))
     made = {
         "scenario": case.scenario,
         "law": case.law,
@@ -123,7 +127,8 @@ def _loop(
         "normals": fine.noises,
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
-        "outputs": march(watched(fine, fine.rule.output[wanted]), 1, modules) if wanted else None,
+        "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
+        "drawing": None if drawing is None else drawing.data | {"first": len(wanted), "places": seen.numel() - len(wanted)},
         "metrics": [
             {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": _program(fine, m, run.t)}
             for m in metrics
@@ -138,6 +143,14 @@ def _loop(
         return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
 
     return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _moving(outcome: Outcome, step: Step) -> ca.SX:
+    """The coordinates of the drawing of a loop, (n, 1), in the symbols of its step."""
+    ode, rule = outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow, step.rule
+    assert ode.drawing is not None
+    own = ca.vertcat(rule.t, rule.x[: ode.x.numel()], rule.p)
+    return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
 
 
 def _program(step: Step, metric: AbstractMetric, t: Array) -> dict[str, Any] | None:

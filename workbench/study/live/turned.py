@@ -62,7 +62,10 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
 
 
 def offered(study: Study, steps: Sequence[Step]) -> tuple[Knob, ...]:
-    """The factors of the sweeps of a study, each once, of which some loop has every path."""
-    sweeps = () if callable(study.sweeps) else study.sweeps
-    knobs = {factor.name: Knob.of(factor) for sweep in sweeps for factor in sweep.factors}
-    return tuple(knob for knob in knobs.values() if all(any(has(step, path) for step in steps) for path in knob.paths))
+    """The factors of the sweeps of a study, of which some loop has a path; those of one name are one knob."""
+    knobs: dict[str, Knob] = {}
+    for sweep in () if callable(study.sweeps) else study.sweeps:
+        for factor in sweep.factors:
+            new = Knob.of(factor)
+            knobs[new.name] = new.together(knobs.get(new.name, new))
+    return tuple(knob for knob in knobs.values() if any(has(step, path) for step in steps for path in knob.paths))
