@@ -147,10 +147,15 @@ class Page:
     @property
     def complaints(self) -> list[str]:
         """All errors, warnings and exceptions of its console."""
-        thrown = [event["exceptionDetails"]["text"] + " " + event["exceptionDetails"].get("exception", {}).get(
-            "description", ""
-        ) for event in self.told("Runtime.exceptionThrown")]
-        logged = [e["entry"]["text"] for e in self.told("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")]
+        thrown = [
+            event["exceptionDetails"]["text"]
+            + " "
+            + event["exceptionDetails"].get("exception", {}).get("description", "")
+            for event in self.told("Runtime.exceptionThrown")
+        ]
+        logged = [
+            e["entry"]["text"] for e in self.told("Log.entryAdded") if e["entry"]["level"] in ("error", "warning")
+        ]
         calls = [str(e["args"]) for e in self.told("Runtime.consoleAPICalled") if e["type"] in ("error", "warning")]
         return thrown + logged + calls
 
