@@ -30,9 +30,12 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
+    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
     "sobol_bars",
+    "study.live.turned": "turned",
+    "cli.script": "load",
     "report.figures.runs": "plot",
+    "report.loop_page": "live",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

@@ -1,5 +1,6 @@
 """The face for editors and mypy: each name of `wb`, and the room that it comes from."""
 
+from workbench.cli.script import load
 from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
 from workbench.core import Layout, Ode, Sampled, Signals, block, initial, layout, option, parameter, rk4
 from workbench.design import linearize
@@ -41,6 +42,7 @@ from workbench.plants import (
     TwoMasses,
 )
 from workbench.report.figures.runs import plot_runs as plot
+from workbench.report.loop_page import live
 from workbench.robots import named, paper_arm
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
@@ -48,6 +50,8 @@ from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.live.knob import Knob
+from workbench.study.live.turned import turned
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
@@ -74,6 +78,7 @@ __all__ = [
     "FurutaPendulum",
     "Hold",
     "Instruments",
+    "Knob",
     "Layout",
     "LinearLaw",
     "LinearObserver",
@@ -125,6 +130,8 @@ __all__ = [
     "layout",
     "lead_lag",
     "linearize",
+    "live",
+    "load",
     "lqg",
     "lqr",
     "measure",
@@ -147,4 +154,5 @@ __all__ = [
     "sobol_bars",
     "steady_kalman",
     "total_variation",
+    "turned",
 ]

@@ -16,6 +16,7 @@ from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
 from workbench.study.contract import Run
 from workbench.study.document.document import Paragraph, Section, Verdict
+from workbench.study.live.knob import Knob
 from workbench.study.study import Case, Outcome, Results, Study
 
 PRINTED = metrics.sampled_rmse(CARD["sample time of (43)"])
@@ -37,6 +38,21 @@ PROPOSED_STEP = 1e-3 / 12
 STEPS = {"PID": 5e-4, "SMC": 5e-4, "super-twisting": 5e-4, "ASMC": 1e-4, "Fuzzy-ASMC": 1e-3 / 12, "RBF-ASMC": 1e-4}
 GIVEN = "Positions, the exact model and, by (24), the true disturbance."
 STYLES = {law: i for i, law in enumerate((*LAWS, "super-twisting"))}
+
+LIVE = (
+    Knob("phi", "controller.phi", 0.001, 0.5, log=True, origin="stated"),
+    Knob("Lambda", "controller.Lambda", 1.0, 20.0, origin="stated"),
+    Knob("mass of link 2", "plant.arm.links[1].mass", 0.5, 2.0, origin="stated"),
+    Knob("disturbance", "plant.disturbance.amplitude", 0.1, 20.0, log=True, origin="stated", share=True),
+    Knob("reference", "reference.amplitude", 0.2, 2.0, share=True),
+    Knob("first gain K", "controller.K", 0.2, 10.0, log=True, share=True),
+    Knob("Q of AOSMC-RGS", "controller.Q", 0.001, 2.0, log=True, share=True),
+    Knob("R of AOSMC-RGS", "controller.R", 0.1, 100.0, log=True, share=True),
+    Knob("l of (24)", "observer.disturbance.l", 5.0, 30.0),
+    Knob("observer (10)", ("observer.state.L1", "observer.state.L2"), 0.2, 2.0, log=True, origin="stated", share=True),
+    Knob("rate of adaption", ("controller.gamma", "controller.Gamma"), 0.2, 20.0, log=True, share=True),
+    Knob("PID", ("controller.Kp", "controller.Ki", "controller.Kd"), 0.2, 2.0, log=True, origin="derived", share=True),
+)
 
 
 def comparison(scenario: str) -> tuple[Case, ...]:
@@ -244,4 +260,5 @@ study = Study(
     cases=(*comparison("FS"), *comparison("SS"), *variants()),
     sections=sections,
     headlines=lambda results: [str(one.statement) for one in findings(results)],
+    live=LIVE,
 )

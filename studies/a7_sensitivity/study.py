@@ -23,6 +23,7 @@ from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, gr
 from workbench.metrics import measure
 from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table, Verdict
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results, Study
 from workbench.study.uncertainty import Estimate, SobolIndices
 from workbench.study.uncertainty.factors import Space
@@ -31,6 +32,10 @@ WORST = 3  # runs a joint with the largest TV, which are run again
 KEPT = 0.01  # s between the states at which the limit of stability is looked for
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")
+TURNED = (
+    "Each law with the numbers of the card, run alone. In the page of this report the factors of the sweeps are knobs, "
+    "each a share of its number."
+)
 
 
 def indices_figure(one: LawResults, joint: int) -> Figure:
@@ -234,6 +239,7 @@ def sections(results: Results) -> Sequence[Section]:
         Section("Gains, arm or model", (groups_table(laws),)),
         varied_section(laws),
         trust_section(laws),
+        loops_section("The laws, to be turned", TURNED, results.outcomes),
     )
 
 
@@ -259,5 +265,6 @@ study = Study(
     headlines=headlines,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},
     seed=sweeps.SEED,
+    cases=sweeps.own_numbers(),
     sweeps=tuple(sweep for law in sweeps.LAWS for sweep in sweeps.sweeps(law).values()),
 )

@@ -17,6 +17,7 @@ from workbench.notation.formula import symbol
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Phrase
 from workbench.study.provenance import Given
+from workbench.study.study import Case
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
@@ -131,6 +132,7 @@ PROPOSED = "AOSMC-RGS"
 LAWS = (PROPOSED, *RIVALS)
 SCENARIO = "FS"
 UNTIL, EVERY, LATE, SAMPLE = 5.0, 0.25, 3.0, 1e-3  # s: horizon, windows, when the start is over, grid of the TV
+SHOWN = 0.01  # s, between two points of a curve
 SEED = 7
 OF_LATE = f"The late error is the largest |e| from {LATE:g} to {UNTIL:g} s."
 METRICS = (rmse(), late_error(LATE), total_variation(SAMPLE), effort())
@@ -172,6 +174,14 @@ def loop(law: str) -> ClosedLoop:
 def metrics(law: str) -> tuple[AbstractMetric, ...]:
     """The metrics of a law, with the error of its observer where it has one."""
     return (*METRICS, OBSERVER) if law == PROPOSED else METRICS
+
+
+def own_numbers() -> tuple[Case, ...]:
+    """Each law with the numbers of the card, for the page to turn."""
+    return tuple(
+        Case(SCENARIO, law, Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
+        for i, law in enumerate(LAWS)
+    )
 
 
 def free(law: str) -> tuple[Factor, ...]:

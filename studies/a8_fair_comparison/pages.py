@@ -27,10 +27,16 @@ from workbench.study.document.phrases import raised
 from workbench.study.evidence import ablation_table, statistics_table
 from workbench.study.evidence.law_tables import information_table
 from workbench.study.pictures import budget_curves, pareto_fronts, standings_figure
+from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array
+
+TURNED = (
+    "Each law as it was tuned behind both observers, in the first held-out scenario with one draw of the noise. In the "
+    "page of this report the conditions that are drawn are knobs."
+)
 
 
 def sections(results: Results) -> Sequence[Section]:
@@ -42,6 +48,7 @@ def sections(results: Results) -> Sequence[Section]:
         parts(held),
         tuning(results),
         trust(results),
+        loops_section("The laws, to be turned", TURNED, results.outcomes),
     )
 
 

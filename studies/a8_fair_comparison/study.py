@@ -6,15 +6,16 @@ Runs in about six minutes on two cores.
 from collections.abc import Mapping
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
-from studies.a8_fair_comparison.entrants import ALL, ENTRANTS, PROPOSAL, Entrant
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
 from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, DRAWN, contenders, name_of, sweep
 from studies.a8_fair_comparison.pages import headlines, sections
 from workbench.study.contract import Run, Sweep
-from workbench.study.study import Study
+from workbench.study.study import Case, Study
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
 EVALUATIONS, SEEDS = 160, (1, 2, 3)  # for each number that is tuned, at most; one search each
 SETTLED = 0.4  # of its evaluations, from which on a search that has settled ends
+SHOWN = 0.01  # s, between two points of a curve
 TRAINING_SEED = 80  # of the noise of the first training scenario: no law is judged by noise that it was tuned for
 
 
@@ -55,6 +56,20 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     return tuple(made)
 
 
+def cases(tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
+    """Each law behind what BOTH gives it, as it was tuned, in the first held-out scenario, for the page to turn."""
+    scenario = HELD_OUT[0]
+    return tuple(
+        Case(
+            scenario.name,
+            one.name,
+            Run(one.loop(scenario, tuned[one.key].best), metrics(scenario), HORIZON, SHOWN, PERIOD / 2, seed=DRAWN),
+            style=i,
+        )
+        for i, one in enumerate(ENTRANTS[BOTH.key])
+    )
+
+
 study = Study(
     name="a8_fair_comparison",
     title="Who really wins: all laws given the same, tuned alike, and judged where none was tuned",
@@ -71,6 +86,7 @@ study = Study(
         "for all pairs and all scenarios at once."
     ),
     tunings=tunings(),
+    cases=cases,
     sweeps=sweeps,
     sections=sections,
     headlines=headlines,

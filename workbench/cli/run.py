@@ -57,6 +57,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from workbench.report import folder
         from workbench.study import case_runs, export, writeup
         from workbench.study.execution import Order, execute
+        from workbench.study.live.live_data import live_data
 
         study = script.load(file)
         target = out or Path("reports") / study.name
@@ -75,6 +76,6 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 findings = writeup.headlines(study, results)
             with of_the_study(file, study.sections):
                 page = writeup.document(study, results, command=script.command(place, out, asked["samples"]))
-                folder.write(page, target, export.tables(results))
+                folder.write(page, target, export.tables(results), live_data(study, results, page, script.shown(place)))
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
         gc.freeze()  # nothing more is freed before the process ends, which frees all

@@ -12,6 +12,7 @@ from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location, spec_from_loader
 from pathlib import Path
 from shlex import join
+from types import ModuleType
 from typing import Any, NoReturn
 
 from workbench.study.compiled import CompiledSweep
@@ -45,8 +46,8 @@ def file_of(study: Path) -> Path:
     return study / "study.py" if (study / "study.py").is_file() else study
 
 
-def load(file: Path) -> Study:
-    """The `study` of a script: in a package a module of it, else a program of its own with its folder on the path."""
+def module_of(file: Path) -> ModuleType:
+    """A script that was run: in a package a module of it, else a program of its own with its folder on the path."""
     package = _package_of(file.resolve().parent)
     loader = _AsItStands(f"{package}.{file.stem}" if package else "__study__", str(file))
     spec = spec_from_loader(loader.name, loader)
@@ -64,7 +65,14 @@ def load(file: Path) -> Study:
             with suppress(ValueError):
                 sys.path.remove(beside)
             sys.path.append(beside)
-    study = getattr(module, "study", None)
+    return module
+
+
+def load(file: Path | str) -> Study:
+    """The `study` of a file, or of the `study.py` in a folder, which is run for it."""
+    file = file_of(Path(file))
+    check_file(file)
+    study = getattr(module_of(file), "study", None)
     if study is None:
         raise LookupError(f"'{file}' has no study: it must define `study = Study(...)` at its top level.")
     if not isinstance(study, Study):
@@ -91,10 +99,15 @@ def _package_of(folder: Path) -> str:
     return name
 
 
+def shown(study: Path) -> str:
+    """The path of a study with no more of this machine's folders than the user typed."""
+    below = study.is_absolute() and study.is_relative_to(Path.cwd())
+    return str(study.relative_to(Path.cwd()) if below else study)
+
+
 def command(study: Path, out: Path | None, samples: int | None = None) -> str:
     """The command that makes this report, with no more of this machine's folders than the user typed."""
-    below = study.is_absolute() and study.is_relative_to(Path.cwd())
-    words = ["workbench", "run", str(study.relative_to(Path.cwd()) if below else study)]
+    words = ["workbench", "run", shown(study)]
     words += [] if samples is None else ["--samples", str(samples)]
     return join(words if out is None else [*words, "--out", str(out)])
 

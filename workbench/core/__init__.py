@@ -13,15 +13,19 @@ from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
 from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
+from workbench.core.shapes import Circle, Drawing, Line, Word
 from workbench.core.step import Rule, Step, rk4
 
 __all__ = [
     "AbstractArm",
+    "Circle",
     "Claim",
+    "Drawing",
     "Dynamics",
     "Entry",
     "Layout",
     "Lifted",
+    "Line",
     "LinearSystem",
     "Ode",
     "Roles",
@@ -29,6 +33,7 @@ __all__ = [
     "Sampled",
     "Signals",
     "Step",
+    "Word",
     "block",
     "grouped",
     "initial",

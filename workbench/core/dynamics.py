@@ -14,6 +14,7 @@ from workbench.core.block import Column, is_block
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
+from workbench.core.shapes import Shape
 from workbench.notation import mathml
 from workbench.notation.formula import Formula, System
 from workbench.notation.reader import equations_of
@@ -52,6 +53,11 @@ class AbstractArm(ABC):
     @abstractmethod
     def gravity_vector(self, q: Column) -> ca.SX:
         """G(q), (n, 1), in N m where a joint turns, in N where it slides."""
+
+    def drawing(self, q: Column) -> tuple[Shape, ...] | None:
+        """The picture of the arm, in m to the right and upward; None: no picture."""
+        del q
+        return None
 
     @door
     def recursion(self, q: Column, qd: Column, qdd: Column) -> ca.SX | None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.core.shapes import Drawing
 from workbench.validation.refusals import Array, finite, vector
 from workbench.validation.signatures import door
 
@@ -55,6 +56,7 @@ class Ode:
     drives: tuple[str, ...] = ()  # of a loop, the commands
     horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
     counts: str = ""  # the thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do
+    drawing: Drawing | None = None  # of the plant, in t, x and p
 
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
@@ -70,6 +72,8 @@ class Ode:
             refuse_misfit("Ode", field, getattr(self, field), size, 1, f"one number for each of its {layout}")
         symbols = {"t": self.t, "x": self.x, "p": self.p}
         refuse_unknown("Ode", symbols, rate=self.rate, output=self.output)
+        if self.drawing is not None:
+            refuse_unknown("Ode", symbols, drawing=self.drawing.coordinates)
         for name in self.inputs:
             self.parameters.slice(name)
 

@@ -11,6 +11,7 @@ import casadi as ca
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
 from workbench.core.layout import Layout, layouts_to_html
 from workbench.core.ode import Ode
+from workbench.core.shapes import Drawing
 from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
@@ -85,6 +86,11 @@ class Sampled:
     def outputs(self) -> Layout:
         """The outputs of the flow."""
         return self.flow.outputs
+
+    @property
+    def drawing(self) -> Drawing | None:
+        """The drawing of the flow."""
+        return self.flow.drawing
 
     def substeps(self, h: float) -> int:
         """The number of steps of h [s] in the period; refused if they do not fill it."""

@@ -215,6 +215,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         drives=inputs.names,
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
+        drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
     )
 
 
@@ -246,4 +247,5 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     p = ca.vertcat(lifted.symbols, u)
     equations, ends = (t, x, p, states.flatten(rate), watched), wiring.horizon(plant)
     ode = Ode(name, states, lifted.layout + inputs, outputs, *equations, inputs=inputs.names, horizon=ends)
-    return replace(ode, counts=plant.counts)
+    drawing = wiring.drawn(lifted.block, t, z, p, ode.parameters)
+    return replace(ode, counts=plant.counts, drawing=drawing)

@@ -16,6 +16,7 @@ import casadi as ca
 
 from workbench.core import Layout, Signals
 from workbench.core.block import Memory, Number, States, initial_states
+from workbench.core.shapes import Shape
 from workbench.validation.refusals import seconds
 from workbench.validation.signatures import door
 
@@ -83,6 +84,14 @@ class AbstractPlant(ABC):
         """The inputs that act in the plant where `u` is commanded."""
         del t, x
         return u
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        """The picture of the plant at a state, in m to the right and upward, which a live page moves; None: no picture.
+
+        A `Line`, a `Circle` or a `Word` has its place as an expression in the time, the states and the parameters.
+        """
+        del t, x
+        return None
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         """The derivative of each state."""

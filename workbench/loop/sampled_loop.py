@@ -56,7 +56,8 @@ def digital(
     flow = Ode(name, states, parameters, outputs, t, x, p, *equations, inputs=outside.layout.names)
     follows = () if outside.cut.size else loop.follows
     flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
-    flow = replace(flow, follows=follows, drives=loop.plant.inputs.names)
+    drawing = wiring.drawn(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
+    flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
     return Sampled(flow, period, k, w, states.flatten(after), _methods(loop, every["controller"] * period, fine))
 
 

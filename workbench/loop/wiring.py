@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from typing import Any, Protocol
 
@@ -14,6 +15,7 @@ from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
 from workbench.core.port import NoSignalError, misfits, signals_of
+from workbench.core.shapes import Drawing, drawing_of
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import described, nearest, refusal
@@ -117,9 +119,25 @@ def memory(loop: Blocks) -> Layout:
 def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
     """The answer of a method of a block for a port, or a refusal that names the class, the method and the port."""
     call = f"{type(block).__name__}.{method}(...)"
+    with _answering(call):
+        parts = getattr(block, method)(*arguments)
+    return signals_of(call, port, parts)
+
+
+def drawn(plant: AbstractPlant, t: ca.SX, x: Signals, p: ca.SX, parameters: Layout) -> Drawing | None:
+    """The drawing of a plant, its widths at the defaults of the loop's parameters p, or a refusal that names it."""
+    call = f"{type(plant).__name__}.drawing(...)"
+    with _answering(call):
+        shapes = plant.drawing(t, x)
+    return drawing_of(call, shapes, p, parameters.default)
+
+
+@contextlib.contextmanager
+def _answering(call: str) -> Iterator[None]:
+    """Refuse by name a method that takes symbols for numbers, or asks for signals that are not there."""
     try:
         with symbols_are_no_numbers():
-            parts = getattr(block, method)(*arguments)
+            yield
     except NoSignalError as missing:
         raise LookupError(f"`{call}` asks for a signal that its ports do not declare. {missing}") from missing
     except SymbolError as error:
@@ -127,7 +145,6 @@ def asked(block: Any, method: str, port: Layout, *arguments: Any) -> Signals:
             f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; "
             f"{error}: take `ca.sin` of CasADi in place of `math.sin`, and `ca.if_else(c, a, b)` in place of `if`."
         ) from error
-    return signals_of(call, port, parts)
 
 
 def wanted(loop: Blocks, t: ca.SX) -> Signals:

@@ -157,6 +157,7 @@ ANSWERS: dict[str, tuple[str, Callable[..., Any]]] = {
     "value": ("give numbers (B, k), a row for each run", _rows),
 }
 REFUSES = ("check", "integrand")  # may do so in their own words
+OWN = "as_its_author_wrote_it"  # an attribute of a method with a door
 
 
 def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
@@ -173,7 +174,14 @@ def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
         return answer(call, f"{must}, for the metric '{metric.name}'", ask, fits, refuses=name in REFUSES)
 
     method.__qualname__, method.__doc__ = own.__qualname__, own.__doc__
-    return door(method)
+    opened = door(method)
+    setattr(opened, OWN, own)
+    return opened
+
+
+def as_written(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a metric as its author wrote it, whose arguments may be other things than arrays of doubles."""
+    return functools.partial(getattr(method, OWN), cast(Any, method).__self__)
 
 
 class AbstractSignalMetric(AbstractMetric):

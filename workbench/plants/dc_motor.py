@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+import casadi as ca
+
 from workbench.core import Layout, block, initial, layout, option, parameter
 from workbench.core.block import Number, Scalar, States, initial_states
+from workbench.core.shapes import Circle, Line, Shape
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 
 
@@ -55,6 +58,18 @@ class DCMotor(AbstractPlant):
     @property
     def outputs(self) -> Layout:
         return layout(theta="rad") if self.measured == "position" else layout(omega="rad/s")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        """The rotor with a mark, of a size that the equations do not know; none where theta is no state."""
+        if self.measured != "position":
+            return None
+        cos, sin = ca.cos(x["theta"]), ca.sin(x["theta"])
+        return (
+            Line([(0.0505, 0.0), (0.056, 0.0)], "ground", 0.001),
+            Circle((0.0, 0.0), 0.05, "body"),
+            Line([(0.0, 0.0), (0.05 * cos, 0.05 * sin)], "link", 0.005),
+            Circle((0.0, 0.0), 0.008, "link"),
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         omega, i = x["omega"], x["i"]

@@ -11,6 +11,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, States, quantities
 from workbench.core.port import column, misfits, signals_of
+from workbench.core.shapes import Shape
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.loop.wiring import asked
@@ -36,6 +37,9 @@ class AbstractAround(AbstractPlant):
     @property
     def outputs(self) -> Layout:
         return self.plant.outputs
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        return self.plant.drawing(t, Signals(x).only(self.plant.states))
 
 
 @block

@@ -10,6 +10,7 @@ import casadi as ca
 from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Column, Number, Scalar, States, Vector, quantities
 from workbench.core.dynamics import MOST_JOINTS
+from workbench.core.shapes import Shape
 from workbench.loop.arm_ports import motion, motors, torques
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.loop.surroundings import AbstractDisturbance
@@ -191,6 +192,9 @@ class Manipulator(AbstractPlant):
 
     def applied(self, t: Number, x: States, u: Inputs) -> Signals:
         return Signals(tau=self.actuator.applied(x, u["tau"]))
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        return self.arm.drawing(x["q"])
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         q, qd = x["q"], x["qd"]

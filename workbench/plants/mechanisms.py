@@ -1,10 +1,16 @@
 """Mechanisms: pendulums on a cart and on a rotary arm, and two masses with a spring."""
 
+import math
+
 import casadi as ca
+import numpy as np
 
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
+from workbench.core.shapes import Circle, Line, Shape, Word, projected
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+
+TURN = math.pi / 12  # between the corners of a ring
 
 
 @block
@@ -41,6 +47,20 @@ class CartPole(AbstractPlant):
 
     inputs = layout(F="N")
     outputs = layout(x="m", phi="rad")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The cart on its track, and the pole as a uniform rod of length 2 l."""
+        l, at = self.l, x["x"]
+        tip = (at - 2 * l * ca.sin(x["phi"]), 2 * l * ca.cos(x["phi"]))
+        floor, box = -0.42 * l, [(-0.5, -0.25), (0.5, -0.25), (0.5, 0.12), (-0.5, 0.12)]
+        return (
+            Line([(-1e3 * l, floor), (1e3 * l, floor)], "ground"),
+            Line([(at + a * l, b * l) for a, b in box], "body", closed=True),
+            *(Circle((at + side * 0.3 * l, floor + 0.1 * l), 0.1 * l, "link") for side in (-1, 1)),
+            Line([(at, 0.0), tip], "link", 0.07 * l),
+            Circle((at, 0.0), 0.06 * l),
+            Circle(tip, 0.04 * l, "path"),
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         sin, cos, phid = ca.sin(x["phi"]), ca.cos(x["phi"]), x["phid"]
@@ -98,6 +118,27 @@ class FurutaPendulum(AbstractPlant):
     inputs = layout(tau="N m")
     outputs = layout(theta_1="rad", theta_2="rad")
 
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The arm on its post and the pendulum, a uniform rod of length 2 l_2, seen from the side and above."""
+        cos, sin, size = ca.cos(x["theta_1"]), ca.sin(x["theta_1"]), self.L_1
+        swing, hang = 2 * self.l_2 * ca.sin(x["theta_2"]), 2 * self.l_2 * ca.cos(x["theta_2"])
+        hinge = ca.vertcat(size * cos, size * sin, 0)
+        tip = projected(hinge + ca.vertcat(-swing * sin, swing * cos, -hang))
+        centre, foot = ca.SX.zeros(3), ca.vertcat(0, 0, -1.3 * size)
+        ring = [
+            projected(ca.vertcat(size * math.cos(angle), size * math.sin(angle), 0)) for angle in np.arange(24) * TURN
+        ]
+        post = Line([projected(foot), projected(centre)], "ground", 0.1 * size)
+        return (
+            Line(ring, "ground", closed=True),
+            post,
+            Line([projected(centre), projected(hinge)], "link", 0.06 * size),
+            Circle(projected(centre), 0.07 * size),
+            Line([projected(hinge), tip], "link", 0.04 * size),
+            Circle(projected(hinge), 0.04 * size),
+            Circle(tip, 0.025 * size, "path"),
+        )
+
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         sin, cos, sin2 = ca.sin(x["theta_2"]), ca.cos(x["theta_2"]), ca.sin(2 * x["theta_2"])
         turn, swing = x["theta_1d"], x["theta_2d"]
@@ -145,6 +186,19 @@ class TwoMasses(AbstractPlant):
 
     inputs = layout(u="N")
     outputs = layout(x_2="m")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """Two boxes and a spring whose length at rest, of which the equations know nothing, is 1.4 m."""
+        left, right = x["x_1"] - 1.0, x["x_2"] + 1.0
+        box = [(-0.3, 0.0), (0.3, 0.0), (0.3, 0.5), (-0.3, 0.5)]
+        first, length = left + 0.3, right - left - 0.6
+        bends = [(0.15 + 0.7 * i / 12, 0.25 + 0.1 * (-1) ** i * (0 < i < 12)) for i in range(13)]
+        return (
+            Line([(-1e3, 0.0), (1e3, 0.0)], "ground"),
+            Line([(first + a * length, b) for a, b in [(0, 0.25), *bends, (1, 0.25)]], "link", 0.02),
+            *(Line([(middle + a, b) for a, b in box], "body", closed=True) for middle in (left, right)),
+            *(Word((middle, 0.25), digit) for middle, digit in ((left, "1"), (right, "2"))),
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         spring = self.k * (x["x_1"] - x["x_2"])

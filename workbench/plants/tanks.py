@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States
+from workbench.core.shapes import Line, Shape, Word
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 
 MINUTE = 60.0  # s: rates of the reactor's book are per minute
+COLD, HOT = 280.0, 440.0  # K, the ends of the drawn thermometer
+HEIGHT = 0.20  # m, of the walls that are drawn of the four tanks
 
 
 @block
@@ -58,6 +63,23 @@ class QuadrupleTank(AbstractPlant):
     def nonminimum_phase() -> QuadrupleTank:
         """The setting P+, whose pumps rest at 3.15 V: more than half of the water goes to the upper tanks."""
         return QuadrupleTank(k_1=3.14, k_2=3.29, gamma_1=0.43, gamma_2=0.34, h_1=12.6, h_2=13.0, h_3=4.8, h_4=4.9)
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The levels in the four tanks, the upper ones above those that they run into."""
+        shapes: list[Shape] = []
+        for digit, left, floor in ((1, 0.0, 0.0), (2, 0.16, 0.0), (3, 0.0, 0.27), (4, 0.16, 0.27)):
+            right = left + 0.02 * ca.sqrt((self.A_1 if digit in (1, 3) else self.A_2) / math.pi)  # 2 r, of cm in m
+            level = floor + x[f"h_{digit}"] / 100.0
+            middle = (left + right) / 2
+            water = [(left, floor), (right, floor), (right, level), (left, level)]
+            glass = [(left, floor + HEIGHT), (left, floor), (right, floor), (right, floor + HEIGHT)]
+            shapes += [
+                Line(water, "liquid", closed=True),
+                Line(glass, "body", 0.003),
+                Line([(middle, floor), (middle, floor - 0.03)], "liquid", 0.004),
+                Word((middle, floor + 0.9 * HEIGHT), str(digit)),
+            ]
+        return tuple(shapes)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         feed_1, feed_2 = self.k_1 * u["v_1"], self.k_2 * u["v_2"]
@@ -109,6 +131,24 @@ class StirredTank(AbstractPlant):
 
     inputs = layout(T_c=("K", 300.0))
     outputs = layout(T="K")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The tank of constant content, the share c_A / c_Af of what is left, and a thermometer of 280 to 440 K."""
+        warm, share = (x["T"] - COLD) / (HOT - COLD), x["c_A"] / self.c_Af
+        gauges: list[Shape] = []
+        for left, height, letters in ((0.72, share, "A"), (0.92, warm, "T")):
+            right = left + 0.08
+            column = [(left, 0.0), (right, 0.0), (right, 0.6 * height), (left, 0.6 * height)]
+            frame = [(left, 0.0), (right, 0.0), (right, 0.6), (left, 0.6)]
+            gauges += [Line(column, "liquid", closed=True), Line([*frame, frame[0]], "body", 0.006)]
+            gauges.append(Word((left + 0.04, -0.07), letters))
+        return (
+            Line([(0.0, 0.0), (0.5, 0.0), (0.5, 0.5), (0.0, 0.5)], "liquid", closed=True),
+            Line([(0.0, 0.62), (0.0, 0.0), (0.5, 0.0), (0.5, 0.62)], "body", 0.012),
+            Line([(0.25, 0.7), (0.25, 0.15)], "link", 0.012),
+            Line([(0.15, 0.15), (0.35, 0.15)], "link", 0.03),
+            *gauges,
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         c_A, T, heat = x["c_A"], x["T"], self.rho * self.C_p

@@ -1,10 +1,17 @@
 """Vehicles: a car as a single track, and quadrotors in a vertical plane and in space."""
 
+import math
+from typing import Any
+
 import casadi as ca
 
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Number, Scalar, States, Vector
+from workbench.core.shapes import Circle, Line, Shape, projected
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
+
+STRIPE = 12.0  # m, from one mark of a road to the next
+CORNERS = [math.pi / 4 * corner for corner in range(8)]  # of a rotor's disc, in rad
 
 
 @block
@@ -44,6 +51,29 @@ class SingleTrackVehicle(AbstractPlant):
 
     inputs = layout(delta="rad")
     outputs = layout(Y="m", psi="rad", r="rad/s")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The car from above, on a road of lanes of 3.5 m that passes below it at V_x."""
+        cos, sin = ca.cos(x["psi"]), ca.sin(x["psi"])
+        passed = ca.fmod(self.V_x * t, STRIPE)
+        front, rear = self.l_f + 0.9, -self.l_r - 0.8
+
+        def outline(corners: list[tuple[Any, float]]) -> list[tuple[ca.SX, ca.SX]]:
+            return [(a * cos - b * sin, x["Y"] + a * sin + b * cos) for a, b in corners]
+
+        edges = [Line([(-1e3, side), (1e3, side)], "ground") for side in (-1.75, 5.25)]
+        marks = [
+            Line([(STRIPE * i - passed, 1.75), (STRIPE * i - passed + 3.0, 1.75)], "ground", 0.12) for i in range(-3, 5)
+        ]
+        wheels = [
+            Line(outline([(axle - 0.33, side), (axle + 0.33, side)]), "link", 0.22)
+            for axle in (self.l_f, -self.l_r)
+            for side in (-0.78, 0.78)
+        ]
+        body = [(front, 0.55), (front - 0.35, 0.88), (rear + 0.2, 0.88), (rear, 0.7)]
+        roof = [(self.l_f - 0.6, 0.66), (0.0, 0.6), (-self.l_r + 0.3, 0.6), (-self.l_r - 0.2, 0.66)]
+        halves = [half + [(a, -b) for a, b in reversed(half)] for half in (body, roof)]
+        return *edges, *marks, *(Line(outline(half), "body", closed=True) for half in halves), *wheels
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         v_y, r = x["v_y"], x["r"]
@@ -94,6 +124,21 @@ class PlanarQuadrotor(AbstractPlant):
 
     inputs = layout(u_1="N", u_2="N")
     outputs = layout(x="m", y="m", theta="rad")
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The body with its two propellers, and the track of its centre."""
+        cos, sin, r = ca.cos(x["theta"]), ca.sin(x["theta"]), self.r
+
+        def at(along: Any, up: Any) -> tuple[ca.SX, ca.SX]:
+            return x["x"] + along * cos - up * sin, x["y"] + along * sin + up * cos
+
+        return (
+            Circle(at(0.0, 0.0), 0.03 * r, "path"),
+            Line([at(-r, 0.0), at(r, 0.0)], "link", 0.08 * r),
+            *(Line([at(side * r, 0.0), at(side * r, 0.22 * r)], "link", 0.05 * r) for side in (-1, 1)),
+            *(Line([at((side - 0.4) * r, 0.22 * r), at((side + 0.4) * r, 0.22 * r)], "body") for side in (-1, 1)),
+            Circle(at(0.0, 0.0), 0.16 * r),
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         thrust = u["u_1"] + u["u_2"]
@@ -148,6 +193,31 @@ class Quadrotor(AbstractPlant):
 
     inputs = layout(w=("rad/s", [620.0, 620.0, 620.0, 620.0]))  # near hovering, where trimming starts
     outputs = layout(xi=("m", [0.0, 0.0, 0.0]), eta=("rad", [0.0, 0.0, 0.0]))
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...]:
+        """The two beams with their rotors, that of rotor 1 the thickest, seen from the side and above."""
+        (s_x, s_y, s_z), (c_x, c_y, c_z) = ca.vertsplit(ca.sin(x["eta"])), ca.vertsplit(ca.cos(x["eta"]))
+        ahead = ca.vertcat(c_z * c_y, s_z * c_y, -s_y)  # the first column of R(eta), then the others
+        left = ca.vertcat(c_z * s_y * s_x - s_z * c_x, s_z * s_y * s_x + c_z * c_x, c_y * s_x)
+        up = ca.vertcat(c_z * s_y * c_x + s_z * s_x, s_z * s_y * c_x - c_z * s_x, c_y * c_x)
+        hub, l, beam = projected(x["xi"]), self.l, [projected(part) for part in (ahead, left)]
+
+        def at(along: float, across: float) -> ca.SX:
+            place: ca.SX = hub + l * (along * beam[0] + across * beam[1])
+            return place
+
+        def disc(along: float, across: float) -> Line:
+            corners = [(along + 0.4 * math.cos(a), across + 0.4 * math.sin(a)) for a in CORNERS]
+            return Line([at(*corner) + 0.12 * l * projected(up) for corner in corners], "body", 0.0, closed=True)
+
+        return (
+            Line([at(-1.0, 0.0), at(1.0, 0.0)], "link", 0.07 * l),
+            Line([at(0.0, -1.0), at(0.0, 1.0)], "link", 0.07 * l),
+            Line([hub, at(1.0, 0.0)], "link", 0.14 * l),
+            *(disc(*end) for end in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))),
+            Circle(hub, 0.14 * l),
+            Circle(hub, 0.03 * l, "path"),
+        )
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
         nu, w, lift = x["nu"], u["w"], self.k * u["w"] ** 2

@@ -10,9 +10,10 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 from workbench.report import pdf
-from workbench.report.figures import curves_of, drawings
+from workbench.report.figures import curves_of, sheets
 from workbench.report.html_page import GENERATOR, html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
@@ -30,10 +31,16 @@ class ReportError(ValueError):
     """The error of a report that could not be written; an earlier report is left unchanged."""
 
 
-def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | None = None) -> Path:
+def write(
+    document: Document,
+    folder: Path | str,
+    beside: Mapping[str, bytes] | None = None,
+    live: Mapping[str, Any] | None = None,
+) -> Path:
     """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
 
-    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too; `beside` are further files by their paths.
+    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too; `beside` are further files by their paths,
+    and `live` are the data with which the page is live.
 
     All is written to a hidden folder within the target, from where each file takes the place of the earlier one by a
     rename, `index.html` last; so at every moment each file is whole. If a step fails, all earlier files come back. If
@@ -48,7 +55,7 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
     target = Path(os.path.realpath(folder))
     try:
         _earlier(target)
-        contents = _contents(document) | dict(beside or {})
+        contents = _contents(document, live) | dict(beside or {})
         _replace(target, contents)
     except OSError as error:
         raise ReportError(
@@ -59,12 +66,13 @@ def write(document: Document, folder: Path | str, beside: Mapping[str, bytes] | 
     return target
 
 
-def _contents(document: Document) -> dict[str, bytes]:
+def _contents(document: Document, live: Mapping[str, Any] | None) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
-    pictures = drawings(document)
+    drawn = sheets(document)
+    pictures = {name: sheet.svg for name, sheet in drawn.items()}
     with ThreadPoolExecutor(1) as beside:  # typst lets go of the interpreter's lock; what it reads is made before
         printed = beside.submit(pdf.compiled, pdf.data(document, pictures))
-        texts = {"index.html": html(document, pictures)}
+        texts = {"index.html": html(document, drawn, live)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in pictures.items()}
         texts |= {f"figures/{name}.csv": points for name, points in curves_of(document).items()}
         for figure in document.figures:

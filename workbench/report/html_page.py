@@ -1,4 +1,4 @@
-"""One self-contained HTML page: no script, no network, its maths font inside."""
+"""One self-contained HTML page: no network, its maths font inside, and no script unless it is live."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ import jinja2
 from markupsafe import Markup, escape
 
 from workbench.notation import mathml
-from workbench.report.figures import drawings as drawings_of
+from workbench.report.figures import sheets as sheets_of
+from workbench.report.live_page import PRINTED, live_page
 from workbench.report.number_text import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
@@ -24,14 +25,16 @@ GENERATOR = "control-workbench"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's
 
 
-def html(document: Document, drawings: dict[str, str] | None = None) -> str:
+def html(document: Document, sheets: dict[str, Sheet] | None = None, live: Mapping[str, Any] | None = None) -> str:
     """The document as one HTML page, every text escaped: the same document, the same bytes.
 
-    `drawings` are the SVG texts of figures by name, if they have been drawn already.
+    `sheets` are the drawn figures by name, if they have been drawn already; with `live`, the data of `live_data`, a
+    reader of the page can turn its knobs.
     """
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
-    figures = drawings or drawings_of(document)
+    figures = sheets or sheets_of(document)
+    cells = {} if live is None else {(c["table"], c["row"], c["column"]): i for i, c in enumerate(live["cells"])}
     return template.render(
         document=document,
         chapters=chapters(document),
@@ -47,7 +50,10 @@ def html(document: Document, drawings: dict[str, str] | None = None) -> str:
         short_columns=short_columns,
         notes=notes(document),
         unit_of=unit_of,
-        drawing=lambda name: Markup(figures[name]),
+        drawing=lambda name: Markup(figures[name].svg),
+        live=None if live is None else live_page(live, {name: sheet.plate for name, sheet in figures.items()}),
+        live_cell=lambda *place: cells.get(place),
+        printed=PRINTED,
     )
 
 

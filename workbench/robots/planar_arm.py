@@ -11,6 +11,7 @@ import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Column, Scalar
+from workbench.core.shapes import Circle, Line, Shape
 from workbench.robots import lagrange
 from workbench.validation.refusals import whole
 
@@ -126,6 +127,20 @@ class PlanarArm(AbstractArm):
         """The places of the links' centres of mass, each (2, 1) in m from the base."""
         rows = zip(self.links, self.joints(q), self.directions(q), strict=True)
         return [place + link.com * along + link.offset * left for link, place, (along, left) in rows]
+
+    def drawing(self, q: Column) -> tuple[Shape, ...]:
+        """The links in their plane, with a bracket at the base and the track of the tip."""
+        size = sum((link.length for link in self.links[1:]), self.links[0].length)
+        joints, (along, _) = self.joints(q), self.directions(q)[-1]
+        ends = [*joints[1:], joints[-1] + self.links[-1].length * along]
+        right, up = DIRECTIONS[self.zero]
+        feet = [(0.04 * size * (side * up - 2 * right), -0.04 * size * (side * right + 2 * up)) for side in (1, -1)]
+        bracket = Line([(0.0, 0.0), *feet], "ground", closed=True)
+        rods = [Line(pair, "link", 0.03 * size) for pair in zip(joints, ends, strict=True)]
+        hinges = [Circle(place, 0.022 * size) for place in joints]
+        heavy = (isinstance(link, PointMass) for link in self.links)
+        loads = [Circle(place, 0.04 * size) for place, load in zip(ends, heavy, strict=True) if load]
+        return bracket, *rods, *hinges, *loads, Circle(ends[-1], 0.014 * size, "path")
 
     def mass_matrix(self, q: Column) -> ca.SX:
         return lagrange.mass_matrix(self.kinetic_energy, q)

@@ -7,6 +7,7 @@ import casadi as ca
 
 from workbench.core import AbstractArm, block, option, parameter
 from workbench.core.block import Column, Number, Scalar, Vector
+from workbench.core.shapes import Circle, Line, Shape, projected
 from workbench.robots import energies, recursions
 from workbench.robots.recursions import Body
 from workbench.robots.spatial_vectors import (
@@ -178,6 +179,24 @@ class SpatialArm(AbstractArm):
 
     def bodies(self, q: Column) -> list[Body]:
         return [link.body(q[i]) for i, link in enumerate(self.links)]
+
+    def drawing(self, q: Column) -> tuple[Shape, ...]:
+        """The joints and the lines between them, seen by `projected`; the last line leads to the centre of mass."""
+        poses = energies.from_base(self.links, q)
+        size = sum((ca.norm_2(ca.SX(each)) for link in self.links for each in (link.position, link.com)), ca.SX(0))
+        base = ca.SX.zeros(3)
+        floor = Line([(-0.12 * size, 0.0), (0.12 * size, 0.0)], "ground", 0.01 * size)
+        rods, hinges, tips = [], [], []
+        carrying = {link.parent for link in self.links}
+        for i, (link, pose) in enumerate(zip(self.links, poses, strict=True)):
+            before = poses[link.parent].position if link.parent >= 0 else base
+            rods.append(Line([projected(before), projected(pose.position)], "link", 0.03 * size))
+            hinges.append(Circle(projected(pose.position), 0.02 * size))
+            if i not in carrying:
+                end = projected(pose.position + pose.rotation @ sparse(link.com))
+                rods.append(Line([projected(pose.position), end], "link", 0.02 * size))
+                tips.append(Circle(end, 0.014 * size, "path"))
+        return floor, *rods, *hinges, *tips
 
     def mass_matrix(self, q: Column) -> ca.SX:
         return recursions.mass_matrix(self.bodies(q)) + ca.diag(self.drive_inertias())

@@ -89,12 +89,13 @@ class Trajectories:
         if name in self.step.states:
             return self.step.states.unpack(self.x)[name]
         if name in self.step.outputs:
-            return self._outputs[name]
+            return self.outputs[name]
         known = (*self.step.states.names, *self.step.outputs.names)
         raise LookupError(f"There is no {described(name)} among the states and outputs: {', '.join(known)}.")
 
     @cached_property
-    def _outputs(self) -> dict[str, Array]:
+    def outputs(self) -> dict[str, Array]:
+        """The outputs by name, each (B, N, *shape)."""
         k = np.round(self.t / self.step.h).astype(int)
         values = []
         for run in range(len(self)):
@@ -132,3 +133,19 @@ class Trajectories:
     def plot(self, *names: str, run: int | None = None) -> Any:
         """A figure of signals over time, as `workbench.plot` draws it."""
         return import_module("workbench").plot(self, *names, run=run)  # the face is above all floors, this far below
+
+    def live(self, **asked: Any) -> Any:
+        """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.
+
+        Raises
+        ------
+        ValueError
+            If a computer closes the loop, or the runs have other numbers than the loop's own.
+        """
+        step, alone = self.step, (np.array_equal(self.p[0], self.step.parameters.default), not len(self.p) > 1)
+        if not step.rule.rate.numel() or not all(alone):
+            raise ValueError(
+                "`Trajectories.live()` must have one run of a loop in continuous time, at the loop's own numbers; for "
+                "any other write `workbench.live(loop, until=...)`, which takes a loop that a computer closes too."
+            )
+        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=step.h, **asked)

@@ -13,6 +13,7 @@ _FILES = {
     "contract": "Run Sweep",
     "document.document": "Figure Itemize Paragraph Section Table Verdict",
     "evidence.law_tables": "side_by_side",
+    "live.knob": "Knob",
     "pictures": "morris_plane quantile_bands second_order_map sobol_bars tornado_figure",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",

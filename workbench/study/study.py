@@ -14,6 +14,7 @@ from workbench.metrics import Measurement
 from workbench.study.contract import Run, Sweep, answer
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
+from workbench.study.live.knob import Knob
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned, Tuning
 from workbench.validation.refusals import Array, described, known, multiple, refusal, seed, several
@@ -237,6 +238,9 @@ class Study:
         then keeps a ledger of them.
     cases, sweeps
         As they are, or a function that makes them from what the tunings found, by the tunings' names.
+    live
+        The numbers of its cases that a reader of the page can turn; without any, the factors of its sweeps are
+        offered, and with None the page stays as it is printed.
 
     Examples
     --------
@@ -256,6 +260,7 @@ class Study:
     seed: int | None = None
     sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Tuned]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
+    live: tuple[Knob, ...] | None = ()
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)

@@ -22,7 +22,6 @@ from workbench.simulate.kernel.noise import normals_on
 from workbench.simulate.kernel.plan import Plan
 from workbench.simulate.kernel.target_operations import Number
 
-
 STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from code with a narrower stack
 
 

@@ -7,8 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.study.document.document import Paragraph, Section
 from workbench.study.document.figure import STYLES, Figure, Label, Panel, Series, Style
-from workbench.study.document.phrases import Phrase
+from workbench.study.document.phrases import Phrase, raised
+from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.study import Outcome
 from workbench.validation.signatures import door
 
@@ -96,3 +98,29 @@ def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: Labe
     inside = (outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9)
     y = outcome.signal(signal, joint)
     return Series(label, outcome.t[inside], np.where(np.isfinite(y), y, np.nan)[inside], style)
+
+
+@door
+def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], signal: str = "e") -> Section:
+    """Laws at their own numbers, for a page on which these are turned: a signal over time, and the metrics.
+
+    Raises
+    ------
+    ValueError
+        If there is no outcome, or more laws than styles.
+    """
+    if not outcomes:
+        raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
+    entry = outcomes[0].measurement.trajectories.step.outputs[signal]
+    labels = outcomes[0].ode.outputs[signal].labels() if entry.size > 1 else [signal]
+    whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
+    panels = []
+    for place, (label, unit) in enumerate(zip(labels, entry.units, strict=True)):
+        lines = [curve(o, signal, place, whole, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
+        panels.append(Panel(f"{label} [{raised(unit)}]" if unit else label, tuple(lines)))
+    figure = Figure("loops", f"{signal} of each law at its own numbers.", tuple(panels), columns=min(2, len(panels)))
+    tables = (
+        side_by_side(f"loops_{place}", f"Metrics of {label} of each law at its own numbers.", outcomes, joint=place)
+        for place, label in enumerate(labels)
+    )
+    return Section(heading, (Paragraph(about), figure, *tables))

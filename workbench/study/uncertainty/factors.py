@@ -90,7 +90,7 @@ class Space:
         if not names or len(set(names)) < len(names):
             raise ValueError(f"`Space(factors=...)` needs at least one factor, each of another name; got {names}.")
         owners: dict[int, str] = {}
-        for factor, places in zip(self.factors, self._places, strict=True):
+        for factor, places in zip(self.factors, self.places, strict=True):
             for place in places:
                 if (other := owners.setdefault(int(place), factor.name)) != factor.name:
                     raise ValueError(
@@ -114,7 +114,7 @@ class Space:
         """
         points = self._cube("rows", points)
         rows = np.tile(self._default, (len(points), 1))
-        for factor, places, u in zip(self.factors, self._places, points.T, strict=True):
+        for factor, places, u in zip(self.factors, self.places, points.T, strict=True):
             values = factor.distribution.quantile(u)[:, np.newaxis]
             if not np.isfinite(values).all():
                 raise ValueError(
@@ -137,7 +137,7 @@ class Space:
         rows: list[tuple[Cell, ...]] = []
         entries = (*self.parameters.entries, *self.states.entries)
         units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
-        for factor, places in zip(self.factors, self._places, strict=True):
+        for factor, places in zip(self.factors, self.places, strict=True):
             words = factor.distribution.words()
             spread = f"share of its own value: {words}" if factor.share else words
             unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
@@ -180,7 +180,7 @@ class Space:
         return self.parameters.labels + self.states.labels
 
     @cached_property
-    def _places(self) -> tuple[Integers, ...]:
+    def places(self) -> tuple[Integers, ...]:
         """The places of each factor's numbers in a row of parameters and initial states."""
         return tuple(np.array([i for path in f.paths for i in self._find(f, path)]) for f in self.factors)
 

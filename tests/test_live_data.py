@@ -1,0 +1,204 @@
+"""The data of a live page: which numbers can be turned, which curves and cells move, and the loops that move them."""
+
+import json
+
+import casadi as ca
+import numpy as np
+import pytest
+from wasm_runs import Kernel, unpacked
+
+import workbench as wb
+from workbench.metrics.contract import Integral
+from workbench.metrics.value_program import Program
+from workbench.study import case_runs, writeup
+from workbench.study.document.document import Column, Figure, Measured, Panel, Section, Series, Table
+from workbench.study.live.knob import Knob
+from workbench.study.live.live_data import live_data
+from workbench.study.live.loop_study import loop_study
+from workbench.study.live.marches import plain
+from workbench.study.study import Case, Study
+
+MOTOR = wb.DCMotor()
+KP = Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True)
+
+
+def loop(Kp=100.0):
+    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=Kp, Ki=200.0, low=-24.0, high=24.0)
+    return wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
+
+
+def case(law="PI", Kp=100.0, metrics=(wb.rmse(), wb.effort(), wb.overshoot())):
+    return Case("speed", law, wb.Run(loop(Kp), metrics, until=1.0, every=0.01, h=1e-3))
+
+
+def page(results):
+    outcome = results.outcomes[0]
+    omega = outcome.signal("omega", 0)
+    lines = (
+        Series("omega", outcome.t, omega),
+        Series("late", outcome.t[50:], omega[50:]),
+        Series("in rev/min", outcome.t, omega * 30 / np.pi),
+        Series("v over i", outcome.signal("plant.i", 0), outcome.signal("v_applied", 0)),
+    )
+    rows = [(o.label, *(Measured(*o.score(m, 0)) for m in ("RMSE", "effort")), 0.123) for o in results.outcomes]
+    table = Table("scores", "Scores.", tuple(map(Column, ("law", "RMSE", "effort", "other"))), tuple(rows))
+    return [Section("All", (Figure("speed", "Speed.", (Panel("omega", lines),)), table))]
+
+
+def data_of(*cases, live=(KP,), sections=page, **more):
+    study = Study("small", "T", "Q?", "M.", sections, cases=cases or (case(),), live=live, **more)
+    results = case_runs.run(study)
+    return live_data(study, results, writeup.document(study, results, "command"), "small.py")
+
+
+def test_a_curve_is_live_if_it_is_a_signal_to_the_bit():
+    curves = {curve["series"]: curve for curve in data_of()["curves"]}
+    assert sorted(curves) == [0, 1, 3]  # not the one in other units
+    assert curves[0]["x"] == "t"
+    assert curves[1]["rows"] == (50, 101)
+    assert (curves[3]["x"][0], curves[3]["y"]) == ("x", ("y", 0))  # the only output that is shown
+
+
+def test_a_cell_is_live_if_it_is_a_score_with_its_error():
+    data = data_of(case(), case("stiffer PI", 100.0), live=(Knob("K", "controller.Kp", 0.1, 10.0, share=True),))
+    # both laws have the same bits, and the row says whose they are
+    assert [(cell["row"], cell["column"], cell["loop"], cell["metric"]) for cell in data["cells"]] == [
+        (0, 1, 0, 0),
+        (0, 2, 0, 1),
+        (1, 1, 1, 0),
+        (1, 2, 1, 1),
+    ]
+
+
+def test_the_data_are_plain_and_say_what_is_not_finite_in_words():
+    assert json.loads(json.dumps(data_of(), allow_nan=False))["format"] == 1
+    assert plain(np.array([1.5, np.inf, -np.inf, np.nan])) == [1.5, "Infinity", "-Infinity", "NaN"]
+
+
+def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any_knob():
+    data = data_of()
+    made, value = data["loops"][0], 321.5
+    p = np.array([float(x) for x in made["p"]])
+    for move in made["moves"]:
+        p[move["p"]] = value
+    x0 = np.array([float(x) for x in made["x0"]])
+    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
+    scores = wb.turned(study, "speed: PI", {"Kp": value}).scores
+    found = []
+    for march in (made["coarse"], made["fine"]):
+        kernel = Kernel(unpacked(data["modules"][march["module"]]), march, made["rows"])
+        x = kernel.run(p, x0, made["rows"])[-1:]
+        z = kernel.run(p, x[0], 1, begin=made["rows"] * march["stride"], stride=1)
+        found.append([program_from(metric["program"]).evaluate(x, z)[0] for metric in made["metrics"]])
+    for metric, coarse, fine in zip(made["metrics"], *found, strict=True):
+        score = scores[metric["name"]]
+        assert fine.tolist() == score.value[0].tolist()
+        assert np.abs(fine - coarse).tolist() == score.error[0].tolist()
+
+
+def program_from(plain):
+    return Program(*(tuple(map(tuple, plain[name])) for name in ("inputs", "nodes")), tuple(plain["results"]))
+
+
+def test_a_metric_that_no_program_can_hold_stays_printed():
+    odd = Integral("odd", "1", "odd", lambda t, y: y["omega"] ** 2, lambda integral, T: np.exp(integral), ("omega",))
+    data = data_of(case(metrics=(wb.rmse(), wb.effort(), odd)))
+    assert [metric["program"] is None for metric in data["loops"][0]["metrics"]] == [False, False, True]
+
+
+def test_a_loop_that_no_browser_can_run_stays_printed_and_the_page_says_why():
+    t, x, p = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("a")
+    odd = wb.Ode("odd", wb.layout(x="1"), wb.layout(a=("1", 1.0)), wb.layout(y="1"), t, x, p, ca.erf(p - x), x)
+    run = wb.Run(odd, (wb.effort("y"),), until=1.0, every=0.02, h=1e-2)
+
+    def sections(results):
+        outcome = results.outcomes[0]
+        return [Section("All", (Figure("x", "x.", (Panel("x", (Series("x", outcome.t, outcome.signal("x", 0)),)),)),))]
+
+    data = data_of(Case("s", "odd", run), live=(Knob("a", "a", 0.5, 2.0),), sections=sections)
+    assert data["loops"] == data["curves"] == []
+    assert "ERF" in data["refused"]["s: odd"]
+
+
+def test_without_knobs_the_factors_of_the_sweeps_are_offered():
+    factors = (
+        wb.Factor("gain", ("controller.Kp",), wb.LogUniform(50.0, 200.0), "stated"),
+        wb.Factor("inertia", ("plant.J",), wb.Uniform(0.5, 2.0), share=True),
+    )
+    sweep = wb.Sweep("s", case().run, factors, wb.SobolDesign(2, 16))
+    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), sweeps=(sweep,))
+    results = case_runs.run(study)
+    data = live_data(study, results, writeup.document(study, results, "command"))
+    gain, inertia = data["knobs"]
+    assert (gain["low"], gain["high"], gain["log"], gain["value"], gain["origin"]) == (50, 200, True, 100, "stated")
+    assert (inertia["value"], inertia["share"], inertia["unit"]) == (1.0, True, "1")
+
+
+def test_a_study_may_stay_as_printed():
+    assert data_of(live=None) is None
+    assert data_of(live=()) is None  # nothing is offered
+
+
+@pytest.mark.parametrize(
+    ("knobs", "says"),
+    [
+        ((Knob("K", "controller.Kq", 1.0, 2.0),), r"no 'controller\.Kq', which the knob 'K' turns, .* Did you mean"),
+        ((Knob("Kp", "controller.Kp", 200.0, 300.0),), "must hold the number of the loops, 100; got 200 to 300"),
+        ((Knob("J", "plant.J", -1.0, 1.0),), "'J' goes from -1 to 1, too far"),
+        ((KP, KP), "distinct names"),
+    ],
+)
+def test_a_knob_that_fits_no_loop_is_refused_in_one_sentence(knobs, says):
+    with pytest.raises((ValueError, LookupError), match=says):
+        data_of(live=knobs)
+
+
+def test_a_knob_of_two_different_numbers_must_be_a_share():
+    cases = case(), case("stiffer", 200.0)
+    with pytest.raises(ValueError, match="'controller.Kp' is 100 or 200 in different loops: turn a share"):
+        data_of(*cases)
+    assert data_of(*cases, live=(Knob("K", "controller.Kp", 0.5, 2.0, share=True),))["knobs"][0]["value"] == 1.0
+
+
+def test_the_lines_in_python_name_the_study_and_the_case():
+    lines = data_of()["python"].format(case="'speed: PI'", values={"Kp": 20.0}, seed=None)
+    assert lines == (
+        "import workbench as wb\n\nstudy = wb.load('small.py')\n"
+        "scores = wb.turned(study, 'speed: PI', {'Kp': 20.0}, seed=None).scores\n"
+    )
+
+
+def test_a_loop_alone_has_a_page_with_a_knob_for_every_number():
+    study = loop_study(loop(), until=1.0, h=1e-3)
+    results = case_runs.run(study)
+    data = live_data(study, results, writeup.document(study, results, "command"))
+    assert {"controller.Kp", "plant.J", "reference.level"} <= {knob["name"] for knob in data["knobs"]}
+    assert len(data["curves"]) == 3  # speed, its reference, and the voltage
+    assert {cell["metric"] for cell in data["cells"]} == {0, 1, 2}
+    with pytest.raises(ValueError, match=r"live\(until=...\)"):
+        loop_study(loop(), until=1.0005, h=1e-3)
+
+
+def test_a_computers_loop_is_live_too():
+    computer = loop().digital(0.01, wb.Instruments.of(MOTOR, noise={"omega": 1e-3}))
+    study = loop_study(computer, until=1.0, h=0.005)
+    results = case_runs.run(study)
+    made = live_data(study, results, writeup.document(study, results, "command"))["loops"][0]
+    assert made["normals"] == 1
+    assert made["coarse"]["stride"] == made["fine"]["stride"]  # substeps are within a period
+    assert made["coarse"]["module"] != made["fine"]["module"]
+
+
+def test_runs_lead_to_a_page_only_where_they_are_the_loop_at_its_own_numbers():
+    step = wb.rk4(loop().ode(), 1e-3)
+    several = wb.simulate(step, np.tile(step.parameters.default, (2, 1)), until=0.1)
+    with pytest.raises(ValueError, match="one run of a loop in continuous time, at the loop's own numbers"):
+        several.live()
+
+
+def test_a_turned_case_refuses_what_it_does_not_have():
+    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
+    with pytest.raises(LookupError, match="no 'kp' among the 1 knobs of this study. They are: Kp"):
+        wb.turned(study, "speed: PI", {"kp": 1.0})
+    with pytest.raises(LookupError, match="cases of this study"):
+        wb.turned(study, "speed: PID", {})

@@ -1,0 +1,64 @@
+"""The verb `live`: the page of a loop in a file, whose numbers its reader turns."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import click
+
+from workbench.cli.errors import aside, one_sentence
+
+PATH = click.Path(path_type=Path)
+USUAL = "loop"
+
+
+@click.command()
+@click.argument("file", type=PATH)
+@click.option("--loop", "name", help="The loop by its name in FILE; 'loop', or the last one, if not given.")
+@click.option("--until", type=float, help="The horizon in s; that of the runs in FILE if not given.")
+@click.option("--step", type=float, help="The step in s; that of the runs in FILE, or a millisecond, if not given.")
+@click.option("--out", type=PATH, help="The page; the name of FILE with .html, here, if not given.")
+def live(file: Path, name: str | None, until: float | None, step: float | None, out: Path | None) -> None:
+    """Run FILE, a Python file with a loop, and write a page on which the loop's numbers can be turned."""
+    from workbench.cli import script
+
+    with one_sentence(file):
+        script.check_file(file)
+        module = script.module_of(file)
+        from workbench.report.loop_page import live as page_of
+
+        name, loop = _loop(module, file, name)
+        horizon, usual = _times(module)
+        if (until or horizon) is None:
+            raise ValueError(
+                f"`workbench live {file}` needs a horizon, as the file has no runs: add `--until SECONDS`."
+            )
+        page = page_of(loop, until or horizon, step or usual, title=f"{name} of {file.name}")
+        place = page.write(out or Path(f"{file.stem}.html"))
+        aside(f"'{name}' until {until or horizon:g} s, at steps of {step or usual:g} s.")
+        click.echo(f"The page is {place}.")
+
+
+def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
+    """A loop among the names of a script, and its name."""
+    from workbench.core import Ode, Sampled
+    from workbench.loop import ClosedLoop
+    from workbench.validation.refusals import known
+
+    held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | Sampled | Ode)}
+    if not held:
+        raise LookupError(f"'{file}' has no loop: it must define a `ClosedLoop`, an `Ode` or a `Sampled` by a name.")
+    chosen = known(name, held, f"loops in '{file}'") if name else USUAL if USUAL in held else [*held][-1]
+    return chosen, held[chosen]
+
+
+def _times(module: ModuleType) -> tuple[float | None, float]:
+    """The horizon and the step of the runs of a script."""
+    from workbench.simulate import Trajectories
+
+    for value in vars(module).values():
+        if isinstance(value, Trajectories):
+            return float(value.t[-1]), value.step.h / value.step.substeps
+    return None, 1e-3

@@ -1,0 +1,218 @@
+"""Shapes of a drawing: lines, circles and words whose places are expressions in the time, states and parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.expressions import refuse_misfit
+from workbench.validation.refusals import Array, described, one_of, refusal, text
+from workbench.validation.signatures import door
+
+TONES = ("body", "link", "ground", "liquid", "path")
+PAIR = "two numbers or expressions, to the right and upward in m"
+# The direction from which what moves in space is seen: turned about the vertical, and from a little above.
+TURNED, RAISED = math.radians(20.0), math.radians(18.0)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Line:
+    """A line through `points`, (n, 2) in m to the right and upward; one that is `closed` is filled.
+
+    The tone is that of a 'body', a 'link', the 'ground', a 'liquid' or a 'path'; the width in m may be an expression in
+    the parameters, 0 for the thinnest line. The ground may go on beyond the picture.
+
+    Raises
+    ------
+    ValueError
+        If the points are not two or more pairs of numbers or expressions, the width is none, or the tone is unknown.
+
+    Examples
+    --------
+    >>> rod = Line([(0.0, 0.0), (1.0, 2.0)], width=0.05)
+    >>> rod.points.shape, rod.tone
+    ((2, 2), 'link')
+    """
+
+    points: Any
+    tone: str = "link"
+    width: Any = 0.0
+    closed: bool = False
+
+    def __post_init__(self) -> None:
+        call = "Line(points=...)"
+        if isinstance(self.points, str) or not isinstance(self.points, Sequence | np.ndarray):
+            raise refusal(call, f"two or more points, each {PAIR}", self.points)
+        if len(self.points) < 2:
+            raise ValueError(f"`{call}` must be two or more points; got {len(self.points)}.")
+        rows = [_pair(call, point, f" at [{i}]") for i, point in enumerate(self.points)]
+        object.__setattr__(self, "points", ca.vertcat(*(row.T for row in rows)))
+        object.__setattr__(self, "width", _one("Line(width=...)", self.width))
+        one_of("Line(tone=...)", self.tone, TONES)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Circle:
+    """A circle about `centre`, (2,), of a radius, both in m; that of a 'path' is a point that leaves its track.
+
+    Raises
+    ------
+    ValueError
+        If the centre is no pair of numbers or expressions, the radius is none, or the tone is unknown.
+
+    Examples
+    --------
+    >>> Circle((0.0, 1.0), 0.2).centre.shape
+    (2, 1)
+    """
+
+    centre: Any
+    radius: Any
+    tone: str = "body"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "centre", _pair("Circle(centre=...)", self.centre))
+        object.__setattr__(self, "radius", _one("Circle(radius=...)", self.radius))
+        one_of("Circle(tone=...)", self.tone, TONES)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Word:
+    """A few letters about `place`, (2,) in m, as the number of a tank.
+
+    Examples
+    --------
+    >>> Word((0.0, 0.1), "T").letters
+    'T'
+    """
+
+    place: Any
+    letters: str
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "place", _pair("Word(place=...)", self.place))
+        text("Word(letters=...)", self.letters)
+
+
+Shape: TypeAlias = Line | Circle | Word
+SHAPES = "shapes, each a `Line`, a `Circle` or a `Word`, or None where there is no picture"
+
+
+def _pair(call: str, value: Any, where: str = "") -> ca.SX:
+    """Two numbers or expressions as a column (2, 1)."""
+    try:
+        parts = [ca.SX(part) for part in (ca.vertsplit(value) if isinstance(value, ca.SX | ca.DM) else value)]
+    except Exception:  # whatever it is that came
+        raise refusal(call, f"{PAIR}{where}", value) from None
+    if [part.shape for part in parts] != [(1, 1)] * 2:
+        raise refusal(call, f"{PAIR}{where}", value)
+    return ca.densify(ca.vertcat(*parts))
+
+
+def _one(call: str, value: Any) -> ca.SX:
+    """One number or expression."""
+    try:
+        part = ca.SX(value)
+    except Exception:  # whatever it is that came
+        raise refusal(call, "a number or an expression, in m", value) from None
+    if part.shape != (1, 1):
+        raise refusal(call, "a number or an expression, in m", value)
+    return ca.densify(part)
+
+
+def projected(place: ca.SX) -> ca.SX:
+    """A place (3, 1) in space, z upward, as it is seen along y, from somewhat to the side and from above: (2, 1).
+
+    The view is that of parallel rays, so that what is parallel stays so and no length grows.
+    """
+    right, depth = (
+        math.cos(TURNED) * place[0] + math.sin(TURNED) * place[1],
+        math.cos(TURNED) * place[1] - math.sin(TURNED) * place[0],
+    )
+    return ca.vertcat(right, math.cos(RAISED) * place[2] + math.sin(RAISED) * depth)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Drawing:
+    """The picture of a plant: its moving coordinates as one column, and its shapes as plain data.
+
+    A shape has a `kind` 'line', 'circle' or 'word', a `tone`, and either `points`, the places of x0, y0, x1, y1, ... in
+    the column (of a circle x, y and its radius), or the same numbers under `fixed`. A line has a `width` in m and is
+    `closed` or not; a word has `letters`.
+    """
+
+    coordinates: ca.SX  # (n, 1), in t, x and p of the equation; in m
+    shapes: tuple[Mapping[str, Any], ...]
+
+    def __post_init__(self) -> None:
+        refuse_misfit("Drawing", "coordinates", self.coordinates, self.coordinates.numel(), 1, "a column")
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The shapes as JSON takes them; the view is fitted to all that is drawn."""
+        return {"view": None, "follow": False, "shapes": [dict(shape) for shape in self.shapes]}
+
+
+def drawing_of(call: str, shapes: object, p: ca.SX, numbers: Array) -> Drawing | None:
+    """The drawing of the shapes that `call` returned, widths taken at the `numbers` of the parameters p; None if none.
+
+    Raises
+    ------
+    ValueError
+        If they are no shapes, or a fixed coordinate or a width is no finite number.
+    """
+    if shapes is None or (isinstance(shapes, tuple | list) and not shapes):
+        return None
+    if not isinstance(shapes, tuple | list):
+        raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shapes)}.")
+    column: list[ca.SX] = []
+    places: dict[int, int] = {}
+    plain = []
+    for i, shape in enumerate(shapes):
+        if not isinstance(shape, Line | Circle | Word):
+            raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shape)} at [{i}].")
+        where, looks = _looks(call, shape, p, numbers)
+        plain.append(looks | _placed(f"{call}[{i}]", where, column, places))
+    return Drawing(ca.vertcat(*column) if column else ca.SX(0, 1), tuple(plain))
+
+
+def _looks(call: str, shape: Shape, p: ca.SX, numbers: Array) -> tuple[ca.SX, dict[str, Any]]:
+    """The coordinates of a shape in a row, and all else that is known of it."""
+    if isinstance(shape, Word):
+        return shape.place, {"kind": "word", "tone": "body", "letters": shape.letters}
+    if isinstance(shape, Circle):
+        return ca.vertcat(shape.centre, shape.radius), {"kind": "circle", "tone": shape.tone}
+    try:
+        width = float(ca.Function("width", [p], [shape.width])(numbers))
+    except RuntimeError:  # of CasADi, for a symbol without a value
+        raise ValueError(f"`{call}` must return widths of parameters alone; got {described(shape.width)}.") from None
+    if not (math.isfinite(width) and width >= 0):
+        raise ValueError(f"`{call}` must return widths that are finite and not negative; got {width:g} m.")
+    looks = {"kind": "line", "tone": shape.tone, "width": width, "closed": shape.closed}
+    return ca.vec(shape.points.T), looks
+
+
+def _placed(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, Any]:
+    """The coordinates as numbers where none of them moves, else as places in the column, each expression once."""
+    if where.is_constant():
+        fixed = np.array(ca.DM(where)).ravel()
+        if not np.isfinite(fixed).all():
+            raise ValueError(f"`{call}` must have finite coordinates; got {described(fixed)}.")
+        return {"fixed": fixed.tolist()}
+    points = []
+    for part in ca.vertsplit(where):
+        key = part.element_hash()
+        if key not in places:
+            places[key] = len(column)
+            column.append(part)
+        points.append(places[key])
+    return {"points": points}

@@ -1,0 +1,58 @@
+"""The live part of a page: its scripts, its data and its style, all inside it, and the policy that allows them."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from hashlib import sha256
+from importlib.resources import files
+from typing import Any
+
+from markupsafe import Markup
+
+SCRIPTS = ("figures", "tables", "animation", "address", "knobs", "page")  # in the order in which they need each other
+STYLES = ("live", "figures", "tables", "animation")
+PRINTED = "default-src 'none'; style-src 'unsafe-inline'; font-src data:"  # of a page without scripts
+
+
+@dataclass(frozen=True)
+class LivePage:
+    """What a page holds beside its print to be live, each part as it stands between its tags."""
+
+    script: Markup
+    worker: Markup
+    data: Markup
+    style: Markup
+    policy: str
+
+
+def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
+    """The live part of a page from the data of its study and the plates of its figures."""
+    shown = {curve["figure"] for curve in live["curves"]}
+    data = json.dumps(
+        {**live, "plates": {name: plate for name, plate in plates.items() if name in shown}},
+        allow_nan=False,
+        separators=(",", ":"),
+    )
+    digest = b64encode(sha256(_script().encode()).digest()).decode("ascii")
+    policy = f"{PRINTED}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
+    # no text can end the element that holds it
+    safe = data.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+    return LivePage(Markup(_script()), Markup(_text("worker.js")), Markup(safe), Markup(_styles()), policy)
+
+
+@cache
+def _script() -> str:
+    return "\n".join(['"use strict";', *(_text(f"{name}.js") for name in SCRIPTS)])
+
+
+@cache
+def _styles() -> str:
+    return "\n".join(_text(f"{name}.css") for name in STYLES)
+
+
+def _text(name: str) -> str:
+    return (files("workbench.report") / "templates" / "live" / name).read_text("utf-8")

@@ -1,0 +1,65 @@
+"""The page of a single loop, live: the bench on which one tries a law before there is a study."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup, escape
+
+from workbench.core import Ode, Sampled
+from workbench.metrics import AbstractMetric
+from workbench.report.html_page import html
+from workbench.study import case_runs, writeup
+from workbench.study.contract import Loop
+from workbench.study.ledger.durability import write_durably
+from workbench.study.live.knob import Knob
+from workbench.study.live.live_data import live_data
+from workbench.study.live.loop_study import loop_study
+from workbench.validation.signatures import door
+
+HEIGHT = 900  # pixels of the frame in a notebook
+
+
+@dataclass(frozen=True)
+class LoopPage:
+    """A page that a notebook shows, and that `write` puts into a file."""
+
+    text: str
+
+    def __repr__(self) -> str:
+        return f"<live page of {len(self.text) // 1000} kB: `write(path)` puts it into a file>"
+
+    def _repr_html_(self) -> str:
+        frame = '<iframe srcdoc="{}" width="100%" height="{}" style="border: 0" sandbox="allow-scripts"></iframe>'
+        return Markup(frame).format(escape(self.text), HEIGHT)
+
+    @door
+    def write(self, path: str | Path) -> Path:
+        """Write the page to a file, and give its path."""
+        place = Path(path)
+        write_durably(place, self.text.encode())
+        return place
+
+
+@door
+def live(
+    loop: Loop | Ode | Sampled,
+    until: float,
+    h: float = 1e-3,
+    metrics: Sequence[AbstractMetric] = (),
+    knobs: Sequence[Knob] = (),
+    title: str = "",
+) -> LoopPage:
+    """The page of a loop whose numbers its reader turns, as `loop_study` says.
+
+    Examples
+    --------
+    >>> wb.live(wb.open_loop(wb.DCMotor()), until=2.0).text[:15]
+    '<!DOCTYPE html>'
+    """
+    study = loop_study(loop, until, h, metrics, knobs, title)
+    results = case_runs.run(study)
+    document = writeup.document(study, results, "workbench.live(...)")
+    return LoopPage(html(document, live=live_data(study, results, document)))

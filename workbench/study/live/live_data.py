@@ -1,0 +1,170 @@
+"""The data of a live page: knobs, loops with their modules, and the curves and cells that are theirs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+import casadi as ca
+
+from workbench.core import Ode, Step
+from workbench.metrics import AbstractMetric
+from workbench.metrics.accumulators import resolved
+from workbench.metrics.value_program import program_of
+from workbench.study.document.document import Document
+from workbench.study.document.phrases import raised
+from workbench.study.live.knob import Knob, check
+from workbench.study.live.links import Curve, cells, curves
+from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
+from workbench.study.live.turned import offered
+from workbench.study.study import Outcome, Results, Study
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+FORMAT = 1
+# the lines that compute the same, with places for the name of a case, the values of knobs and a seed
+PYTHON = """import workbench as wb
+
+study = wb.load({script!r})
+scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
+"""
+
+
+@door
+def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
+    """What the page of a study needs to run its loops again, as plain data; None where nothing can be turned.
+
+    A loop that no browser can run stays printed, and the data say why. `script` is the file of the study, for the
+    lines that compute the same in Python.
+
+    Raises
+    ------
+    ValueError, LookupError
+        If a knob of the study fits no loop, or leads beyond the bounds of its number.
+    """
+    if study.live is None:
+        return None
+    all_curves, all_cells = (tuple(find(document, results.outcomes)) for find in (curves, cells))
+    used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
+    outcomes = [results.outcomes[k] for k in used]
+    steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
+    knobs = study.live or offered(study, [*steps.values()])
+    if not (knobs and outcomes):
+        return None
+    check(knobs, steps)
+    modules, loops, refused = Modules(), [], {}
+    live_curves: list[Curve] = []
+    live_places: dict[int, int] = {}
+    for k, outcome in zip(used, outcomes, strict=True):
+        mine = [replace(curve, loop=len(loops)) for curve in all_curves if curve.loop == k]
+        try:
+            made, shown = _loop(outcome, knobs, mine, modules)
+        except (ValueError, ImportError) as error:
+            refused[outcome.case.name] = str(error)
+            continue
+        live_places[k] = len(loops)
+        loops.append(made)
+        live_curves += shown
+    live_cells = (replace(cell, loop=live_places[cell.loop]) for cell in all_cells if cell.loop in live_places)
+    return {
+        "format": FORMAT,
+        "study": study.name,
+        "version": document.colophon.version,
+        "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
+        "knobs": [_knob(knob, outcomes) for knob in knobs],
+        "loops": loops,
+        "modules": list(modules.packed.values()),
+        "curves": [asdict(curve) for curve in live_curves],
+        "cells": [asdict(cell) for cell in live_cells],
+        "refused": refused,
+    }
+
+
+def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """A knob with the number at which it stands, which is the same in all loops that have it."""
+    runs = [run for outcome in outcomes if knob.places((run := outcome.measurement.trajectories).step)]
+    values = {knob.value(run.step, run.p[0], run.x[0, 0]) for run in runs}
+    if len(values) > 1:
+        raise ValueError(
+            f"`Knob({knob.name!r}, ...)` must turn one number, and '{knob.paths[0]}' is "
+            f"{' or '.join(f'{value:g}' for value in sorted(values))} in different loops: turn a share of it, with "
+            "`share=True`."
+        )
+    value = values.pop()
+    if not knob.low <= value <= knob.high:
+        raise ValueError(
+            f"`Knob({knob.name!r}, low=..., high=...)` must hold the number of the loops, {value:g}; got {knob.low:g} "
+            f"to {knob.high:g}."
+        )
+    held = {name: getattr(knob, name) for name in ("name", "paths", "low", "high", "log", "origin", "share")}
+    return held | {"value": value, "unit": raised(knob.unit(runs[0].step))}
+
+
+def _loop(
+    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules
+) -> tuple[dict[str, Any], list[Curve]]:
+    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there."""
+    case, run = outcome.case, outcome.measurement.trajectories
+    coarse, fine = coarse_and_fine(outcome)
+    every = case.run.every or coarse.h
+    wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
+    metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
+    drawing = outcome.ode.drawing
+    seen = fine.rule.output[wanted] if drawing is None else ca.vertcat(fine.rule.output[wanted], _moving(outcome, fine))
+    made = {
+        "scenario": case.scenario,
+        "law": case.law,
+        "label": outcome.label,
+        "digest": outcome.digest[:16],
+        "until": float(run.t[-1]),
+        "every": every,
+        "rows": len(run.t) - 1,
+        "p": plain(run.p[0]),
+        "x0": plain(run.x[0, 0]),
+        "moves": _moves(knobs, fine.parameters.size, [knob.places(fine) for knob in knobs]),
+        "seed": str(case.run.seed),
+        "normals": fine.noises,
+        "coarse": march(coarse, round(every / coarse.h), modules),
+        "fine": march(fine, round(every / fine.h), modules),
+        "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
+        "drawing": None if drawing is None else drawing.data | {"first": len(wanted), "places": seen.numel() - len(wanted)},
+        "metrics": [
+            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": _program(fine, m, run.t)}
+            for m in metrics
+        ],
+        "scores": [
+            [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
+            for score in outcome.measurement.scores.values()
+        ],
+    }
+
+    def among_wanted(axis: Any) -> Any:
+        return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
+
+    return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _moving(outcome: Outcome, step: Step) -> ca.SX:
+    """The coordinates of the drawing of a loop, (n, 1), in the symbols of its step."""
+    ode, rule = outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow, step.rule
+    assert ode.drawing is not None
+    own = ca.vertcat(rule.t, rule.x[: ode.x.numel()], rule.p)
+    return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
+
+
+def _program(step: Step, metric: AbstractMetric, t: Array) -> dict[str, Any] | None:
+    """The value of a metric at the horizon as a program; None where no other machine can run it, as it stays printed."""
+    try:
+        return program_of(step, metric, float(t[-1])).plain()
+    except ValueError:
+        return None
+
+
+def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
+    """The places among parameters and states that each knob moves in a loop with so many parameters."""
+    return [
+        {"knob": i, "p": [k for k in here if k < size], "x": [k - size for k in here if k >= size]}
+        for i, here in enumerate(places)
+        if here
+    ]

@@ -1,0 +1,83 @@
+"""Marches: the steps of a loop as modules that a browser runs, with the numbers that they are handed."""
+
+from __future__ import annotations
+
+import base64
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Step
+from workbench.simulate.kernel.plan import Plan
+from workbench.study.study import Outcome
+from workbench.validation.refusals import Array
+
+
+@dataclass
+class Modules:
+    """The modules of a page, each once, packed as the page holds them."""
+
+    packed: dict[bytes, str] = field(default_factory=dict)
+
+    def place(self, code: bytes) -> int:
+        """The place of a module among them."""
+        if code not in self.packed:
+            squeeze = zlib.compressobj(9, wbits=-15)  # raw, as a browser's "deflate-raw"
+            self.packed[code] = base64.b64encode(squeeze.compress(code) + squeeze.flush()).decode("ascii")
+        return [*self.packed].index(code)
+
+
+def march(step: Step, stride: int, modules: Modules) -> dict[str, Any]:
+    """The march of a step that keeps each `stride`-th state, as plain data.
+
+    Raises
+    ------
+    ValueError
+        If the graph knows an operation not, or the browser's machine does not.
+    """
+    from workbench.simulate.kernel import webassembly  # with llvmlite, which not every machine has
+
+    plan = Plan.of_step(step, ())
+    return {
+        "module": modules.place(webassembly.compiled(plan)),
+        "h": step.h,
+        "stride": stride,
+        "states": step.states.size,
+        "parameters": list(plan.parameters),
+        "constants": plain(plan.constants(step.h)),
+        "lanes": len(plan.lanes),
+        "table": len(plan.table),
+    }
+
+
+def watched(step: Step, expressions: ca.SX) -> Step:
+    """The step that leaves the states x as they are and makes expressions (n, 1) in them, which stand behind x."""
+    rule = step.rule
+    n = int(expressions.numel())
+    y, none = ca.SX.sym("y", n), ca.SX(0, 1)
+    held = replace(
+        rule, x=ca.vertcat(rule.x, y), rate=none, update=ca.vertcat(rule.x, ca.densify(expressions)), output=none
+    )
+    states = step.states + Layout(tuple(Entry(f"watched {i}", np.zeros(())) for i in range(n)))
+    return replace(step, states=states, outputs=Layout(), rule=held)
+
+
+def coarse_and_fine(outcome: Outcome) -> tuple[Step, Step]:
+    """The step of the check, and the one at which the values of an outcome were taken, with its metrics beside it."""
+    from workbench.core import Ode
+    from workbench.metrics.accumulators import maker
+
+    fine, h = outcome.measurement.trajectories.step, outcome.measurement.h
+    if isinstance(outcome.ode, Ode):
+        return replace(fine, h=2 * h), fine
+    return maker(outcome.ode, outcome.case.run.metrics)(2 * h), fine
+
+
+def plain(numbers: Sequence[float] | Array) -> list[float | str]:
+    """Numbers for JSON, which knows no infinite ones: these as the words from which JavaScript makes them."""
+    words = {float("inf"): "Infinity", float("-inf"): "-Infinity"}
+    return [words.get(float(x), float(x)) if x == x else "NaN" for x in numbers]

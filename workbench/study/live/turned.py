@@ -1,0 +1,71 @@
+"""A case of a study run again in Python as its live page runs it, with knobs turned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from workbench.core import Step
+from workbench.metrics import Measurement, measure
+from workbench.metrics.accumulators import maker
+from workbench.study.contract import equations_of
+from workbench.study.live.knob import Knob, has
+from workbench.study.study import Study
+from workbench.validation.refusals import finite, known
+from workbench.validation.signatures import door
+
+
+@door
+def turned(study: Study, case: str, values: Mapping[str, float], seed: int | None = None) -> Measurement:
+    """The measurement of a case, named 'scenario: law', with knobs of the study at other values than its own.
+
+    It has the bits of the page, in the portable arithmetic. `seed` is that of the noise, if not the case's own.
+
+    Raises
+    ------
+    LookupError
+        If the study has no such case or knob, or the case has nothing that the knob turns.
+    ValueError
+        If the cases follow from tunings, or a value leads beyond the bounds of a number.
+    """
+    if callable(study.cases):
+        raise ValueError("`turned(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")
+    cases = {one.name: one for one in study.cases}
+    run = cases[known(case, cases, "cases of this study")].run
+    equation = equations_of(run.loop, case)
+    if run.h is None:
+        raise ValueError(f"`turned(study, {case!r}, ...)` needs a case with a step; this one's was chosen by pilots.")
+    step = maker(equation, run.metrics)(run.h)
+    knobs = {knob.name: knob for knob in study.live or offered(study, [step])}
+    row = np.concatenate([step.parameters.default, step.states.default])
+    own = row.copy()
+    for name, value in values.items():
+        knob = knobs[known(name, knobs, "knobs of this study")]
+        places = [*knob.places(step)]
+        if not places:
+            raise LookupError(f"`turned(study, {case!r}, ...)`: the knob '{name}' turns nothing in this case.")
+        value = finite(f"turned(values={{{name!r}: ...}})", value)
+        row[places] = value * own[places] if knob.share else value
+    size = step.parameters.size
+    return measure(
+        equation,
+        run.metrics,
+        row[np.newaxis, :size],
+        row[np.newaxis, size : size + equation.states.size],
+        until=run.until,
+        h=run.doubled(equation, "turned(...)"),
+        every=run.every,
+        seed=run.seed if seed is None else seed,
+        arithmetic="portable",
+    )
+
+
+def offered(study: Study, steps: Sequence[Step]) -> tuple[Knob, ...]:
+    """The factors of the sweeps of a study, of which some loop has a path; those of one name are one knob."""
+    knobs: dict[str, Knob] = {}
+    for sweep in () if callable(study.sweeps) else study.sweeps:
+        for factor in sweep.factors:
+            new = Knob.of(factor)
+            knobs[new.name] = new.together(knobs.get(new.name, new))
+    return tuple(knob for knob in knobs.values() if any(has(step, path) for step in steps for path in knob.paths))
