@@ -20,7 +20,7 @@ from workbench.simulate.kernel import webassembly
 from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
-SCRIPTS = ("address", "knobs", "figures", "tables", "animation", "page")
+SCRIPTS = ("address", "knobs", "figures", "tables", "animation", "pool", "motion", "page")
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
@@ -43,6 +43,14 @@ STAND_INS = {  # for other files of a page, as far as these tests need them: the
             line.setAttribute("style", "fill: none; stroke: #0067a8");
             return line;
           }));
+        }""",
+    "animation": """
+        function openAnimation(element, drawing) {
+          const stood = {
+            load(frames, before, times, divergedAt) { Object.assign(stood, {frames, before, times, divergedAt}); },
+            pause() {},
+          };
+          return (window.animation = stood);
         }""",
     "tables": """
         const scored = new Map();
@@ -163,8 +171,7 @@ def script() -> str:
 def _script(name: str) -> str:
     if name in STAND_INS:
         return STAND_INS[name]
-    path = TEMPLATES / "live" / f"{name}.js"
-    return path.read_text("utf-8") if path.exists() else ""
+    return (TEMPLATES / "live" / f"{name}.js").read_text("utf-8")
 
 
 def write_page(folder: Path, data: Any, body: str = "") -> Path:

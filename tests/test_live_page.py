@@ -245,7 +245,7 @@ def test_a_figure_that_cannot_be_drawn_leaves_the_page_as_printed(page):
     page.value("livePage.bench.knobs[1].turn(7.5)")
     page.until("livePage.failed")
     assert "no pen" in page.value("document.querySelector('.bench-status').textContent")
-    assert page.value("scored.size") == 0
+    page.until("scored.size === 0")
 
 
 @pytest.mark.parametrize("missing", ["WebAssembly", "DecompressionStream"])
@@ -282,3 +282,34 @@ def test_a_copied_link_holds_the_last_turn(page, path):
     opened(page)
     page.value("livePage.bench.knobs[1].turn(7.5)")
     assert page.value("livePage.bench.link()") == path.resolve().as_uri() + "#knobs=gain%3A%20K:7.5"
+
+
+def test_a_long_run_grows_before_it_is_done(tmp_path):
+    data = data_of({("FS", "SMC"): LOOPS["FS", "SMC"]}, 5e-5, 60.0, 0.1, KNOBS[:2])
+    with open_page(write_page(tmp_path, data)) as page:
+        opened(page)
+        page.value(
+            "(() => { window.grown = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {"
+            " if (view.phase === 'coarse') grown.push([view.rows, view.done, view.y.slice(3 * view.rows).findIndex("
+            "Number.isNaN)]); hear(view); }; })()"
+        )
+        turned(page, knob0=0.2)
+        *early, last = page.value("grown")
+        assert last[:2] == [600, True]
+        assert early
+        assert all(rows < 600 and not done and gap == 3 for rows, done, gap in early)
+        assert [rows for rows, *_ in early] == sorted({rows for rows, *_ in early})
+
+
+def test_the_plant_moves_beside_its_printed_run(data, tmp_path):
+    drawn = [loop | {"drawing": {"shapes": [], "first": 1, "places": 2}} for loop in data["loops"]]
+    with open_page(write_page(tmp_path, data | {"loops": drawn})) as page:
+        opened(page)
+        page.value("document.querySelector('.bench-motion').open = true")
+        page.until("window.animation && animation.frames")
+        assert page.value("animation.before === null && animation.frames.length === 2 * animation.times.length")
+        still = page.value("[...animation.frames]")
+        turned(page, knob0=0.2)
+        page.until("animation.before")
+        assert page.value("[...animation.before]") == still
+        assert page.value("[...animation.frames]") != still

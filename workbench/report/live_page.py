@@ -13,7 +13,7 @@ from typing import Any
 
 from markupsafe import Markup
 
-SCRIPTS = ("figures", "tables", "animation", "address", "knobs", "page")  # in the order in which they need each other
+SCRIPTS = ("figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")  # in the order in which they need each other
 STYLES = ("live", "figures", "tables", "animation")
 PRINTED = "default-src 'none'; style-src 'unsafe-inline'; font-src data:"  # of a page without scripts
 

@@ -302,7 +302,7 @@ class Bench {
     const cases = data.loops.filter((loop) => loop && isAsked(loop, state)).map((loop) => {
       const items = loop.moves.map((move) => move.knob).filter(turned)
         .map((knob) => `${JSON.stringify(data.knobs[knob].name)}: ${state.values[knob]}`);
-      const seed = loop.normals && state.seed !== loop.seed ? state.seed : "None";
+      const seed = isReseeded(loop, state, printedState(data)) ? state.seed : "None";
       return { case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
     });
     const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
@@ -338,4 +338,9 @@ function inScenario(loop, state) {
 // True for a loop that runs in a state.
 function isAsked(loop, state) {
   return inScenario(loop, state) && !state.off.has(loop.law);
+}
+
+// True for a loop whose noise has another seed than its own.
+function isReseeded(loop, state, printed) {
+  return loop.normals > 0 && state.seed !== printed.seed;
 }

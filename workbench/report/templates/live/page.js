@@ -11,16 +11,10 @@ const whenIdle = window.requestIdleCallback
   ? (call) => requestIdleCallback(call, { timeout: 300 })
   : (call) => setTimeout(call, 30);
 
-// The bytes behind a text of the page.
-async function unpackedModule(text) {
-  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return new Response(stream).arrayBuffer();
-}
-
 // The parameters, states and seed of a loop in a state of the knobs, and a text that tells them from others.
-function inputsOf(loop, state, knobs) {
-  const p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0), seed = loop.normals ? state.seed : loop.seed;
+function inputsOf(loop, state, printed, knobs) {
+  const p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0);
+  const seed = isReseeded(loop, state, printed) ? state.seed : loop.seed;
   const turned = [];
   for (const { knob, p: ofParameters, x: ofStates } of loop.moves) {
     const value = state.values[knob], { share, value: printed } = knobs[knob];
@@ -31,156 +25,6 @@ function inputsOf(loop, state, knobs) {
   }
   if (seed !== loop.seed) turned.push(`seed:${seed}`);
   return { p, x, seed, key: turned.join(",") };
-}
-
-// The workers, and which of them runs which loop; each module is compiled once.
-class Pool {
-  constructor(data, source, hear, fail) {
-    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0 });
-    const place = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
-    const count = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1, data.loops.length));
-    this.workers = Array.from({ length: count }, () => new Worker(place));
-    for (const worker of this.workers) {
-      worker.onmessage = ({ data: told }) => (told.fault ? fail(told.fault) : hear(told));
-      worker.onerror = (event) => fail(event.message || "a worker could not start");
-    }
-    this.owners = this.shared(count);
-  }
-
-  // The work of each scenario in equal shares: the heaviest loop first, always to the least busy.
-  shared(count) {
-    const owners = new Map(), { loops, modules } = this.data;
-    for (const scenario of new Set(loops.filter(Boolean).map((loop) => loop.scenario))) {
-      const busy = new Array(count).fill(0);
-      const mine = [...loops.keys()].filter((i) => loops[i] && loops[i].scenario === scenario);
-      const weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
-      for (const i of mine.sort((a, b) => weight(b) - weight(a))) {
-        const least = busy.indexOf(Math.min(...busy));
-        owners.set(i, least);
-        busy[least] += weight(i);
-      }
-    }
-    this.weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
-    return owners;
-  }
-
-  module(place) {
-    if (!this.modules.has(place)) {
-      this.modules.set(place, unpackedModule(this.data.modules[place]).then((bytes) => WebAssembly.compile(bytes)));
-    }
-    return this.modules.get(place);
-  }
-
-  // Hand a loop to its worker, once.
-  prepare(place) {
-    if (!this.held.has(place)) this.held.set(place, this.hand(place));
-    return this.held.get(place);
-  }
-
-  async hand(place) {
-    const { p, x0, rows, coarse, fine, outputs } = this.data.loops[place], modules = {};
-    for (const { module } of [coarse, fine, outputs].filter(Boolean)) modules[module] = await this.module(module);
-    const loop = { p, x0, rows, coarse, fine, outputs };
-    this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
-  }
-
-  // Ask for runs, those in sight first, then the light ones; what was asked before ends. All answers have the ticket.
-  async request(runs, seen) {
-    const ticket = (this.ticket += 1);
-    await Promise.all(runs.map((run) => this.prepare(run.loop)));
-    if (ticket !== this.ticket) return;
-    const hidden = (run) => Number(!seen.has(run.loop));
-    const order = [...runs].sort((a, b) => hidden(a) - hidden(b) || this.weight(a.loop) - this.weight(b.loop));
-    this.workers.forEach((worker, i) => {
-      worker.postMessage({ ticket, runs: order.filter((run) => this.owners.get(run.loop) === i) });
-    });
-  }
-
-  end() {
-    this.workers.forEach((worker) => worker.terminate());
-  }
-}
-
-// The plant in motion: the run of one loop, with its printed run pale behind it, in the bench.
-class Motion {
-  constructor(page, stage) {
-    Object.assign(this, { page, stage, printed: new Map(), place: null, animation: null });
-    this.choice = part("select", { "aria-label": "Law in motion" });
-    this.room = part("div");
-    const head = part("summary", {}, "Watch it move");
-    this.fold = part("details", { class: "bench-motion" }, head, this.choice, this.room);
-    this.choice.addEventListener("change", () => this.choose());
-    this.fold.addEventListener("toggle", () => this.choose());
-    stage.append(this.fold);
-    this.offer();
-  }
-
-  // The loops of a state that can be drawn, of which the reader has chosen one.
-  offer() {
-    const { loops } = this.page.data, places = this.page.asked(this.page.state).filter((i) => loops[i].drawing);
-    this.stage.hidden = !places.length;
-    if (places.join() === this.offered) return;
-    this.offered = places.join();
-    const several = new Set(places.map((i) => loops[i].scenario)).size > 1;
-    const named = (i) => (several ? `${loops[i].scenario}: ${loops[i].label}` : loops[i].label);
-    this.choice.replaceChildren(...places.map((i) => part("option", { value: i }, named(i))));
-    if (places.includes(this.place)) this.choice.value = this.place;
-    this.choice.hidden = places.length < 2;
-    if (this.fold.open) this.choose();
-  }
-
-  choose() {
-    const place = this.fold.open && this.choice.value !== "" ? Number(this.choice.value) : null;
-    if (place === this.place) return;
-    if (this.animation) this.animation.pause();
-    this.point(null);
-    this.place = place;
-    this.animation = null;
-    if (place === null) return this.room.replaceChildren();
-    this.animation = openAnimation(this.room, this.page.data.loops[place].drawing);
-    this.animation.onTime = (time) => this.point(time);
-    if (this.missing !== null) this.page.ask();
-    this.load(place);
-  }
-
-  // The loop whose printed run is asked for and not there yet.
-  get missing() {
-    return this.place === null || this.printed.has(this.place) ? null : this.place;
-  }
-
-  takePrinted(view) {
-    this.printed.set(view.loop, view);
-    this.load(view.loop);
-  }
-
-  // Show the run of a loop as it is now.
-  load(place) {
-    const { views, data } = this.page, before = this.printed.get(place), now = views.get(place);
-    if (place !== this.place || !this.animation || !before) return;
-    const loop = data.loops[place], times = Float64Array.from({ length: loop.rows + 1 }, (_, i) => i * loop.every);
-    const live = now && now.done ? now : before, ghost = live === before ? null : this.frames(before, loop);
-    this.animation.load(this.frames(live, loop), ghost, times, live.divergedAt);
-  }
-
-  // The coordinates of the drawing, row by row, out of the outputs of a run.
-  frames({ y }, loop) {
-    const { first, places } = loop.drawing, width = y.length / (loop.rows + 1);
-    const frames = new Float64Array((loop.rows + 1) * places);
-    for (let row = 0; row <= loop.rows; row++) {
-      frames.set(y.subarray(row * width + first, row * width + first + places), row * places);
-    }
-    return frames;
-  }
-
-  // A line at the time shown in the figures of this loop that are in sight; null takes it away everywhere.
-  point(time) {
-    const { data, figures } = this.page; // those that were opened
-    const mine = new Set(data.curves.filter((curve) => curve.loop === this.place).map((curve) => curve.figure));
-    for (const name of mine) {
-      const figure = time === null ? figures.get(name) : this.page.figure(name);
-      if (figure && (time === null || this.page.near.has(name))) figure.cursor(time);
-    }
-  }
 }
 
 // The numbers of one curve from the rows of a run.
@@ -227,7 +71,9 @@ class LivePage {
   // Keep the names of the figures that are in the window or little beyond, without asking for a layout.
   watch() {
     const told = (entries) => {
-      for (const { target, isIntersecting } of entries) this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
+      for (const { target, isIntersecting } of entries) {
+        this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
+      }
     };
     const observer = new IntersectionObserver(told, { rootMargin: `${NEAR}px 0px` });
     for (const figure of document.querySelectorAll("[data-figure]")) observer.observe(figure);
@@ -280,7 +126,7 @@ class LivePage {
     this.writing = setTimeout(() => writeAddress(addressOfState(this.state, this.data)), SETTLED);
     this.wanted = new Map();
     for (const place of this.asked(this.state)) {
-      const inputs = inputsOf(this.data.loops[place], this.state, this.data.knobs);
+      const inputs = inputsOf(this.data.loops[place], this.state, this.printed, this.data.knobs);
       if (inputs.key) this.wanted.set(place, inputs);
     }
     for (const place of [...this.views.keys()]) if (!this.wanted.has(place)) this.drop(place);
@@ -300,7 +146,7 @@ class LivePage {
     const runs = left.map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, printed: false }));
     const before = this.motion.missing;
     if (before !== null) {
-      const { p, x, seed } = inputsOf(this.data.loops[before], this.printed, this.data.knobs);
+      const { p, x, seed } = inputsOf(this.data.loops[before], this.printed, this.printed, this.data.knobs);
       runs.push({ loop: before, p, x, seed, printed: true });
     }
     const began = performance.now();

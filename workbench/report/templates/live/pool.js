@@ -1,0 +1,78 @@
+"use strict";
+
+// The pool: workers that march the loops of a page, each the loops that are its own.
+
+// The bytes behind a text of the page.
+async function unpackedModule(text) {
+  const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Response(stream).arrayBuffer();
+}
+
+// The workers, and which of them runs which loop; each module is compiled once.
+class Pool {
+  constructor(data, source, hear, fail) {
+    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0 });
+    const place = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
+    const count = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1, data.loops.length));
+    this.workers = Array.from({ length: count }, () => new Worker(place));
+    for (const worker of this.workers) {
+      worker.onmessage = ({ data: told }) => (told.fault ? fail(told.fault) : hear(told));
+      worker.onerror = (event) => fail(event.message || "a worker could not start");
+    }
+    this.owners = this.shared(count);
+  }
+
+  // The work of each scenario in equal shares: the heaviest loop first, always to the least busy.
+  shared(count) {
+    const owners = new Map(), { loops, modules } = this.data;
+    for (const scenario of new Set(loops.filter(Boolean).map((loop) => loop.scenario))) {
+      const busy = new Array(count).fill(0);
+      const mine = [...loops.keys()].filter((i) => loops[i] && loops[i].scenario === scenario);
+      const weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
+      for (const i of mine.sort((a, b) => weight(b) - weight(a))) {
+        const least = busy.indexOf(Math.min(...busy));
+        owners.set(i, least);
+        busy[least] += weight(i);
+      }
+    }
+    this.weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
+    return owners;
+  }
+
+  module(place) {
+    if (!this.modules.has(place)) {
+      this.modules.set(place, unpackedModule(this.data.modules[place]).then((bytes) => WebAssembly.compile(bytes)));
+    }
+    return this.modules.get(place);
+  }
+
+  // Hand a loop to its worker, once.
+  prepare(place) {
+    if (!this.held.has(place)) this.held.set(place, this.hand(place));
+    return this.held.get(place);
+  }
+
+  async hand(place) {
+    const { p, x0, rows, coarse, fine, outputs } = this.data.loops[place], modules = {};
+    for (const { module } of [coarse, fine, outputs].filter(Boolean)) modules[module] = await this.module(module);
+    const loop = { p, x0, rows, coarse, fine, outputs };
+    this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
+  }
+
+  // Ask for runs, those in sight first, then the light ones; what was asked before ends. All answers have the ticket.
+  async request(runs, seen) {
+    const ticket = (this.ticket += 1);
+    await Promise.all(runs.map((run) => this.prepare(run.loop)));
+    if (ticket !== this.ticket) return;
+    const hidden = (run) => Number(!seen.has(run.loop));
+    const order = [...runs].sort((a, b) => hidden(a) - hidden(b) || this.weight(a.loop) - this.weight(b.loop));
+    this.workers.forEach((worker, i) => {
+      worker.postMessage({ ticket, runs: order.filter((run) => this.owners.get(run.loop) === i) });
+    });
+  }
+
+  end() {
+    this.workers.forEach((worker) => worker.terminate());
+  }
+}
