@@ -152,6 +152,28 @@ def test_a_page_shows_the_live_run_over_the_printed_one_at_the_time_asked_for(tm
 
 
 @needs_chromium
+def test_the_slider_of_a_long_run_has_stops_that_keys_can_walk_and_reaches_the_end(tmp_path):
+    steps = """
+    const rows = 5016, many = new Float64Array(4 * rows), t = Float64Array.from({length: rows}, (_, i) => i / 100);
+    for (let row = 0; row < rows; row++) many.set([Math.sin(t[row]), -Math.cos(t[row]), 0, 0.05], 4 * row);
+    const began = performance.now();
+    animation.load(many, many, t);
+    const loaded = performance.now();
+    for (let i = 0; i < 100; i++) animation.at(0.5 * i);
+    told.milliseconds = [loaded - began, (performance.now() - loaded) / 100];
+    told.stops = Number(find("input").max) / Number(find("input").step);
+    animation.onTime = (time) => { told.end = time; };
+    find("input").value = "999999";
+    find("input").dispatchEvent(new Event("input"));
+    told.text = find("input").getAttribute("aria-valuetext");
+    done();
+    """
+    told = in_chromium(tmp_path, steps)
+    assert 100 < told["stops"] <= 500
+    assert (told["end"], told["text"]) == (50.15, "50.15 s")
+
+
+@needs_chromium
 def test_a_run_that_diverged_keeps_its_last_finite_frame_and_says_when(tmp_path):
     steps = """
     const broken = frames.map((v, i) => (i >= 16 ? NaN : v));

@@ -3,7 +3,7 @@
 
 const ANIMATION = {
   svg: "http://www.w3.org/2000/svg", wide: 640, least: 220, most: 440, margin: 26,
-  thinnest: 1.3, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
+  thinnest: 1.5, stops: 500, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
 };
 
 // The extent of shapes in rows of a run: [xlow, ylow, xhigh, yhigh]; the ground, which goes on, does not count.
@@ -201,6 +201,7 @@ function openAnimation(element, drawing) {
       view = windowOf(drawing, live, printed);
       svg.setAttribute("viewBox", `0 0 ${ANIMATION.wide} ${view.tall.toFixed(1)}`);
       range.max = String(rows - 1);
+      range.step = String(Math.max(1, Math.ceil((rows - 1) / ANIMATION.stops)));
       show(Math.min(row, rows - 1), false);
     },
 
@@ -236,7 +237,9 @@ function openAnimation(element, drawing) {
   button.addEventListener("click", () => (ticket ? animation.pause() : animation.play()));
   range.addEventListener("input", () => {
     animation.pause();
-    if (times) show(Number(range.value), true);
+    if (!times) return;
+    const stop = Number(range.value), last = times.length - 1;
+    show(stop + Number(range.step) > last ? last : stop, true);  // the last stop is the end, though the step miss it
   });
   return animation;
 }
