@@ -3,17 +3,16 @@
 
 const ANIMATION = {
   svg: "http://www.w3.org/2000/svg", wide: 640, least: 220, most: 440, margin: 26,
-  thinnest: 1.3, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
+  thinnest: 1.5, stops: 500, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
 };
 
 // The extent of shapes in rows of a run: [xlow, ylow, xhigh, yhigh]; the ground, which goes on, does not count.
 function extentOf(drawing, run, first, last) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
-  const count = run ? run.rows : 1;
-  const stride = Math.max(1, Math.floor((last - first) / 500));
+  const end = Math.min(last, run.rows), stride = Math.max(1, Math.floor((end - first) / 500));
   for (const shape of drawing.shapes) {
     if (shape.tone === "ground") continue;
-    for (let row = first; row < Math.min(last, count); row += shape.fixed ? count : stride) {
+    for (let row = first; row < end; row += shape.fixed ? run.rows : stride) {
       const at = coordinatesOf(shape, run, row);
       const round = shape.kind === "circle" ? at[2] : (shape.width || 0) / 2;
       for (let i = 0; i + 1 < at.length; i += shape.kind === "line" ? 2 : at.length) {
@@ -171,7 +170,7 @@ function openAnimation(element, drawing) {
     range.value = String(row);
     range.setAttribute("aria-valuetext", text);
     clock.textContent = text;
-    const lost = live.finite < live.rows && row >= live.finite;
+    const lost = ends !== null && live.finite < live.rows && row >= live.finite;
     note.textContent = lost ? `diverged at ${secondsText(Number.isNaN(ends) ? times[live.finite] : ends)} s` : "";
     root.classList.toggle("lost", lost);
   }
@@ -191,16 +190,18 @@ function openAnimation(element, drawing) {
   const animation = {
     onTime: null,
 
-    // The frames, rows of the drawing's places each, of the live and of the printed run (or null), at the times t.
+    // The frames, rows of the drawing's places each, of the live and of the printed run (or null), at the times t in s.
+    // `divergedAt` is the time that is told; null if rows that are not finite are those of a run that goes on still.
     load(frames, before, t, divergedAt = NaN) {
       const rows = t.length, places = frames.length / rows;
       live = runOf(frames, places);
       printed = before ? runOf(before, places) : null;
       times = t;
-      ends = divergedAt === null ? NaN : divergedAt;
+      ends = divergedAt;
       view = windowOf(drawing, live, printed);
       svg.setAttribute("viewBox", `0 0 ${ANIMATION.wide} ${view.tall.toFixed(1)}`);
       range.max = String(rows - 1);
+      range.step = String(Math.max(1, Math.ceil((rows - 1) / ANIMATION.stops)));
       show(Math.min(row, rows - 1), false);
     },
 
@@ -236,7 +237,9 @@ function openAnimation(element, drawing) {
   button.addEventListener("click", () => (ticket ? animation.pause() : animation.play()));
   range.addEventListener("input", () => {
     animation.pause();
-    if (times) show(Number(range.value), true);
+    if (!times) return;
+    const stop = Number(range.value), last = times.length - 1;
+    show(stop + Number(range.step) > last ? last : stop, true);  // the last stop is the end, though the step miss it
   });
   return animation;
 }
