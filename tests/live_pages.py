@@ -22,33 +22,51 @@ from workbench.simulate.kernel.plan import Plan
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
 SCRIPTS = ("address", "knobs", "figures", "tables", "animation", "page")
 POLICY = (
-    "default-src 'none'; style-src 'unsafe-inline'; font-src data:; script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; "
-    "worker-src blob:"
+    "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
+    "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
 )
-STAND_INS = {  # what other files of a page hold, as far as these tests need it: they keep what they are told
-    "figures": "const shown = {}; function openFigure(svg) { return { show(c) { shown[svg.id] = c; paintStandIn(svg, c); "
-    "window.paintedAt = performance.now(); }, clear() { delete shown[svg.id]; svg.replaceChildren(); }, cursor() {} }; }\n"
-    "function paintStandIn(svg, curves) { svg.replaceChildren(...curves.map(({ x, y }) => { const line = "
-    "document.createElementNS('http://www.w3.org/2000/svg', 'polyline'); let text = ''; for (let i = 0; i < x.length; "
-    "i++) if (y[i] === y[i]) text += `${60 * x[i]},${80 - 30 * y[i]} `; line.setAttribute('points', text); "
-    "line.setAttribute('fill', 'none'); line.setAttribute('stroke', '#1d4e89'); return line; })); }",
-    "tables": "const scored = new Map(); function openTables() { return { show(i, s) { scored.set(i, s); }, "
-    "clear(i) { scored.delete(i); } }; }\n"
-    "function scoresOf(loop, fine, coarse) { return loop.metrics.map((m) => m.program.results.map((_, i) => { "
-    "const value = (e) => (e ? Math.sqrt(e.x[m.program.inputs[i][1]] / loop.until) : NaN); "
-    "return [value(fine), Math.abs(value(fine) - value(coarse))]; })); }",
+STAND_INS = {  # for other files of a page, as far as these tests need them: they keep what they are told
+    "figures": """
+        const shown = {};
+        function openFigure(svg) {
+          return {
+            show(curves) { shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
+            clear() { delete shown[svg.id]; svg.replaceChildren(); },
+            cursor() {},
+          };
+        }
+        function lines(svg, curves) {
+          svg.replaceChildren(...curves.map(({x, y}) => {
+            const line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
+            const points = [...x].flatMap((t, i) => (Number.isFinite(y[i]) ? [60 * t, 80 - 30 * y[i]] : []));
+            line.setAttribute("points", points.join(" "));
+            line.setAttribute("style", "fill: none; stroke: #0067a8");
+            return line;
+          }));
+        }""",
+    "tables": """
+        const scored = new Map();
+        function openTables() {
+          return { show(place, scores) { scored.set(place, scores); }, clear(place) { scored.delete(place); } };
+        }
+        function scoresOf(loop, coarse, fine = coarse) {
+          const value = (ends, place) => (ends ? Math.sqrt(ends.x[place] / loop.until) : NaN);
+          return loop.metrics.map(({ program }) => program.results.map((_, i) => {
+            const [, place] = program.inputs[i];
+            return [value(fine, place), Math.abs(value(fine, place) - value(coarse, place))];
+          }));
+        }""",
 }
 
 
 def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: float, knobs: Any, seed: int = 0) -> Any:
-    """The data of loops by scenario and law: steps 2 h and h, knobs as (name, unit, path, low, high, log)."""
+    """The data of equations by scenario and law: steps 2 h and h, knobs as (name, unit, path, low, high, log)."""
     modules: dict[str, int] = {}
     made, curves, found = [], [], {}
-    for number, ((scenario, law), loop) in enumerate(loops.items()):
-        equation = loop.ode()
+    for number, ((scenario, law), equation) in enumerate(loops.items()):
         scores = resolved(equation, [metrics.rmse()])
         steps = maker(equation, scores)
-        fine = steps(h)
+        rough, fine = steps(2 * h), steps(h)
         outputs = min(fine.outputs.size, 3)
         moves = []
         for place, (name, _, path, *_) in enumerate(knobs):
@@ -73,8 +91,8 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
                 "moves": moves,
                 "seed": str(seed),
                 "normals": fine.noises,
-                "coarse": _march(steps(2 * h), round(every / h / 2), modules),
-                "fine": _march(fine, round(every / h), modules),
+                "coarse": _march(rough, round(every / rough.h), modules),
+                "fine": _march(fine, round(every / fine.h), modules),
                 "outputs": _march(_watched(fine, outputs), 1, modules),
                 "metrics": [
                     {
@@ -108,7 +126,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
         "curves": curves,
         "cells": [],
         "plates": {curve["figure"]: {} for curve in curves},
-        "python": "values = {values}\nseed = {seed}\n",
+        "python": "import workbench as wb\nrun({case}, {values}, {seed})\n",
     }
 
 
@@ -152,8 +170,10 @@ def _script(name: str) -> str:
 def write_page(folder: Path, data: Any, body: str = "") -> Path:
     """A page with the data, and an empty drawing for each figure."""
     style = "\n".join((TEMPLATES / name).read_text("utf-8") for name in ("style.css", "live/live.css"))
+    style = style[style.index(":root") :]  # without the font
     drawings = "".join(
-        f'<figure class="drawing" data-figure="{name}"><div><svg id="{name}" viewBox="0 0 600 160"></svg></div></figure>'
+        f'<figure class="drawing" data-figure="{name}"><div><svg id="{name}" viewBox="0 0 600 160"></svg></div>'
+        "</figure>"
         for name in data["plates"]
     )
     worker = (TEMPLATES / "live" / "worker.js").read_text("utf-8")

@@ -22,7 +22,8 @@ function part(tag, attributes = {}, ...children) {
 function shortNumber(value, digits = 4) {
   if (!Number.isFinite(value)) return Number.isNaN(value) ? "none" : value > 0 ? "\u221e" : "\u2212\u221e";
   const size = Math.abs(value);
-  const text = size !== 0 && (size < 1e-4 || size >= 1e6) ? value.toExponential(digits - 1) : String(Number(value.toPrecision(digits)));
+  const plain = size === 0 || (size >= 1e-4 && size < 1e6);
+  const text = plain ? String(Number(value.toPrecision(digits))) : value.toExponential(digits - 1);
   return text.replace("e+", "e").replace(/-/g, "\u2212");
 }
 
@@ -62,17 +63,19 @@ class KnobControl {
   constructor(knob, place, turned) {
     Object.assign(this, { knob, scale: new Scale(knob), turned, name: `knob-${place}` });
     const { name, unit, origin, value, low, high } = knob, id = this.name;
-    this.slider = part("input", { type: "range", id, min: 0, max: NOTCHES, step: 1, "aria-describedby": `${id}-about` });
+    const about = `${id}-about`;
+    this.slider = part("input", { type: "range", id, min: 0, max: NOTCHES, step: 1, "aria-describedby": about });
     this.field = part("input", { type: "number", min: low, max: high, step: "any", "aria-label": this.spoken() });
     this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() }, "reset");
     this.back.setAttribute("aria-label", `${name}: reset to the printed ${shortNumber(value, 6)}`);
     const track = part("div", { class: "bench-track" }, this.slider);
     track.style.setProperty("--printed", this.scale.share(value));
+    const ofUnit = part("span", { class: "bench-unit" }, unit === "1" ? "" : unit);
     this.row = part("div", { class: "bench-knob" },
       part("label", { for: id }, name),
-      part("span", { class: "bench-value" }, this.field, part("span", { class: "bench-unit" }, unit === "1" ? "" : unit)),
+      part("span", { class: "bench-value" }, this.field, ofUnit),
       track,
-      part("p", { class: "bench-about", id: `${id}-about` },
+      part("p", { class: "bench-about", id: about },
         `${ORIGINS[origin] || ""}, printed ${shortNumber(value, 6)}`.replace(/^, /, ""), this.back));
     this.slider.addEventListener("input", () => this.turn(this.scale.value(Number(this.slider.value)), this.slider));
     this.field.addEventListener("input", () => this.typed(false));
@@ -120,14 +123,16 @@ class Bench {
     this.opened = opened;
     this.panel = part("div", { id: "bench-panel", class: "bench-panel", hidden: true });
     this.handle = part("button", {
-      type: "button", class: "bench-handle", "aria-expanded": "false", "aria-controls": "bench-panel", onclick: () => this.open(),
+      type: "button", class: "bench-handle", "aria-expanded": "false", "aria-controls": "bench-panel",
+      onclick: () => this.open(),
     }, "Turn the knobs");
     this.region = part("section", { class: "bench", "aria-label": "Turn the knobs" }, this.handle, this.panel);
     this.region.addEventListener("keydown", (event) => event.key === "Escape" && this.close());
     this.status = part("p", { class: "bench-status" }, "As printed.");
     this.voice = part("p", { class: "bench-voice", role: "status", "aria-live": "polite" });
     this.head = part("h2", { tabindex: "-1" }, "Turn the knobs");
-    const close = part("button", { type: "button", class: "bench-close", "aria-label": "Close", onclick: () => this.close() }, "\u00d7");
+    const closing = { type: "button", class: "bench-close", "aria-label": "Close", onclick: () => this.close() };
+    const close = part("button", closing, "\u00d7");
     this.panel.append(part("div", { class: "bench-head" }, this.head, close, this.status), this.voice);
     document.body.append(this.region);
   }
@@ -170,17 +175,24 @@ class Bench {
       this.changed();
     }));
     this.results = part("div", { class: "bench-results" });
+    this.stage = part("div", { class: "bench-stage", hidden: true });
     const back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
-    const link = part("button", { type: "button", onclick: () => this.copy(location.href, link) }, "Copy link");
+    const link = part("button", { type: "button", onclick: () => this.copy(this.link(), link) }, "Copy link");
     this.back = back;
     const buttons = part("div", { class: "bench-buttons" }, back, link);
     if (data.python) {
-      const python = part("button", { type: "button", onclick: () => this.copy(this.python(), python) }, "Copy as Python");
-      buttons.append(python);
+      const code = part("button", { type: "button", onclick: () => this.copy(this.python(), code) }, "Copy as Python");
+      buttons.append(code);
     }
-    this.copied = part("textarea", { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" });
+    const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
+    this.copied = part("textarea", still);
     const knobs = part("div", { class: "bench-group" }, ...this.knobs.map((knob) => knob.row));
-    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, knobs, ...seed, ...laws);
+    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, this.stage, knobs, ...seed, ...laws);
+    const refused = Object.entries(data.refused || {}).map(([name, why]) => part("span", { title: why }, name));
+    if (refused.length) {
+      const list = refused.flatMap((name, i) => (i ? [", ", name] : [name]));
+      this.body.append(part("p", { class: "bench-refused" }, "No browser runs these; they stay as printed: ", ...list, "."));
+    }
     this.panel.append(this.body, part("div", { class: "bench-foot" }, buttons, this.copied));
     this.show(state);
   }
@@ -202,7 +214,8 @@ class Bench {
     const names = [...new Set(this.data.loops.filter(Boolean).map((loop) => loop.scenario))];
     if (names.length < 2) return [];
     const options = names.map((name) => part("option", { value: name }, name));
-    this.scenario = part("select", { id: "bench-scenario" }, ...options, part("option", { value: EVERY }, "all of them"));
+    options.push(part("option", { value: EVERY }, "all of them"));
+    this.scenario = part("select", { id: "bench-scenario" }, ...options);
     this.scenario.addEventListener("change", () => {
       this.state.scenario = this.scenario.value;
       this.changed();
@@ -275,11 +288,24 @@ class Bench {
     this.results.append(part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
   }
 
-  // The lines that make the same run in Python.
+  // The lines that compute the same in Python: those that name a case stand there for each loop that is turned.
   python() {
-    const turned = this.data.knobs.flatMap((knob, i) =>
-      Object.is(this.state.values[i], knob.value) ? [] : [`${JSON.stringify(knob.name)}: ${this.state.values[i]}`]);
-    return this.data.python.split("{values}").join(`{${turned.join(", ")}}`).split("{seed}").join(this.state.seed);
+    const { data, state } = this, turned = (knob) => !Object.is(state.values[knob], data.knobs[knob].value);
+    const cases = data.loops.filter((loop) => loop && isAsked(loop, state)).map((loop) => {
+      const items = loop.moves.map((move) => move.knob).filter(turned)
+        .map((knob) => `${JSON.stringify(data.knobs[knob].name)}: ${state.values[knob]}`);
+      const seed = loop.normals && state.seed !== loop.seed ? state.seed : "None";
+      return { case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
+    });
+    const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
+    const written = (line, one) => line.replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
+    return data.python.split("\n").flatMap((line) =>
+      line.includes("{case}") ? (moved.length ? moved : cases).map((one) => written(line, one)) : [line]).join("\n");
+  }
+
+  // The address of this page with all that is turned.
+  link() {
+    return location.href.split("#")[0] + addressOfState(this.state, this.data);
   }
 
   // Copy a text, or show it where a browser lets no page write to the clipboard.

@@ -79,7 +79,7 @@ class Pool {
 
   async hand(place) {
     const { p, x0, rows, coarse, fine, outputs } = this.data.loops[place], modules = {};
-    for (const march of [coarse, fine, outputs].filter(Boolean)) modules[march.module] = await this.module(march.module);
+    for (const { module } of [coarse, fine, outputs].filter(Boolean)) modules[module] = await this.module(module);
     const loop = { p, x0, rows, coarse, fine, outputs };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
   }
@@ -100,6 +100,88 @@ class Pool {
   }
 }
 
+// The plant in motion: the run of one loop, with its printed run pale behind it, in the bench.
+class Motion {
+  constructor(page, stage) {
+    Object.assign(this, { page, stage, printed: new Map(), place: null, animation: null });
+    this.choice = part("select", { "aria-label": "Law in motion" });
+    this.room = part("div");
+    const head = part("summary", {}, "Watch it move");
+    this.fold = part("details", { class: "bench-motion" }, head, this.choice, this.room);
+    this.choice.addEventListener("change", () => this.choose());
+    this.fold.addEventListener("toggle", () => this.choose());
+    stage.append(this.fold);
+    this.offer();
+  }
+
+  // The loops of a state that can be drawn, of which the reader has chosen one.
+  offer() {
+    const { loops } = this.page.data, places = this.page.asked(this.page.state).filter((i) => loops[i].drawing);
+    this.stage.hidden = !places.length;
+    if (places.join() === this.offered) return;
+    this.offered = places.join();
+    const several = new Set(places.map((i) => loops[i].scenario)).size > 1;
+    const named = (i) => (several ? `${loops[i].scenario}: ${loops[i].label}` : loops[i].label);
+    this.choice.replaceChildren(...places.map((i) => part("option", { value: i }, named(i))));
+    if (places.includes(this.place)) this.choice.value = this.place;
+    this.choice.hidden = places.length < 2;
+    if (this.fold.open) this.choose();
+  }
+
+  choose() {
+    const place = this.fold.open && this.choice.value !== "" ? Number(this.choice.value) : null;
+    if (place === this.place) return;
+    if (this.animation) this.animation.pause();
+    this.point(null);
+    this.place = place;
+    this.animation = null;
+    if (place === null) return this.room.replaceChildren();
+    this.animation = openAnimation(this.room, this.page.data.loops[place].drawing);
+    this.animation.onTime = (time) => this.point(time);
+    if (this.missing !== null) this.page.ask();
+    this.load(place);
+  }
+
+  // The loop whose printed run is asked for and not there yet.
+  get missing() {
+    return this.place === null || this.printed.has(this.place) ? null : this.place;
+  }
+
+  takePrinted(view) {
+    this.printed.set(view.loop, view);
+    this.load(view.loop);
+  }
+
+  // Show the run of a loop as it is now.
+  load(place) {
+    const { views, data } = this.page, before = this.printed.get(place), now = views.get(place);
+    if (place !== this.place || !this.animation || !before) return;
+    const loop = data.loops[place], times = Float64Array.from({ length: loop.rows + 1 }, (_, i) => i * loop.every);
+    const live = now && now.done ? now : before, ghost = live === before ? null : this.frames(before, loop);
+    this.animation.load(this.frames(live, loop), ghost, times, live.divergedAt);
+  }
+
+  // The coordinates of the drawing, row by row, out of the outputs of a run.
+  frames({ y }, loop) {
+    const { first, places } = loop.drawing, width = y.length / (loop.rows + 1);
+    const frames = new Float64Array((loop.rows + 1) * places);
+    for (let row = 0; row <= loop.rows; row++) {
+      frames.set(y.subarray(row * width + first, row * width + first + places), row * places);
+    }
+    return frames;
+  }
+
+  // A line at the time shown in the figures of this loop that are in sight; null takes it away everywhere.
+  point(time) {
+    const { data, figures } = this.page; // those that were opened
+    const mine = new Set(data.curves.filter((curve) => curve.loop === this.place).map((curve) => curve.figure));
+    for (const name of mine) {
+      const figure = time === null ? figures.get(name) : this.page.figure(name);
+      if (figure && (time === null || figure.isNear())) figure.drawing.cursor(time);
+    }
+  }
+}
+
 // The numbers of one curve from the rows of a run.
 function numbersOfCurve(curve, view, loop) {
   const [first, last] = curve.rows, axis = (which) => {
@@ -112,7 +194,9 @@ function numbersOfCurve(curve, view, loop) {
 
 class LivePage {
   constructor(text, source) {
-    Object.assign(this, { text, source, views: new Map(), late: new Set(), away: new Set(), figures: new Map(), flight: null, wanted: new Map() });
+    Object.assign(this, { text, source, views: new Map(), figures: new Map(), wanted: new Map() });
+    Object.assign(this, { late: new Set(), away: new Set() }); // loops and figures that are to be drawn
+    this.flight = null; // what was asked for last: its inputs, and the loops whose runs are not there yet
     this.bench = new Bench(() => this.begin());
     addEventListener("hashchange", () => this.follow());
     if (isStateAddress(location.hash)) this.bench.open(false);
@@ -129,6 +213,7 @@ class LivePage {
       this.state = stateOfAddress(location.hash, this.data);
       this.tables = openTables(document, this.data);
       this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state));
+      this.motion = new Motion(this, this.bench.stage);
     } catch (error) {
       return this.fail(error);
     }
@@ -157,7 +242,7 @@ class LivePage {
     this.failed = true;
     if (this.pool) this.pool.end();
     for (const place of [...this.views.keys()]) this.drop(place);
-    this.bench.refuse(`The loops cannot run in this browser, and the page stays as printed (${error.message || error}).`);
+    this.bench.refuse(`The loops cannot run here, and the page stays as printed (${error.message || error}).`);
   }
 
   // A fragment that came from elsewhere, as by the reader's own hand.
@@ -187,6 +272,7 @@ class LivePage {
       if (inputs.key) this.wanted.set(place, inputs);
     }
     for (const place of [...this.views.keys()]) if (!this.wanted.has(place)) this.drop(place);
+    this.motion.offer();
     this.ask();
   }
 
@@ -196,10 +282,17 @@ class LivePage {
     this.held = null;
     const wait = this.flight && this.flight.rough.size ? this.flight.began + HOLD - performance.now() : 0;
     if (wait > 0) return void (this.held = setTimeout(() => this.ask(), wait));
-    const runs = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key)
-      .map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, watched: Boolean(this.data.loops[place].outputs) }));
-    const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key])), places = runs.map((run) => run.loop);
-    this.flight = runs.length ? { began: performance.now(), keys, rough: new Set(places), fine: new Set(places) } : null;
+    const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key);
+    const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key]));
+    const places = left.map(([place]) => place);
+    const runs = left.map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, printed: false }));
+    const before = this.motion.missing;
+    if (before !== null) {
+      const { p, x, seed } = inputsOf(this.data.loops[before], this.printed, this.data.knobs);
+      runs.push({ loop: before, p, x, seed, printed: true });
+    }
+    const began = performance.now();
+    this.flight = runs.length ? { began, keys, rough: new Set(places), fine: new Set(places) } : null;
     this.report();
     if (this.pool || runs.length) this.crew().request(runs).catch((error) => this.fail(error));
   }
@@ -207,12 +300,14 @@ class LivePage {
   // Rows of a run have come.
   hear(view) {
     const { flight } = this, place = view.loop;
-    if (this.failed || !flight || view.ticket !== this.pool.ticket || !this.wanted.has(place)) return;
+    if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
+    if (view.printed) return this.motion.takePrinted(view);
+    if (!this.wanted.has(place)) return;
     const shown = { ...this.views.get(place), ...view, turnedAt: this.turnedAt };
     if (view.done) {
       if (view.phase === "coarse") shown.coarse = view.ends;
       else shown.fine = flight.keys.get(place);
-      shown.scores = scoresOf(this.data.loops[place], view.ends, view.phase === "fine" ? shown.coarse : null);
+      shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
       flight.rough.delete(place);
       if (view.phase === "fine") flight.fine.delete(place);
     }
@@ -244,8 +339,9 @@ class LivePage {
     for (const place of places) {
       const view = this.views.get(place);
       if (!view) this.tables.clear(place);
-      else if (view.done) this.tables.show(place, view.scores);
+      else if (view.done) this.tables.show(place, view.scores, view.divergedAt);
       for (const curve of this.data.curves) if (curve.loop === place) names.add(curve.figure);
+      if (!view || view.done) this.motion.load(place);
     }
     for (const name of names) {
       const figure = this.figure(name);
@@ -298,8 +394,8 @@ class LivePage {
     if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
     if (!this.wanted.size) return bench.tell(this.idleText());
     const spent = (performance.now() - this.turnedAt) / 1000;
-    const loops = places.length === 1 ? "1 loop" : `${places.length} loops`;
-    bench.tell(`${loops} run on this machine in ${shortNumber(spent, 2)}\u00a0s. Figures and tables show them.`);
+    const loops = places.length === 1 ? "One loop" : `${places.length} loops`;
+    bench.tell(`${loops} computed here in ${shortNumber(spent, 2)}\u00a0s.`);
     bench.say(lines.map((line) => line.spoken).join(" "));
   }
 
@@ -316,9 +412,10 @@ class LivePage {
       const when = `diverges at ${shortNumber(view.divergedAt)}\u00a0s`;
       return { label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
     }
-    const now = metric ? shortNumber(view.scores[0][0][0]) : "";
+    const now = metric && view.scores[0] ? shortNumber(view.scores[0][0][0]) : "";
     const unit = metric ? (metric.units || [])[0] || metric.unit : "";
-    return { label, now, printed: before, rough, spoken: `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).` };
+    const spoken = `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).`;
+    return { label, now, printed: before, rough, spoken };
   }
 }
 

@@ -52,10 +52,9 @@ class Kernel {
 
   // March `rows` times `steps` steps from step `begin` on; the rows stand in `out`, the last one in `x`.
   advance(rows, steps, begin) {
-    const [runs, constants, p, scratch, table, x, out] = this.at;
-    const first = BigInt(begin);
+    const [, constants, p, , table] = this.at, first = BigInt(begin), count = BigInt(rows);
     if (this.table) this.table(BigInt(rows * steps), first, constants, p, table);
-    this.piece(1n, BigInt(rows), BigInt(steps), first, 0n, BigInt(rows), this.seed, runs, constants, p, scratch, table, x, out);
+    this.piece(1n, count, BigInt(steps), first, 0n, count, this.seed, ...this.at);
   }
 
   // March `span` steps, however many, from step `begin` on.
@@ -193,24 +192,24 @@ function take({ place, loop, modules }) {
 }
 
 // What the page is told: of a run under way copies, of a run that is done the arrays themselves.
-function tell(ticket, place, phase, run) {
+function tell(ticket, { loop: place, printed }, phase, run) {
   const { rows, spent, divergedAt, done } = run;
   const x = done ? run.x : run.x.slice(), y = run.y && !done ? run.y.slice() : run.y;
   const ends = done ? run.ends() : null;
-  const view = { ticket, loop: place, phase, rows, x, y, ends, divergedAt, done, milliseconds: spent };
+  const view = { ticket, loop: place, printed, phase, rows, x, y, ends, divergedAt, done, milliseconds: spent };
   postMessage(view, y ? [x.buffer, y.buffer] : [x.buffer]);
 }
 
 // One run, slice by slice; false if a newer request has come.
-async function march(ticket, phase, { loop: place, p, x, seed, watched }) {
-  const { loop, kernels } = loops.get(place);
-  const run = new Run(loop, kernels[phase], watched ? kernels.outputs : null, p, x, seed);
+async function march(ticket, phase, asked) {
+  const { loop, kernels } = loops.get(asked.loop);
+  const run = new Run(loop, kernels[phase], kernels.outputs, asked.p, asked.x, asked.seed);
   let told = performance.now(), started = told;
   while (!run.done) {
     run.advance();
     if (performance.now() - started < SLICE - CALL) continue;
     if (phase === "coarse" && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
-      tell(ticket, place, phase, run);
+      tell(ticket, asked, phase, run);
       told = performance.now();
     }
     await pause();
@@ -221,7 +220,7 @@ async function march(ticket, phase, { loop: place, p, x, seed, watched }) {
     await pause();
     if (ticket !== newest) return false;
   }
-  tell(ticket, place, phase, run);
+  tell(ticket, asked, phase, run);
   return true;
 }
 
@@ -231,6 +230,7 @@ async function serve({ ticket, runs }) {
   await pause();
   for (const phase of ["coarse", "fine"]) {
     for (const run of runs) {
+      if (run.printed && phase === "coarse") continue; // which is asked for once, and exact
       if (ticket !== newest || !(await march(ticket, phase, run))) return;
     }
   }
