@@ -227,7 +227,7 @@ class LiveColumn {
     this.numbers = places.flatMap((place) => [...place.querySelectorAll(".number")]);
     this.printed = new NumberFrame(this.numbers.map(printedNumberOf));
     this.scores = scores.filter((pair) => pair.every(Number.isFinite));
-    this.pads = [];
+    this.pads = null; // of the printed numbers, while there are live ones
     this.reserve();
   }
 
@@ -240,15 +240,20 @@ class LiveColumn {
     this.frame = new NumberFrame([this.printed, ...longer]);
   }
 
-  // Write what the cells show; without any the column is as printed.
-  write() {
-    this.pads.forEach((pad) => pad.remove());
-    this.pads = [];
-    const live = this.cells.filter((cell) => cell.content !== null);
-    if (!live.length) return this.reserve();
-    live.forEach(({ content }) => typeof content === "string" || this.frame.grow(content));
-    live.forEach((cell) => this.writeCell(cell));
-    for (const number of this.numbers) {
+  // Write the cells that are new, and all of the column if its frame has grown; without live cells it is as printed.
+  write(isNew) {
+    const live = this.cells.filter((cell) => cell.content !== null), fresh = live.filter(isNew);
+    const grown = fresh.filter(({ content }) => typeof content !== "string" && this.frame.grow(content)).length > 0;
+    if (!live.length) this.reserve();
+    if (grown || !live.length || !this.pads) this.padPrinted(live.length > 0);
+    (grown ? live : fresh).forEach((cell) => this.writeCell(cell));
+  }
+
+  // Pad the printed numbers to the frame of the live ones, or leave them as they were.
+  padPrinted(isLive) {
+    if (this.pads) this.pads.forEach((pad) => pad.remove());
+    this.pads = isLive ? [] : null;
+    for (const number of isLive ? this.numbers : []) {
       const [before, behind] = padsOfNumber(this.document, this.printed, this.frame);
       number.prepend(...before);
       number.append(...behind);
@@ -311,7 +316,8 @@ class LiveTables {
         cell.element.append(cell.span);
       }
     }
-    this.columns.filter(({ cells }) => cells.some((cell) => meant.has(cell))).forEach((column) => column.write());
+    const isNew = (cell) => meant.has(cell);
+    this.columns.filter(({ cells }) => cells.some(isNew)).forEach((column) => column.write(isNew));
   }
 }
 
