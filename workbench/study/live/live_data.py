@@ -111,7 +111,8 @@ def _loop(
     wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
     drawing = outcome.ode.drawing
-    seen = fine.rule.output[wanted] if drawing is None else ca.vertcat(fine.rule.output[wanted], _moving(outcome, fine))
+    seen = ca.vertcat(fine.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, fine))
+    moving = {"first": len(wanted), "places": seen.numel() - len(wanted)}  # behind the outputs
     made = {
         "scenario": case.scenario,
         "law": case.law,
@@ -128,10 +129,10 @@ def _loop(
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
-        "drawing": None if drawing is None else drawing.data | {"first": len(wanted), "places": seen.numel() - len(wanted)},
+        "drawing": None if drawing is None else drawing.data | moving,
         "metrics": [
-            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": _program(fine, m, run.t)}
-            for m in metrics
+            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program}
+            for m, program in zip(metrics, _programs(fine, metrics, run.t), strict=True)
         ],
         "scores": [
             [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
@@ -153,12 +154,15 @@ def _moving(outcome: Outcome, step: Step) -> ca.SX:
     return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
 
 
-def _program(step: Step, metric: AbstractMetric, t: Array) -> dict[str, Any] | None:
-    """The value of a metric at the horizon as a program; None where no other machine can run it, as it stays printed."""
-    try:
-        return program_of(step, metric, float(t[-1])).plain()
-    except ValueError:
-        return None
+def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[dict[str, Any] | None]:
+    """The value of each metric at the horizon as a program; None where no other machine can run it."""
+    programs: list[dict[str, Any] | None] = []
+    for metric in metrics:
+        try:
+            programs.append(program_of(step, metric, float(t[-1])).plain())
+        except ValueError:
+            programs.append(None)
+    return programs
 
 
 def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
