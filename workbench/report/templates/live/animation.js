@@ -62,7 +62,8 @@ function windowOf(drawing, run, printed) {
   const given = drawing.view;
   const one = extentOf(drawing, run, 0, 1);
   const size = Math.max(one[2] - one[0], one[3] - one[1], 1e-9);
-  let box = given || extentOf(drawing, printed || run, 0, Infinity);
+  if (printed) printed.extent ||= extentOf(drawing, printed, 0, Math.max(1, printed.finite));
+  let box = given || (printed ? printed.extent : extentOf(drawing, run, 0, Math.max(1, run.finite)));
   if (!given && printed) {
     const live = extentOf(drawing, run, 0, Math.max(1, run.finite));
     box = [Math.min(box[0], live[0]), Math.min(box[1], live[1]), Math.max(box[2], live[2]), Math.max(box[3], live[3])];
@@ -195,7 +196,7 @@ function openAnimation(element, drawing) {
     load(frames, before, t, divergedAt = NaN) {
       const rows = t.length, places = frames.length / rows;
       live = runOf(frames, places);
-      printed = before ? runOf(before, places) : null;
+      if (!before || !printed || printed.frames !== before) printed = before ? runOf(before, places) : null;
       times = t;
       ends = divergedAt;
       view = windowOf(drawing, live, printed);
