@@ -45,7 +45,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    all_curves, all_cells = (tuple(find(document, results.outcomes)) for find in (curves, cells))
+    all_curves, all_cells = tuple(curves(document, results.outcomes)), tuple(cells(document, results.outcomes))
     used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
     outcomes = [results.outcomes[k] for k in used]
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
@@ -53,7 +53,8 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
-    modules, loops, refused = Modules(), [], {}
+    modules, refused = Modules(), dict[str, str]()
+    loops: list[dict[str, Any]] = []
     live_curves: list[Curve] = []
     live_places: dict[int, int] = {}
     for k, outcome in zip(used, outcomes, strict=True):
@@ -108,7 +109,7 @@ def _loop(
     case, run = outcome.case, outcome.measurement.trajectories
     coarse, fine = coarse_and_fine(outcome)
     every = case.run.every or coarse.h
-    wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
+    wanted = sorted({int(axis[1]) for link in links for axis in (link.x, link.y) if axis[0] == "y"})
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
     drawing = outcome.ode.drawing
     seen = ca.vertcat(fine.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, fine))
