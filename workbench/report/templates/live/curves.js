@@ -32,7 +32,7 @@ function runsBack(x, first, last) {
 // equally long stretches keeps its extremes, and one gap if it has any; so are both ends.
 function thinnedPlaces(x, y, first, last, points) {
   const n = last - first;
-  if (n <= points) return Int32Array.from({length: n}, (_, i) => first + i);
+  if (n <= points) return Int32Array.from({ length: n }, (_, i) => first + i);
   const sources = runsBack(x, first, last) ? [x, y] : [y];
   const stretches = Math.max(1, Math.floor(points / (2 * sources.length)));
   const step = n / stretches, kept = new Int32Array(3 * stretches * sources.length + 2);
@@ -67,6 +67,7 @@ function keepExtremes(source, begin, end, kept, from, count) {
   return gap < 0 ? count : keepPlace(kept, from, count, gap);
 }
 
+// Keep one place more, in order, unless it is kept already; returns how many are kept then.
 function keepPlace(kept, from, count, place) {
   let at = count;
   while (at >= from && kept[at - 1] >= place) at--;
@@ -146,11 +147,12 @@ function pathOf(across, up, x, y, places, steps) {
 // The commands and the points of a printed path, which has absolute moves and lines alone, and may be closed.
 function pathPoints(path) {
   const found = [...path.matchAll(/([MLz])(?: (\S+) (\S+))?/g)];
-  const column = i => Float64Array.from(found, command => Number(command[i]));
-  return {commands: Uint8Array.from(found, command => command[1].charCodeAt(0)), x: column(2), y: column(3)};
+  const column = (i) => Float64Array.from(found, (command) => Number(command[i]));
+  return { commands: Uint8Array.from(found, (command) => command[1].charCodeAt(0)), x: column(2), y: column(3) };
 }
 
-function movedPath({commands, x, y}, across, up) {
+// The path of such points where they have moved to.
+function movedPath({ commands, x, y }, across, up) {
   if (pathBytes.length < 32 * x.length) pathBytes = new Uint8Array(64 * x.length);
   let end = 0;
   for (let k = 0; k < x.length; k++) {

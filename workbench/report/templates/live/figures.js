@@ -19,12 +19,13 @@ function svgElement(name, attributes, parent) {
   return element;
 }
 
+// Write a number at a point, with a raised part unless that is empty.
 function writeNumber(text, raised, x, y, size, anchor, parent) {
-  const place = {x: coordinate(x), y: coordinate(y), "font-size": coordinate(size), "text-anchor": anchor};
+  const place = { x: coordinate(x), y: coordinate(y), "font-size": coordinate(size), "text-anchor": anchor };
   const number = svgElement("text", place, parent);
   number.textContent = text;
   if (raised === "") return;
-  const power = svgElement("tspan", {dy: coordinate(-0.4 * size), "font-size": coordinate(0.7 * size)}, number);
+  const power = svgElement("tspan", { dy: coordinate(-0.4 * size), "font-size": coordinate(0.7 * size) }, number);
   power.textContent = raised;
 }
 
@@ -33,9 +34,10 @@ class PrintedPiece {
   constructor(element, names) {
     this.element = element;
     this.names = names; // of the attributes that hold its coordinates: a path, or the place of a mark
-    this.held = names.map(name => element.getAttribute(name));
+    this.held = names.map((name) => element.getAttribute(name));
   }
 
+  // Move by what both rulers say: [factor, shift] across, and [factor, shift] upwards.
   moveBy([acrossBy, acrossTo], [upBy, upTo]) {
     if (this.names.length === 2) {
       this.element.setAttribute("x", coordinate(acrossBy * this.held[0] + acrossTo));
@@ -43,7 +45,7 @@ class PrintedPiece {
       return;
     }
     this.points ??= pathPoints(this.held[0]);
-    const path = movedPath(this.points, x => acrossBy * x + acrossTo, y => upBy * y + upTo);
+    const path = movedPath(this.points, (x) => acrossBy * x + acrossTo, (y) => upBy * y + upTo);
     this.element.setAttribute("d", path);
   }
 
@@ -54,9 +56,9 @@ class PrintedPiece {
 
 // All pieces below some elements that have coordinates of their own.
 function printedPieces(groups) {
-  return groups.flatMap(group => [
-    ...[...group.querySelectorAll("path:not(defs path)")].map(path => new PrintedPiece(path, ["d"])),
-    ...[...group.querySelectorAll("use")].map(mark => new PrintedPiece(mark, ["x", "y"])),
+  return groups.flatMap((group) => [
+    ...[...group.querySelectorAll("path:not(defs path)")].map((path) => new PrintedPiece(path, ["d"])),
+    ...[...group.querySelectorAll("use")].map((mark) => new PrintedPiece(mark, ["x", "y"])),
   ]);
 }
 
@@ -66,7 +68,7 @@ class LiveCurve {
     this.look = look;
     this.marks = look.look === "marks";
     this.sample = this.marks ? printed.querySelector("use") : null;
-    this.element = svgElement(this.marks ? "g" : "path", {class: "live-series"}, parent);
+    this.element = svgElement(this.marks ? "g" : "path", { class: "live-series" }, parent);
     this.dot = null;
   }
 
@@ -136,24 +138,24 @@ class LivePanel {
     this.svg = svg;
     this.plate = plate;
     this.panel = panel;
-    this.box = {left, top: plate.height - bottom - height, width, height};
+    this.box = { left, top: plate.height - bottom - height, width, height };
     this.x = new LiveRuler(panel.x, left, width, plate.letters);
     this.y = new LiveRuler(panel.y, plate.height - bottom, -height, plate.letters);
-    const groups = kind => [...svg.querySelectorAll(`g.${kind}[data-panel="${i}"]`)];
-    this.rulers = {x: groups("ruler-x"), y: groups("ruler-y")};
-    this.printed = new Map(groups("series").map(group => [Number(group.dataset.series), group]));
-    this.lines = {x: groups("vlines"), y: groups("hlines")};
-    this.scales = {x: [], y: []}; // the elements of rulers that have grown
+    const groups = (kind) => [...svg.querySelectorAll(`g.${kind}[data-panel="${i}"]`)];
+    this.rulers = { x: groups("ruler-x"), y: groups("ruler-y") };
+    this.printed = new Map(groups("series").map((group) => [Number(group.dataset.series), group]));
+    this.lines = { x: groups("vlines"), y: groups("hlines") };
+    this.scales = { x: [], y: [] }; // the elements of rulers that have grown
     this.curves = new Map();
     this.clip = `live-clip-${clipCount++}`;
   }
 
   // Draw these curves of the panel, and remove all others.
   show(asked) {
-    const kept = new Set(asked.map(one => one.series));
+    const kept = new Set(asked.map((one) => one.series));
     for (const [series, curve] of this.curves) if (!kept.has(series)) this.drop(series, curve);
     if (asked.length) this.open();
-    for (const {series, x, y} of asked) this.curveOf(series)?.take(x, y, this.x, this.plate.points);
+    for (const { series, x, y } of asked) this.curveOf(series)?.take(x, y, this.x, this.plate.points);
     this.fit();
     for (const curve of this.curves.values()) curve.draw(this.x, this.y);
     if (!asked.length) this.shut();
@@ -180,10 +182,10 @@ class LivePanel {
   // Make what holds the live curves, above all that is printed.
   open() {
     if (this.layer) return;
-    const {left, top, width, height} = this.box;
-    this.above = svgElement("g", {class: "live-panel"}, this.svg);
-    const clip = svgElement("clipPath", {id: this.clip}, this.above);
-    svgElement("rect", {x: left, y: top, width, height}, clip);
+    const { left, top, width, height } = this.box;
+    this.above = svgElement("g", { class: "live-panel" }, this.svg);
+    const clip = svgElement("clipPath", { id: this.clip }, this.above);
+    svgElement("rect", { x: left, y: top, width, height }, clip);
     const clipped = svgElement("g", {"clip-path": `url(#${this.clip})`}, this.above);
     this.layer = svgElement("g", {}, clipped);
     this.pointer = svgElement("g", {}, clipped);
@@ -197,7 +199,7 @@ class LivePanel {
   // Let both rulers hold the live numbers; what is printed moves with them.
   fit() {
     const across = [Infinity, -Infinity], up = [Infinity, -Infinity];
-    for (const {x, y, places} of this.curves.values()) {
+    for (const { x, y, places } of this.curves.values()) {
       widen(across, x, places, this.x.printed.scale);
       widen(up, y, places, this.y.printed.scale);
     }
@@ -208,7 +210,7 @@ class LivePanel {
   }
 
   movePrinted() {
-    const still = [1, 0], {x, y} = this;
+    const still = [1, 0], { x, y } = this;
     this.pieces ??= [
       [printedPieces([...this.printed.values()]), () => [x.move, y.move]],
       [printedPieces(this.lines.x), () => [x.move, still]],
@@ -234,18 +236,18 @@ class LivePanel {
     this.scales[name] = [];
     if (!ruler.grown) return;
     const room = name === "y" ? (ruler.printed.room + NEARER) / this.plate.letters.size : ROOM_ACROSS;
-    const {power, marks} = rulerMarks(ruler.printed.scale, ruler.low, ruler.high, ruler.count, room);
-    const grid = svgElement("path", {class: "live-grid", d: this.strokes(name, marks, true)});
+    const { power, marks } = rulerMarks(ruler.printed.scale, ruler.low, ruler.high, ruler.count, room);
+    const grid = svgElement("path", { class: "live-grid", d: this.strokes(name, marks, true) });
     this.rulers[name][0].after(grid);
-    const scale = svgElement("g", {class: "live-ruler"}, this.above);
-    svgElement("path", {class: "live-marks", d: this.strokes(name, marks, false)}, scale);
+    const scale = svgElement("g", { class: "live-ruler" }, this.above);
+    svgElement("path", { class: "live-marks", d: this.strokes(name, marks, false) }, scale);
     this.write(name, marks, power, scale);
     this.scales[name] = [grid, scale];
   }
 
   // The lines of the grid, or the marks, of a ruler.
   strokes(name, marks, grid) {
-    const {left, top, width, height} = this.box, {tick} = this.plate.letters, foot = top + height;
+    const { left, top, width, height } = this.box, { tick } = this.plate.letters, foot = top + height;
     return marks.map(([number]) => {
       const at = coordinate(this[name].at(number));
       if (name === "y") return `M${coordinate(left)} ${at}H${coordinate(grid ? left + width : left - tick)}`;
@@ -255,7 +257,7 @@ class LivePanel {
 
   // The numbers at a ruler, as large as the room beside it allows, and their power of ten.
   write(name, marks, power, parent) {
-    const {left, top, width, height} = this.box, {size, tick, pad} = this.plate.letters, upwards = name === "y";
+    const { left, top, width, height } = this.box, { size, tick, pad } = this.plate.letters, upwards = name === "y";
     const wide = size * widestText(marks), room = upwards ? this.y.printed.room : Infinity;
     const nearer = Math.min(NEARER, Math.max(0, wide - room));
     const letters = size * Math.max(SMALLEST_LETTERS, Math.min(1, (room + nearer) / wide));
@@ -274,21 +276,21 @@ class LivePanel {
   // Draw the line at a time, and the dots of the live curves; null removes them.
   cursor(time) {
     if (!this.panel.x.time) return;
-    const {left, top, width, height} = this.box, at = time === null ? NaN : this.x.at(time);
+    const { left, top, width, height } = this.box, at = time === null ? NaN : this.x.at(time);
     if (!(at >= left - 0.01 && at <= left + width + 0.01)) {
       this.pointer?.replaceChildren();
       if (!this.curves.size) this.shut();
       return;
     }
     this.open();
-    this.hand ??= svgElement("path", {class: "live-cursor"});
+    this.hand ??= svgElement("path", { class: "live-cursor" });
     this.hand.setAttribute("d", `M${coordinate(at)} ${coordinate(top)}v${coordinate(height)}`);
     if (this.hand.parentNode !== this.pointer) this.pointer.prepend(this.hand);
     for (const curve of this.curves.values()) curve.point(time, this.x, this.y, this.pointer);
   }
 }
 
-// A figure whose curves can be drawn again.
+// A figure with its live panels.
 class LiveFigure {
   constructor(svg, plate) {
     this.svg = svg;
@@ -297,6 +299,7 @@ class LiveFigure {
     this.time = null;
   }
 
+  // Draw these curves again, and leave all others as they are printed.
   show(series) {
     const asked = this.panels.map(() => []);
     for (const one of series) asked[one.panel].push(one);
@@ -307,6 +310,7 @@ class LiveFigure {
     if (this.time !== null) this.cursor(this.time);
   }
 
+  // Draw the line at a time in all panels over time; null removes it.
   cursor(time) {
     this.time = time;
     for (const panel of this.panels) panel.cursor(time);
@@ -318,6 +322,7 @@ class LiveFigure {
   }
 }
 
+// A drawn figure, by its SVG and its plate, whose curves can be drawn again.
 function openFigure(svg, plate) {
   return new LiveFigure(svg, plate);
 }
