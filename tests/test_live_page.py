@@ -239,6 +239,15 @@ def test_a_worker_that_fails_leaves_the_page_as_printed(path):
         assert "stays as printed" in page.value("document.querySelector('.bench-status').textContent")
 
 
+def test_a_figure_that_cannot_be_drawn_leaves_the_page_as_printed(page):
+    opened(page)
+    page.value("window.openFigure = () => { throw new Error('no pen'); }")
+    page.value("livePage.bench.knobs[1].turn(7.5)")
+    page.until("livePage.failed")
+    assert "no pen" in page.value("document.querySelector('.bench-status').textContent")
+    assert page.value("scored.size") == 0
+
+
 @pytest.mark.parametrize("missing", ["WebAssembly", "DecompressionStream"])
 def test_an_old_browser_is_told_so_in_one_sentence(page, missing):
     page.value(f"delete window.{missing}")

@@ -27,6 +27,12 @@ function shortNumber(value, digits = 4) {
   return text.replace("e+", "e").replace(/-/g, "\u2212");
 }
 
+// The same with all its digits, for numbers below one another.
+function evenNumber(value, digits = 4) {
+  const size = Math.abs(value), plain = Number.isFinite(value) && size >= 1e-3 && size < 10 ** digits;
+  return plain ? value.toPrecision(digits).replace("-", "\u2212") : shortNumber(value, digits);
+}
+
 function withUnit(text, unit) {
   return unit && unit !== "1" ? `${text}\u00a0${unit}` : text;
 }
@@ -62,29 +68,30 @@ class Scale {
 class KnobControl {
   constructor(knob, place, turned) {
     Object.assign(this, { knob, scale: new Scale(knob), turned, name: `knob-${place}` });
-    const { name, unit, origin, value, low, high } = knob, id = this.name;
+    const { name, unit, origin, value, low, high, share } = knob, id = this.name;
     const about = `${id}-about`;
     this.slider = part("input", { type: "range", id, min: 0, max: NOTCHES, step: 1, "aria-describedby": about });
     this.field = part("input", { type: "number", min: low, max: high, step: "any", "aria-label": this.spoken() });
-    this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() }, "reset");
+    this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() });
+    this.back.append("reset to ", shortNumber(value, 6));
     this.back.setAttribute("aria-label", `${name}: reset to the printed ${shortNumber(value, 6)}`);
     const track = part("div", { class: "bench-track" }, this.slider);
     track.style.setProperty("--printed", this.scale.share(value));
-    const ofUnit = part("span", { class: "bench-unit" }, unit === "1" ? "" : unit);
+    const ofUnit = part("span", { class: "bench-unit" }, share ? "times" : unit === "1" ? "" : unit);
+    this.origin = part("span", {}, ORIGINS[origin] || "");
     this.row = part("div", { class: "bench-knob" },
       part("label", { for: id }, name),
       part("span", { class: "bench-value" }, this.field, ofUnit),
       track,
-      part("p", { class: "bench-about", id: about },
-        `${ORIGINS[origin] || ""}, printed ${shortNumber(value, 6)}`.replace(/^, /, ""), this.back));
+      part("p", { class: "bench-about", id: about }, this.origin, this.back));
     this.slider.addEventListener("input", () => this.turn(this.scale.value(Number(this.slider.value)), this.slider));
     this.field.addEventListener("input", () => this.typed(false));
     this.field.addEventListener("change", () => this.typed(true));
   }
 
   spoken() {
-    const { name, unit } = this.knob;
-    return unit && unit !== "1" ? `${name} in ${unit}` : name;
+    const { name, unit, share } = this.knob;
+    return share ? `${name}, times the printed` : unit && unit !== "1" ? `${name} in ${unit}` : name;
   }
 
   // What stands in the field; out of range it waits until the reader is done, then it is clipped.
@@ -114,6 +121,7 @@ class KnobControl {
     const moved = !Object.is(value, knob.value);
     row.classList.toggle("turned", moved);
     back.hidden = !moved;
+    this.origin.hidden = moved;
   }
 }
 
@@ -190,8 +198,8 @@ class Bench {
     this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, this.stage, knobs, ...seed, ...laws);
     const refused = Object.entries(data.refused || {}).map(([name, why]) => part("span", { title: why }, name));
     if (refused.length) {
-      const list = refused.flatMap((name, i) => (i ? [", ", name] : [name]));
-      this.body.append(part("p", { class: "bench-refused" }, "No browser runs these; they stay as printed: ", ...list, "."));
+      const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay as printed: ";
+      this.body.append(part("p", { class: "bench-refused" }, words, ...list, "."));
     }
     this.panel.append(this.body, part("div", { class: "bench-foot" }, buttons, this.copied));
     this.show(state);

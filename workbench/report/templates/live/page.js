@@ -84,12 +84,13 @@ class Pool {
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
   }
 
-  // Ask for runs, the light ones first; what was asked before ends. The ticket is on all that comes back.
-  async request(runs) {
+  // Ask for runs, those in sight first, then the light ones; what was asked before ends. All answers have the ticket.
+  async request(runs, seen) {
     const ticket = (this.ticket += 1);
     await Promise.all(runs.map((run) => this.prepare(run.loop)));
     if (ticket !== this.ticket) return;
-    const order = [...runs].sort((a, b) => this.weight(a.loop) - this.weight(b.loop));
+    const hidden = (run) => Number(!seen.has(run.loop));
+    const order = [...runs].sort((a, b) => hidden(a) - hidden(b) || this.weight(a.loop) - this.weight(b.loop));
     this.workers.forEach((worker, i) => {
       worker.postMessage({ ticket, runs: order.filter((run) => this.owners.get(run.loop) === i) });
     });
@@ -177,7 +178,7 @@ class Motion {
     const mine = new Set(data.curves.filter((curve) => curve.loop === this.place).map((curve) => curve.figure));
     for (const name of mine) {
       const figure = time === null ? figures.get(name) : this.page.figure(name);
-      if (figure && (time === null || figure.isNear())) figure.drawing.cursor(time);
+      if (figure && (time === null || this.page.near.has(name))) figure.cursor(time);
     }
   }
 }
@@ -196,6 +197,7 @@ class LivePage {
   constructor(text, source) {
     Object.assign(this, { text, source, views: new Map(), figures: new Map(), wanted: new Map() });
     Object.assign(this, { late: new Set(), away: new Set() }); // loops and figures that are to be drawn
+    this.near = new Set(); // figures in sight
     this.flight = null; // what was asked for last: its inputs, and the loops whose runs are not there yet
     this.bench = new Bench(() => this.begin());
     addEventListener("hashchange", () => this.follow());
@@ -214,11 +216,21 @@ class LivePage {
       this.tables = openTables(document, this.data);
       this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state));
       this.motion = new Motion(this, this.bench.stage);
+      this.watch();
     } catch (error) {
       return this.fail(error);
     }
     if (addressOfState(this.state, this.data)) this.turn(this.state);
     whenIdle(() => this.warm());
+  }
+
+  // Keep the names of the figures that are in the window or little beyond, without asking for a layout.
+  watch() {
+    const told = (entries) => {
+      for (const { target, isIntersecting } of entries) this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
+    };
+    const observer = new IntersectionObserver(told, { rootMargin: `${NEAR}px 0px` });
+    for (const figure of document.querySelectorAll("[data-figure]")) observer.observe(figure);
   }
 
   // Start the workers and compile what the scenario needs, before the first turn.
@@ -294,7 +306,12 @@ class LivePage {
     const began = performance.now();
     this.flight = runs.length ? { began, keys, rough: new Set(places), fine: new Set(places) } : null;
     this.report();
-    if (this.pool || runs.length) this.crew().request(runs).catch((error) => this.fail(error));
+    if (this.pool || runs.length) this.crew().request(runs, this.inSight()).catch((error) => this.fail(error));
+  }
+
+  // The loops that a reader sees in a figure now.
+  inSight() {
+    return new Set(this.data.curves.filter((curve) => this.near.has(curve.figure)).map((curve) => curve.loop));
   }
 
   // Rows of a run have come.
@@ -310,6 +327,7 @@ class LivePage {
       shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
       flight.rough.delete(place);
       if (view.phase === "fine") flight.fine.delete(place);
+      this.spent = (performance.now() - this.turnedAt) / 1000;
     }
     this.views.set(place, shown);
     this.redraw(place);
@@ -337,19 +355,30 @@ class LivePage {
     const places = [...this.late], names = new Set();
     this.late.clear();
     for (const place of places) {
-      const view = this.views.get(place);
-      if (!view) this.tables.clear(place);
-      else if (view.done) this.tables.show(place, view.scores, view.divergedAt);
+      this.guarded(() => this.drawNumbers(place, this.views.get(place)));
       for (const curve of this.data.curves) if (curve.loop === place) names.add(curve.figure);
-      if (!view || view.done) this.motion.load(place);
     }
     for (const name of names) {
-      const figure = this.figure(name);
-      if (figure && figure.isNear()) this.paint(name);
-      else if (figure) this.away.add(name);
+      if (this.near.has(name)) this.guarded(() => this.paint(name));
+      else this.away.add(name);
     }
-    if (this.away.size) whenIdle(() => this.paintAway());
+    if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
     this.drawn = performance.now();
+  }
+
+  drawNumbers(place, view) {
+    if (!view) this.tables.clear(place);
+    else if (view.done) this.tables.show(place, view.scores, view.divergedAt);
+    if (!view || view.done) this.motion.load(place);
+  }
+
+  // A fault while something is drawn ends all that is live.
+  guarded(call) {
+    try {
+      call();
+    } catch (error) {
+      if (!this.failed) this.fail(error);
+    }
   }
 
   // One of the figures out of sight, and then the next.
@@ -357,17 +386,13 @@ class LivePage {
     const [name] = this.away;
     if (name === undefined) return;
     this.paint(name);
-    if (this.away.size) whenIdle(() => this.paintAway());
+    if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
   }
 
   figure(name) {
     if (!this.figures.has(name)) {
       const svg = document.querySelector(`[data-figure="${CSS.escape(name)}"] svg`), plate = this.data.plates[name];
-      const isNear = () => {
-        const { top, bottom } = svg.getBoundingClientRect();
-        return bottom > -NEAR && top < innerHeight + NEAR;
-      };
-      this.figures.set(name, svg && plate ? { drawing: openFigure(svg, plate), isNear } : null);
+      this.figures.set(name, svg && plate ? openFigure(svg, plate) : null);
     }
     return this.figures.get(name);
   }
@@ -376,9 +401,11 @@ class LivePage {
   paint(name) {
     this.away.delete(name);
     const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
-    const { drawing } = this.figures.get(name);
-    if (!curves.length) return drawing.clear();
-    drawing.show(curves.map((curve) => {
+    if (!curves.length && !this.figures.has(name)) return;
+    const figure = this.figure(name);
+    if (!figure) return;
+    if (!curves.length) return figure.clear();
+    figure.show(curves.map((curve) => {
       const { panel, series, loop } = curve;
       return { panel, series, ...numbersOfCurve(curve, this.views.get(loop), this.data.loops[loop]) };
     }));
@@ -393,9 +420,8 @@ class LivePage {
     bench.report(first ? headOfMetric(first) : "", lines);
     if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
     if (!this.wanted.size) return bench.tell(this.idleText());
-    const spent = (performance.now() - this.turnedAt) / 1000;
     const loops = places.length === 1 ? "One loop" : `${places.length} loops`;
-    bench.tell(`${loops} computed here in ${shortNumber(spent, 2)}\u00a0s.`);
+    bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
     bench.say(lines.map((line) => line.spoken).join(" "));
   }
 
@@ -407,12 +433,12 @@ class LivePage {
   line(place) {
     const { label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
     const [metric] = metrics, rough = view.phase !== "fine", name = metric ? metric.name : "";
-    const before = metric ? shortNumber(Number(printed[0][0][0])) : "";
+    const before = metric ? evenNumber(Number(printed[0][0][0])) : "";
     if (view.divergedAt !== null) {
       const when = `diverges at ${shortNumber(view.divergedAt)}\u00a0s`;
       return { label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
     }
-    const now = metric && view.scores[0] ? shortNumber(view.scores[0][0][0]) : "";
+    const now = metric && view.scores[0] ? evenNumber(view.scores[0][0][0]) : "";
     const unit = metric ? (metric.units || [])[0] || metric.unit : "";
     const spoken = `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).`;
     return { label, now, printed: before, rough, spoken };
