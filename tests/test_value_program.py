@@ -10,70 +10,15 @@ import numpy as np
 import pytest
 import scipy.special
 from equations import decay
+from metric_programs import HORIZON, ODD, RUNS, STEP, bits, catalogue, pair, some_runs
 
-from workbench.core import Entry, Layout, Ode
-from workbench.metrics import (
-    AbstractMetric,
-    effort,
-    energy,
-    iae,
-    ise,
-    itae,
-    late_error,
-    measured,
-    observer_error,
-    overshoot,
-    peak,
-    peak_error,
-    peak_torque,
-    rmse,
-    sampled_rmse,
-    settling_time,
-    total_variation,
-    violation,
-)
+from workbench.core import Entry, Layout
+from workbench.metrics import AbstractMetric, measured, peak_error
 from workbench.metrics.accumulators import accumulated, accumulators, final_values, resolved, values
 from workbench.metrics.contract import Integral
 from workbench.metrics.value_program import program_of
 from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
-
-HORIZON, STEP, RUNS = 1.0, 1e-2, 300
-ODD = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0, 1e-300, 1e30, 2e30, HORIZON, 5e-324, 1.7e308])
-
-
-def pair() -> Ode:
-    """Two states x' = a x + b that are to reach a level: they settle, oscillate in steps, or leave all bounds."""
-    states = Layout((Entry("plant.q", np.zeros(2), "rad"),))
-    parameters = Layout(tuple(Entry(name, np.zeros(2)) for name in ("a", "b", "level")))
-    t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
-    a, b, level = p[:2], p[2:4], p[4:]
-    rate = a * x + b
-    outputs = {"q": x, "q_ref": level, "e": x - level, "qd": rate, "tau_applied": b - x, "x_error": x * x}
-    return Ode.of("pair", states, parameters, (t, x, p), {"plant.q": rate}, outputs)
-
-
-def catalogue() -> tuple[AbstractMetric, ...]:
-    return (
-        *(rmse(), sampled_rmse(0.02), iae(), ise(), itae(), effort("tau_applied"), energy(), observer_error("x_error")),
-        *(peak_error(), late_error(0.5), peak("tau_applied"), peak_torque(), *violation("q", -1.0, 2.0)),
-        *(total_variation(0.03, "tau_applied"), overshoot(), settling_time()),
-    )
-
-
-def bits(numbers):
-    """The bits of numbers, those of NaN alike."""
-    return np.where(np.isnan(numbers), np.nan, numbers).view(np.uint64)
-
-
-def some_runs(metrics, every=STEP):
-    rng = np.random.default_rng(18)
-    a = rng.choice([-300.0, -150.0, -30.0, -3.0, -0.1, 0.0, 2.0, 4e3, 1e6], (RUNS, 2))
-    b, level = rng.choice([0.0, 1.0, -20.0], (RUNS, 2)), rng.choice([0.0, 1.0, 0.05], (RUNS, 2))
-    step = measured(pair(), metrics, STEP)
-    x0 = step.states.pack({"plant.q": rng.choice([0.0, 1.0, -3.0], (RUNS, 2))})
-    return simulate(step, np.hstack([a, b, level]), x0, until=HORIZON, every=every, arithmetic="portable")
-
 
 METRICS = resolved(pair(), catalogue(), HORIZON)
 RUNS_OF_ALL = some_runs(METRICS)

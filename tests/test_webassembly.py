@@ -8,7 +8,7 @@ from wasm_runs import Kernel, unpacked
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
 from workbench.metrics.accumulators import maker
-from workbench.simulate.kernel import webassembly
+from workbench.simulate.kernel import llvm, webassembly
 from workbench.simulate.kernel.plan import Plan
 from workbench.study.contract import equations_of
 from workbench.study.live.knob import Knob
@@ -95,7 +95,7 @@ def test_the_module_imports_its_memory_alone():
 
 def test_code_that_would_need_a_function_of_the_browser_is_refused_by_its_name():
     with pytest.raises(ValueError, match=r"nothing but memory in a browser; its code needs env\.fmin"):
-        webassembly.callable_module(webassembly._object(STRANGE))
+        webassembly.callable_module(llvm.object_for(STRANGE, webassembly.TRIPLE, webassembly.FEATURES))
 
 
 def test_a_loop_that_no_graph_can_hold_is_refused_in_one_sentence():

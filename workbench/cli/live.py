@@ -31,13 +31,14 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
 
         name, loop = _loop(module, file, name)
         horizon, usual = _times(module)
-        if (until or horizon) is None:
+        horizon, h = until or horizon, step or usual
+        if horizon is None:
             raise ValueError(
                 f"`workbench live {file}` needs a horizon, as the file has no runs: add `--until SECONDS`."
             )
-        page = page_of(loop, until or horizon, step or usual, title=f"{name} of {file.name}")
+        page = page_of(loop, horizon, h, title=f"{name} of {file.name}")
         place = page.write(out or Path(f"{file.stem}.html"))
-        aside(f"'{name}' until {until or horizon:g} s, at steps of {step or usual:g} s.")
+        aside(f"'{name}' until {horizon:g} s, at steps of {h:g} s.")
         click.echo(f"The page is {place}.")
 
 

@@ -109,7 +109,8 @@ SHAPES = "shapes, each a `Line`, a `Circle` or a `Word`, or None where there is 
 def _pair(call: str, value: Any, where: str = "") -> ca.SX:
     """Two numbers or expressions as a column (2, 1)."""
     try:
-        parts = [ca.SX(part) for part in (ca.vertsplit(value) if isinstance(value, ca.SX | ca.DM) else value)]
+        given = ca.vertsplit(value) if isinstance(value, ca.SX | ca.DM) else value
+        parts = [ca.SX(part) for part in given] if len(given) == 2 else []
     except Exception:  # whatever it is that came
         raise refusal(call, f"{PAIR}{where}", value) from None
     if [part.shape for part in parts] != [(1, 1)] * 2:
@@ -174,31 +175,40 @@ def drawing_of(call: str, shapes: object, p: ca.SX, numbers: Array) -> Drawing |
         return None
     if not isinstance(shapes, tuple | list):
         raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shapes)}.")
+    for i, shape in enumerate(shapes):
+        if not isinstance(shape, Line | Circle | Word):
+            raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shape)} at [{i}].")
+    widths = _widths(call, [shape.width for shape in shapes if isinstance(shape, Line)], p, numbers)
     column: list[ca.SX] = []
     places: dict[int, int] = {}
     plain = []
     for i, shape in enumerate(shapes):
-        if not isinstance(shape, Line | Circle | Word):
-            raise ValueError(f"`{call}` must return {SHAPES}; it returned {described(shape)} at [{i}].")
-        where, looks = _looks(call, shape, p, numbers)
+        where, looks = _looks(shape)
+        if isinstance(shape, Line):
+            looks["width"] = widths.pop(0)
         plain.append(looks | _placed(f"{call}[{i}]", where, column, places))
     return Drawing(ca.vertcat(*column) if column else ca.SX(0, 1), tuple(plain))
 
 
-def _looks(call: str, shape: Shape, p: ca.SX, numbers: Array) -> tuple[ca.SX, dict[str, Any]]:
-    """The coordinates of a shape in a row, and all else that is known of it."""
+def _widths(call: str, widths: list[ca.SX], p: ca.SX, numbers: Array) -> list[float]:
+    """The widths of lines in m, at the numbers of the parameters p."""
+    try:
+        values = np.array(ca.Function("widths", [p], [ca.vertcat(*widths)])(numbers)).ravel().tolist()
+    except RuntimeError:  # of CasADi, for a symbol without a value
+        raise ValueError(f"`{call}` must return widths of parameters alone; got {described(widths)}.") from None
+    for width in values:
+        if not (math.isfinite(width) and width >= 0):
+            raise ValueError(f"`{call}` must return widths that are finite and not negative; got {width:g} m.")
+    return list(values)
+
+
+def _looks(shape: Shape) -> tuple[ca.SX, dict[str, Any]]:
+    """The coordinates of a shape in a row, and its kind, tone and letters."""
     if isinstance(shape, Word):
         return shape.place, {"kind": "word", "tone": "body", "letters": shape.letters}
     if isinstance(shape, Circle):
         return ca.vertcat(shape.centre, shape.radius), {"kind": "circle", "tone": shape.tone}
-    try:
-        width = float(ca.Function("width", [p], [shape.width])(numbers))
-    except RuntimeError:  # of CasADi, for a symbol without a value
-        raise ValueError(f"`{call}` must return widths of parameters alone; got {described(shape.width)}.") from None
-    if not (math.isfinite(width) and width >= 0):
-        raise ValueError(f"`{call}` must return widths that are finite and not negative; got {width:g} m.")
-    looks = {"kind": "line", "tone": shape.tone, "width": width, "closed": shape.closed}
-    return ca.vec(shape.points.T), looks
+    return ca.vec(shape.points.T), {"kind": "line", "tone": shape.tone, "closed": shape.closed}
 
 
 def _placed(call: str, where: ca.SX, column: list[ca.SX], places: dict[int, int]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import jinja2
 from markupsafe import Markup, escape
@@ -20,6 +20,9 @@ from workbench.report.number_text import Printed
 from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
+
+if TYPE_CHECKING:
+    from workbench.report.figures.plates import Sheet
 
 GENERATOR = "control-workbench"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's

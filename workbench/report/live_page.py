@@ -13,7 +13,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-SCRIPTS = ("figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")  # in the order in which they need each other
+# in the order in which they need each other
+SCRIPTS = ("curves", "rulers", "figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")
 STYLES = ("live", "figures", "tables", "animation")
 PRINTED = "default-src 'none'; style-src 'unsafe-inline'; font-src data:"  # of a page without scripts
 
@@ -46,7 +47,7 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
 
 @cache
 def _script() -> str:
-    return "\n".join(['"use strict";', *(_text(f"{name}.js") for name in SCRIPTS)])
+    return "\n".join(_text(f"{name}.js") for name in SCRIPTS)
 
 
 @cache

@@ -49,6 +49,8 @@ def calls() -> dict[str, Any]:
     return {
         "AbstractArm": ARM,
         "Claim": partial(core.Claim, "it holds", "x stays.", "a book", (core.Claim("a", "b", "c"),), lambda s: s["x"]),
+        "Circle": partial(core.Circle, (X, 1.0), 0.1, "link"),
+        "Drawing": partial(core.Drawing, X, ({"kind": "word", "tone": "body", "letters": "a", "points": [0, 0]},)),
         "Dynamics": partial(
             core.Dynamics, "arm", dynamics.q, dynamics.qd, dynamics.M, dynamics.C, dynamics.G, dynamics.p,
             dynamics.symbols,
@@ -59,6 +61,7 @@ def calls() -> dict[str, Any]:
         "Layout": partial(core.Layout, (Entry("q", [1.0, 2.0]), Entry("K", np.eye(2), bounds=Bounds(symmetric=True)))),
         "LinearSystem": partial(core.LinearSystem, STATES, STATES, STATES, *[np.ones((1, 1))] * 4, 0.1),
         "LinearSystem.of": partial(core.LinearSystem.of, LINEAR, inputs="v", outputs="y", units={"v": "V"}, dt=None),
+        "Line": partial(core.Line, [(0.0, 0.0), (X, 1.0)], "link", 0.1, True),
         "Lifted": partial(core.Lifted, ARM, STATES, X),
         "Ode": partial(core.Ode, **decay(inputs=("k",), notes=("a note",))),
         "Ode.of": partial(core.Ode.of, "decay", STATES, PARAMETERS, (T, X, P), {"x": -P * X}, {"y": X}, {"y": "m"}),
@@ -71,6 +74,7 @@ def calls() -> dict[str, Any]:
         "Step": partial(
             core.Step, 0.1, flow.states, flow.parameters, flow.outputs, flow.rule, flow.flow, flow.amplification, 1
         ),
+        "Word": partial(core.Word, (0.0, X), "A"),
         "block": partial(core.block, plain()),
         "initial": partial(core.initial, 1.0, unit="m", shape=("n",), symbol="x"),
         "lift": partial(core.lift, LAW, "law."),

@@ -28,6 +28,7 @@ from workbench.validation.refusals import Array, positive, vector, whole
 from workbench.validation.signatures import door
 
 SAMPLES = 20_000
+MOST_SAMPLES = 10_000_000
 # Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
 # a step of 1 %, so its peak is met within 1e-4 of itself.
 INSTANTS = 2000
@@ -72,7 +73,7 @@ def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Arr
 @door
 def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
     """The frozen poles at states spread evenly over a region, which are samples and no bound."""
-    whole("over(samples=...)", samples)
+    whole("over(samples=...)", samples, most=MOST_SAMPLES)
     refuse_unfit("over", mismatch, gains, region)
     n, (low, high) = region.joints, region.box
     u = sequence(samples, 3 * n)

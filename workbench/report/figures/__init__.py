@@ -6,16 +6,26 @@ report with the pen and is to be read first; `runs` draws trajectories by matplo
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from workbench.study.document.document import Document
 
+if TYPE_CHECKING:
+    from workbench.report.figures.plates import Sheet
 
-def drawings(document: Document) -> dict[str, str]:
-    """The SVG text of each figure by its name."""
+
+def sheets(document: Document) -> dict[str, Sheet]:
+    """Each figure by its name: its SVG text, and the plate from which a script draws its curves again."""
     from workbench.report.figures.figure_sheet import (
         draw_all,  # with matplotlib, which takes longer than all else to import
     )
 
     return draw_all(document.figures)
+
+
+def drawings(document: Document) -> dict[str, str]:
+    """The SVG text of each figure by its name."""
+    return {name: sheet.svg for name, sheet in sheets(document).items()}
 
 
 def curves_of(document: Document) -> dict[str, str]:

@@ -21,25 +21,30 @@ FINE = {"color": "#000000", "linewidth": 0.4}
 HALF = DIGIT * SMALL_LETTERS / 2  # of the height of a digit
 
 
-def draw_axes(pen: Pen, box: Box, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]) -> None:
-    """The grid, the two axes, their marks, and the numbers at them."""
+def draw_axes(pen: Pen, box: Box, i: int, x: tuple[Ruler, Ticks], y: tuple[Ruler, Ticks]) -> None:
+    """The grid, the two axes, their marks, and the numbers at them, of panel i: what a ruler has in its own groups."""
     across, up = _along(box, *x), _along(box, *y, upwards=True)
     left, right, bottom, top = box.left, box.left + box.width, box.bottom, box.bottom + box.height
     none = np.zeros(0)  # a name has no mark and no line of the grid
     across, up = (none if x[1].named else across[0], across[1]), (none if y[1].named else up[0], up[1])
-    _strokes(pen, across[0], across[0], bottom, top, GRID)
-    _strokes(pen, left, right, up[0], up[0], GRID)
+    with pen.group("ruler-x", i):
+        _strokes(pen, across[0], across[0], bottom, top, GRID)
+    with pen.group("ruler-y", i):
+        _strokes(pen, left, right, up[0], up[0], GRID)
     if not x[1].named:
         pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
-    _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
-    _strokes(pen, left - TICK, left, up[0], up[0], MARK)
-    _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)
-    _strokes(pen, left - 2 * TICK / 3, left, up[1], up[1], FINE)
-    _write_below(pen, box, *x)
-    _write_beside(pen, box, *y)
-    pen.words(y[1].power, left, top + 3, SMALL_LETTERS)
-    power = extent(x[1].power, SMALL_LETTERS)
-    pen.words(x[1].power, right - power.width, bottom - TICK - PAD - NUMBER.height - 3 - power.ascent, SMALL_LETTERS)
+    with pen.group("ruler-x", i):
+        _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
+        _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)
+        _write_below(pen, box, *x)
+        power = extent(x[1].power, SMALL_LETTERS)
+        foot = bottom - TICK - PAD - NUMBER.height - 3 - power.ascent
+        pen.words(x[1].power, right - power.width, foot, SMALL_LETTERS)
+    with pen.group("ruler-y", i):
+        _strokes(pen, left - TICK, left, up[0], up[0], MARK)
+        _strokes(pen, left - 2 * TICK / 3, left, up[1], up[1], FINE)
+        _write_beside(pen, box, *y)
+        pen.words(y[1].power, left, top + 3, SMALL_LETTERS)
 
 
 def _write_below(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:
@@ -81,20 +86,28 @@ def _strokes(
         pen.line(x, y, look)
 
 
-def draw_curves(pen: Pen, box: Box, panel: Panel, curves: Sequence[tuple[Array, ...]], x: Ruler, y: Ruler) -> None:
-    """The thin lines across the panel, and its series in their layers."""
-    for at in panel.hlines:
-        pen.line(*box.at(x.share([x.low, x.high]), y.share([at, at])), RULED, box)
-    for at in panel.vlines:
-        pen.line(*box.at(x.share([at, at]), y.share([y.low, y.high])), RULED, box)
+def draw_curves(
+    pen: Pen, box: Box, i: int, panel: Panel, curves: Sequence[tuple[Array, ...]], x: Ruler, y: Ruler
+) -> None:
+    """The thin lines across panel i, and its series in their layers, each curve in a group of its own."""
+    if panel.hlines:
+        with pen.group("hlines", i):
+            for at in panel.hlines:
+                pen.line(*box.at(x.share([x.low, x.high]), y.share([at, at])), RULED, box)
+    if panel.vlines:
+        with pen.group("vlines", i):
+            for at in panel.vlines:
+                pen.line(*box.at(x.share([at, at]), y.share([y.low, y.high])), RULED, box)
     drawn = [[box.at(x.share(curve[0]), y.share(ordinate)) for ordinate in curve[1:]] for curve in curves]
-    for i in sorted(range(len(panel.series)), key=lambda i: (layer_of(i, panel), i)):
-        lines = drawn[i]
-        match panel.series[i]:
+    for j in sorted(range(len(panel.series)), key=lambda j: (layer_of(j, panel), j)):
+        lines = drawn[j]
+        match panel.series[j]:
             case Band() as band:
-                _draw_band(pen, band, lines, box)
+                with pen.group("series", i, j):
+                    _draw_band(pen, band, lines, box)
             case Series() as series:
-                _draw_series(pen, series, lines[0], curves[i][1], box)
+                with pen.group("series", i, j):
+                    _draw_series(pen, series, lines[0], curves[j][1], box)
             case Bars() as bars:
                 draw_bars(pen, box, bars, x, y)
             case Points() as points:

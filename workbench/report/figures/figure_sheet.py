@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from workbench.report.figures.axes import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.pen import Box, Pen, extent, mathtext
+from workbench.report.figures.plates import Sheet, plate_of
 from workbench.report.figures.rulers import Ruler, Ticks, led, rulers, size_of
 from workbench.report.figures.style import (
     LABEL,
@@ -34,7 +35,7 @@ EDGE = 4.0  # points around each panel with all its letters
 
 
 @dataclass(frozen=True)
-class Plate:
+class Pane:
     """A panel as it will be drawn: its thinned curves, its rulers, its title and its labels."""
 
     panel: Panel
@@ -48,32 +49,34 @@ class Plate:
 
 def draw(figure: Figure) -> str:
     """A figure as an SVG, the same bytes on every machine: letters are outlines, and ids begin with its name."""
-    return draw_all([figure])[figure.name]
+    return draw_all([figure])[figure.name].svg
 
 
-def draw_all(figures: Iterable[Figure]) -> dict[str, str]:
-    """Figures by their names, as `draw` makes them."""
+def draw_all(figures: Iterable[Figure]) -> dict[str, Sheet]:
+    """Figures by their names, as `draw` makes them, each with its plate."""
     with house_style():
         return {figure.name: _draw(figure) for figure in figures}
 
 
-def _draw(figure: Figure) -> str:
+def _draw(figure: Figure) -> Sheet:
     width, height = (72 * inches for inches in size_of(figure))
     pen = Pen(width, height)
     pen.area(*Box(0.0, 0.0, width, height).corners, "#ffffff")
     head = _draw_legend(pen, figure, width, height)
-    plates = [_plate(figure, i) for i in range(len(figure.panels))]
-    for plate, box, ticks in _placed(figure, plates, width, height - head):
-        draw_axes(pen, box, (plate.x, ticks[0]), (plate.y, ticks[1]))
-        draw_curves(pen, box, plate.panel, plate.curves, plate.x, plate.y)
-        _write_labels(pen, plate, box, ticks)
-    return pen.finished(figure.name)
+    panes = [_pane(figure, i) for i in range(len(figure.panels))]
+    placed = list(_placed(figure, panes, width, height - head))
+    for i, (pane, box, ticks) in enumerate(placed):
+        draw_axes(pen, box, i, (pane.x, ticks[0]), (pane.y, ticks[1]))
+        draw_curves(pen, box, i, pane.panel, pane.curves, pane.x, pane.y)
+        _write_labels(pen, pane, box, ticks)
+    panels = ((pane.panel, box, pane.x, pane.y, ticks) for pane, box, ticks in placed)
+    return Sheet(pen.finished(figure.name), plate_of(figure, width, height, panels))
 
 
-def _plate(figure: Figure, i: int) -> Plate:
+def _pane(figure: Figure, i: int) -> Pane:
     panel = figure.panels[i]
     curves = tuple(drawn_points(mark, panel, figure) for mark in panel.series)
-    return Plate(
+    return Pane(
         panel,
         curves,
         *rulers(figure, i, curves),
@@ -84,27 +87,27 @@ def _plate(figure: Figure, i: int) -> Plate:
 
 
 def _placed(
-    figure: Figure, plates: Sequence[Plate], width: float, height: float
-) -> Iterator[tuple[Plate, Box, tuple[Ticks, Ticks]]]:
-    """Each plate with its box and the marks of its rulers: the one that leads stands above all others."""
+    figure: Figure, panes: Sequence[Pane], width: float, height: float
+) -> Iterator[tuple[Pane, Box, tuple[Ticks, Ticks]]]:
+    """Each pane with its box and the marks of its rulers: the one that leads stands above all others."""
     lead, others = led(figure) if figure.lead else (0.0, 1.0)
     foot = height * others / (lead + others)
     if figure.lead:
-        for plate, box, ticks in _laid_out(plates[:1], 1, width, height - foot):
-            yield plate, replace(box, bottom=box.bottom + foot), ticks
-    if rest := plates[figure.lead :]:
+        for pane, box, ticks in _laid_out(panes[:1], 1, width, height - foot):
+            yield pane, replace(box, bottom=box.bottom + foot), ticks
+    if rest := panes[figure.lead :]:
         yield from _laid_out(rest, figure.columns, width, foot)
 
 
 def _laid_out(
-    plates: Sequence[Plate], columns: int, width: float, height: float
-) -> list[tuple[Plate, Box, tuple[Ticks, Ticks]]]:
-    """Each plate with its box and the marks of its rulers, all boxes of one size."""
-    rows = -(-len(plates) // columns)
+    panes: Sequence[Pane], columns: int, width: float, height: float
+) -> list[tuple[Pane, Box, tuple[Ticks, Ticks]]]:
+    """Each pane with its box and the marks of its rulers, all boxes of one size."""
+    rows = -(-len(panes) // columns)
     w, h = width / columns, height / rows
     for _ in range(2):  # the numbers at a ruler depend on its length, which depends on those numbers
-        ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS)), w), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in plates]
-        held = list(zip(plates, ticks, strict=True))
+        ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS)), w), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in panes]
+        held = list(zip(panes, ticks, strict=True))
         left = [max((_left(p, t[1]) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
         right = [max((_right(p, t[0], w) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
         above = [max(_above(p, t[1]) for p, t in held[i * columns : (i + 1) * columns]) for i in range(rows)]
@@ -112,27 +115,27 @@ def _laid_out(
         w = max(1.0, (width - sum(left) - sum(right)) / columns)
         h = max(1.0, (height - sum(above) - sum(under)) / rows)
     placed = []
-    for k, (plate, marks) in enumerate(held):
+    for k, (pane, marks) in enumerate(held):
         i, j = divmod(k, columns)
         start = sum(left[: j + 1]) + sum(right[:j]) + j * w
         foot = sum(under[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
-        placed.append((plate, Box(start, foot, w, h), marks))
+        placed.append((pane, Box(start, foot, w, h), marks))
     return placed
 
 
-def _left(plate: Plate, ticks: Ticks) -> float:
-    label = LABEL + extent(plate.ylabel, LETTERS).height if plate.ylabel else 0.0
+def _left(pane: Pane, ticks: Ticks) -> float:
+    label = LABEL + extent(pane.ylabel, LETTERS).height if pane.ylabel else 0.0
     return EDGE + label + ticks.width + PAD + TICK
 
 
-def _right(plate: Plate, ticks: Ticks, width: float) -> float:
+def _right(pane: Pane, ticks: Ticks, width: float) -> float:
     """The length by which the last number stands out beyond the end of its ruler."""
     last = extent(ticks.numbers[-1], SMALL_LETTERS).width if ticks.numbers and not ticks.named else 0.0
-    return EDGE + max(0.0, last / 2 - width * float(1 - plate.x.share(ticks.places[-1:]).sum()))
+    return EDGE + max(0.0, last / 2 - width * float(1 - pane.x.share(ticks.places[-1:]).sum()))
 
 
-def _above(plate: Plate, ticks: Ticks) -> float:
-    title = TITLE + extent(plate.title, LETTERS).ascent if plate.title else 0.0
+def _above(pane: Pane, ticks: Ticks) -> float:
+    title = TITLE + extent(pane.title, LETTERS).ascent if pane.title else 0.0
     return EDGE + title + _lift(ticks)
 
 
@@ -141,18 +144,18 @@ def _lift(ticks: Ticks) -> float:
     return 3 + extent(ticks.power, SMALL_LETTERS).ascent if ticks.power else 0.0
 
 
-def _below(plate: Plate, ticks: Ticks) -> float:
-    named = LABEL + extent(plate.xlabel or ticks.power, LETTERS).height if plate.xlabel or ticks.power else 0.0
+def _below(pane: Pane, ticks: Ticks) -> float:
+    named = LABEL + extent(pane.xlabel or ticks.power, LETTERS).height if pane.xlabel or ticks.power else 0.0
     return TICK + PAD + ticks.depth + named + EDGE / 2
 
 
-def _write_labels(pen: Pen, plate: Plate, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
-    under, beside = extent(plate.xlabel, LETTERS), extent(plate.ylabel, LETTERS)
+def _write_labels(pen: Pen, pane: Pane, box: Box, ticks: tuple[Ticks, Ticks]) -> None:
+    under, beside = extent(pane.xlabel, LETTERS), extent(pane.ylabel, LETTERS)
     foot = box.bottom - TICK - PAD - ticks[0].depth - LABEL - under.ascent
-    pen.words(plate.xlabel, box.left + (box.width - under.width) / 2, foot, LETTERS)
+    pen.words(pane.xlabel, box.left + (box.width - under.width) / 2, foot, LETTERS)
     edge = box.left - TICK - PAD - ticks[1].width - LABEL - beside.descent
-    pen.words(plate.ylabel, edge, box.bottom + (box.height - beside.width) / 2, LETTERS, upwards=True)
-    pen.words(plate.title, box.left, box.bottom + box.height + TITLE + _lift(ticks[1]), LETTERS)
+    pen.words(pane.ylabel, edge, box.bottom + (box.height - beside.width) / 2, LETTERS, upwards=True)
+    pen.words(pane.title, box.left, box.bottom + box.height + TITLE + _lift(ticks[1]), LETTERS)
 
 
 def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import Any, NamedTuple
@@ -69,6 +70,14 @@ class Pen:
         renderer: Any = RendererSVG  # without types
         self.renderer = renderer(width, height, self.out, metadata={"Date": None, "Creator": None})
         self.renderer._text2path = text_to_path  # one for all sheets, as it remembers the formulas that it has set
+
+    @contextmanager
+    def group(self, kind: str, panel: int, series: int | None = None) -> Iterator[None]:
+        """Put what is drawn meanwhile into a group, which a script of the page finds by its class and its numbers."""
+        numbers = {"data-panel": str(panel)} | ({} if series is None else {"data-series": str(series)})
+        self.renderer.writer.start("g", {"class": kind} | numbers)
+        yield
+        self.renderer.writer.end("g")
 
     def line(self, x: Array, y: Array, look: Mapping[str, Any], within: Box | None = None) -> None:
         """Draw a line through points, with gaps at NaN."""

@@ -42,8 +42,11 @@ def has_fma() -> bool:
 def processor() -> str:
     """The platform, its processor and the LLVM version, on which machine code depends besides its IR."""
     name, features = _host()
-    version = ".".join(map(str, llvm.llvm_version_info))
-    return f"{llvm.get_process_triple()} {name} {features} LLVM {version} llvmlite {llvmlite.__version__}"
+    return f"{llvm.get_process_triple()} {name} {features} {_version()}"
+
+
+def _version() -> str:
+    return f"LLVM {'.'.join(map(str, llvm.llvm_version_info))} llvmlite {llvmlite.__version__}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +91,7 @@ def compiled(ir: str, haste: bool = False) -> Native:
             if module is not None:
                 break
         else:
-            code = _machine_code(ir, level)
+            code = _object(ir, _machine(level))
             disk.store(key, code)
             module = _in_memory(code)
         _modules[key] = module
@@ -107,8 +110,20 @@ def _in_memory(code: bytes) -> Native:
     return Native(engine)
 
 
-def _machine_code(ir: str, level: int) -> bytes:
-    machine, module = _machine(level), llvm.parse_assembly(ir)
+def object_for(ir: str, triple: str, features: str) -> bytes:
+    """The object file of some IR for another machine, at most once made on this one."""
+    key = disk.key(ir, f"{triple} {features} {_version()}", f"codegen {OPTIMISATION}")
+    with _turn:
+        if (code := disk.load(key)) is None:
+            llvm.initialize_all_targets()
+            llvm.initialize_all_asmprinters()
+            machine = llvm.Target.from_triple(triple).create_target_machine("generic", features, opt=OPTIMISATION)
+            disk.store(key, code := _object(ir, machine))
+    return code
+
+
+def _object(ir: str, machine: Any) -> bytes:
+    module = llvm.parse_assembly(ir)
     module.triple = machine.triple
     module.data_layout = str(machine.target_data)
     module.verify()

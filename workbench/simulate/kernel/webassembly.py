@@ -7,19 +7,15 @@ keeps nothing but code: a module that needs more than memory, as a function of t
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cache, lru_cache
-from typing import Any
+from functools import lru_cache
 
-import llvmlite.binding as llvm
-
-from workbench.simulate.kernel import cache as disk
+from workbench.simulate.kernel import llvm
 from workbench.simulate.kernel.lowering import lower
 from workbench.simulate.kernel.plan import Plan
 
 WIDTH = 1  # runs side by side: a page turns one knob of one run at a time
 TRIPLE = "wasm32-unknown-unknown"
 FEATURES = "+bulk-memory,+nontrapping-fptoint,+sign-ext"
-OPTIMISATION = 2
 MEMORY = "env", "__linear_memory"
 MAGIC = b"\0asm\1\0\0\0"
 CUSTOM, TYPES, IMPORTS, FUNCTIONS, EXPORTS, CODE = 0, 1, 2, 3, 7, 10  # sections, by WebAssembly 1.0, section 5.5
@@ -36,25 +32,7 @@ def compiled(plan: Plan) -> bytes:
         If the code needs more than memory.
     """
     ir = lower(plan, WIDTH, fused=False, stack="")
-    version = ".".join(map(str, llvm.llvm_version_info))
-    key = disk.key(ir, f"{TRIPLE} {FEATURES} LLVM {version}", f"codegen {OPTIMISATION}")
-    if (code := disk.load(key)) is None:
-        disk.store(key, code := _object(ir))
-    return callable_module(code)
-
-
-def _object(ir: str) -> bytes:
-    machine, module = _machine(), llvm.parse_assembly(ir)
-    module.triple, module.data_layout = machine.triple, str(machine.target_data)
-    module.verify()
-    return bytes(machine.emit_object(module))
-
-
-@cache
-def _machine() -> Any:
-    llvm.initialize_all_targets()
-    llvm.initialize_all_asmprinters()
-    return llvm.Target.from_triple(TRIPLE).create_target_machine(cpu="generic", features=FEATURES, opt=OPTIMISATION)
+    return callable_module(llvm.object_for(ir, TRIPLE, FEATURES))
 
 
 def callable_module(code: bytes) -> bytes:

@@ -146,6 +146,10 @@ class HeatMap:
     label: ClassVar[Label] = ""
     style: ClassVar[Style] = 0
 
+    def __post_init__(self) -> None:
+        if self.values.ndim != 2 or not self.values.size:
+            raise refusal("HeatMap(values=...)", "numbers (r, c), a row for each row of cells", self.values)
+
     @property
     def spans(self) -> Spans:
         """The numbers along either axis."""

@@ -77,7 +77,7 @@ class Knob:
         return Knob(factor.name, factor.paths, low, high, log, factor.origin, factor.share)
 
     def together(self, other: Knob) -> Knob:
-        """This knob with the paths and the range of another one of its name too."""
+        """One knob with the paths and the ranges of two of one name."""
         paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
         return replace(self, path=paths, low=min(self.low, other.low), high=max(self.high, other.high))
 

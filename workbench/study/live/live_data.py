@@ -45,7 +45,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    all_curves, all_cells = (tuple(find(document, results.outcomes)) for find in (curves, cells))
+    all_curves, all_cells = tuple(curves(document, results.outcomes)), tuple(cells(document, results.outcomes))
     used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
     outcomes = [results.outcomes[k] for k in used]
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
@@ -53,7 +53,8 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
-    modules, loops, refused = Modules(), [], {}
+    modules, refused = Modules(), dict[str, str]()
+    loops: list[dict[str, Any]] = []
     live_curves: list[Curve] = []
     live_places: dict[int, int] = {}
     for k, outcome in zip(used, outcomes, strict=True):
@@ -108,10 +109,11 @@ def _loop(
     case, run = outcome.case, outcome.measurement.trajectories
     coarse, fine = coarse_and_fine(outcome)
     every = case.run.every or coarse.h
-    wanted = sorted({axis[1] for link in links for axis in (link.x, link.y) if axis[0] == "y"})
+    wanted = sorted({int(axis[1]) for link in links for axis in (link.x, link.y) if axis[0] == "y"})
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
     drawing = outcome.ode.drawing
-    seen = fine.rule.output[wanted] if drawing is None else ca.vertcat(fine.rule.output[wanted], _moving(outcome, fine))
+    seen = ca.vertcat(fine.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, fine))
+    moving = {"first": len(wanted), "places": seen.numel() - len(wanted)}  # behind the outputs
     made = {
         "scenario": case.scenario,
         "law": case.law,
@@ -128,10 +130,10 @@ def _loop(
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
-        "drawing": None if drawing is None else drawing.data | {"first": len(wanted), "places": seen.numel() - len(wanted)},
+        "drawing": None if drawing is None else drawing.data | moving,
         "metrics": [
-            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": _program(fine, m, run.t)}
-            for m in metrics
+            {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program}
+            for m, program in zip(metrics, _programs(fine, metrics, run.t), strict=True)
         ],
         "scores": [
             [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
@@ -153,12 +155,15 @@ def _moving(outcome: Outcome, step: Step) -> ca.SX:
     return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
 
 
-def _program(step: Step, metric: AbstractMetric, t: Array) -> dict[str, Any] | None:
-    """The value of a metric at the horizon as a program; None where no other machine can run it, as it stays printed."""
-    try:
-        return program_of(step, metric, float(t[-1])).plain()
-    except ValueError:
-        return None
+def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[dict[str, Any] | None]:
+    """The value of each metric at the horizon as a program; None where no other machine can run it."""
+    programs: list[dict[str, Any] | None] = []
+    for metric in metrics:
+        try:
+            programs.append(program_of(step, metric, float(t[-1])).plain())
+        except ValueError:
+            programs.append(None)
+    return programs
 
 
 def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:

@@ -3,17 +3,16 @@
 
 const ANIMATION = {
   svg: "http://www.w3.org/2000/svg", wide: 640, least: 220, most: 440, margin: 26,
-  thinnest: 1.3, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
+  thinnest: 1.5, stops: 500, longest: 10, track: 400, recent: 1 / 3, far: 10, steps: 20,
 };
 
 // The extent of shapes in rows of a run: [xlow, ylow, xhigh, yhigh]; the ground, which goes on, does not count.
 function extentOf(drawing, run, first, last) {
   const box = [Infinity, Infinity, -Infinity, -Infinity];
-  const count = run ? run.rows : 1;
-  const stride = Math.max(1, Math.floor((last - first) / 500));
+  const end = Math.min(last, run.rows), stride = Math.max(1, Math.floor((end - first) / 500));
   for (const shape of drawing.shapes) {
     if (shape.tone === "ground") continue;
-    for (let row = first; row < Math.min(last, count); row += shape.fixed ? count : stride) {
+    for (let row = first; row < end; row += shape.fixed ? run.rows : stride) {
       const at = coordinatesOf(shape, run, row);
       const round = shape.kind === "circle" ? at[2] : (shape.width || 0) / 2;
       for (let i = 0; i + 1 < at.length; i += shape.kind === "line" ? 2 : at.length) {
@@ -43,7 +42,7 @@ function runOf(frames, places) {
     return true;
   };
   while (finite < rows && whole(finite)) finite++;
-  return {frames, places, rows, finite};
+  return { frames, places, rows, finite };
 }
 
 // The last row at or before a time.
@@ -63,7 +62,8 @@ function windowOf(drawing, run, printed) {
   const given = drawing.view;
   const one = extentOf(drawing, run, 0, 1);
   const size = Math.max(one[2] - one[0], one[3] - one[1], 1e-9);
-  let box = given || extentOf(drawing, printed || run, 0, Infinity);
+  if (printed) printed.extent ||= extentOf(drawing, printed, 0, Math.max(1, printed.finite));
+  let box = given || (printed ? printed.extent : extentOf(drawing, run, 0, Math.max(1, run.finite)));
   if (!given && printed) {
     const live = extentOf(drawing, run, 0, Math.max(1, run.finite));
     box = [Math.min(box[0], live[0]), Math.min(box[1], live[1]), Math.max(box[2], live[2]), Math.max(box[3], live[3])];
@@ -75,7 +75,7 @@ function windowOf(drawing, run, printed) {
   const inner = ANIMATION.wide - 2 * ANIMATION.margin;
   const tall = Math.min(ANIMATION.most, Math.max(ANIMATION.least, 2 * ANIMATION.margin + (inner * height) / width));
   const scale = Math.min(inner / width, (tall - 2 * ANIMATION.margin) / height);
-  return {scale, tall, follow, x: (box[0] + box[2]) / 2, y: (box[1] + box[3]) / 2};
+  return { scale, tall, follow, x: (box[0] + box[2]) / 2, y: (box[1] + box[3]) / 2 };
 }
 
 function shapeElement(shape) {
@@ -86,15 +86,16 @@ function shapeElement(shape) {
   return element;
 }
 
-// The pictures of one run: an element for each shape, those that move in front of those that do not.
+// The pictures of one run: an element for each shape; behind the live run only those that move are drawn again.
 class Pictures {
-  constructor(drawing, name, moving) {
+  constructor(drawing, name) {
     this.group = document.createElementNS(ANIMATION.svg, "g");
     this.group.setAttribute("class", name);
-    this.shapes = drawing.shapes.filter((shape) => Boolean(shape.points) === moving || name === "live");
+    const live = name === "live", leaves = (shape) => shape.kind === "circle" && shape.tone === "path" && shape.points;
+    this.shapes = drawing.shapes.filter((shape) => live || shape.points);
     this.elements = this.shapes.map(shapeElement);
-    this.tips = name === "live" ? drawing.shapes.filter((s) => s.kind === "circle" && s.tone === "path" && s.points) : [];
-    this.tracks = this.tips.map(() => shapeElement({kind: "line", tone: "track"}));
+    this.tips = live ? drawing.shapes.filter(leaves) : []; // of which the tracks are drawn
+    this.tracks = this.tips.map(() => shapeElement({ kind: "line", tone: "track" }));
     this.group.append(...this.tracks, ...this.elements);
   }
 
@@ -142,14 +143,14 @@ function openAnimation(element, drawing) {
   const svg = document.createElementNS(ANIMATION.svg, "svg");
   svg.setAttribute("role", "img");
   svg.setAttribute("aria-label", "the plant at the time shown, and pale behind it the printed run");
-  const pictures = {ghost: new Pictures(drawing, "ghost", true), live: new Pictures(drawing, "live", true)};
+  const pictures = { ghost: new Pictures(drawing, "ghost"), live: new Pictures(drawing, "live") };
   svg.append(pictures.ghost.group, pictures.live.group);
-  const button = make("button", {type: "button"}, "Play");
-  const range = make("input", {type: "range", min: "0", value: "0", step: "1", "aria-label": "time"});
-  const clock = make("output", {}), note = make("p", {class: "note", role: "status"});
-  const controls = make("div", {class: "controls"});
+  const button = make("button", { type: "button" }, "Play");
+  const range = make("input", { type: "range", min: "0", value: "0", step: "1", "aria-label": "time" });
+  const clock = make("output", {}), note = make("p", { class: "note", role: "status" });
+  const controls = make("div", { class: "controls" });
   controls.append(button, range, clock);
-  const root = make("div", {class: "animation"});
+  const root = make("div", { class: "animation" });
   root.append(svg, controls, note);
   element.replaceChildren(root);
 
@@ -158,7 +159,7 @@ function openAnimation(element, drawing) {
 
   function draw() {
     const shown = Math.max(0, Math.min(row, live.finite - 1));
-    let {x, y} = view;
+    let { x, y } = view;
     if (view.follow) {
       const now = extentOf(drawing, live, shown, shown + 1);
       [x, y] = [(now[0] + now[2]) / 2, (now[1] + now[3]) / 2];
@@ -171,7 +172,7 @@ function openAnimation(element, drawing) {
     range.value = String(row);
     range.setAttribute("aria-valuetext", text);
     clock.textContent = text;
-    const lost = live.finite < live.rows && row >= live.finite;
+    const lost = ends !== null && live.finite < live.rows && row >= live.finite;
     note.textContent = lost ? `diverged at ${secondsText(Number.isNaN(ends) ? times[live.finite] : ends)} s` : "";
     root.classList.toggle("lost", lost);
   }
@@ -191,16 +192,18 @@ function openAnimation(element, drawing) {
   const animation = {
     onTime: null,
 
-    // The frames, rows of the drawing's places each, of the live and of the printed run (or null), at the times t.
+    // The frames, rows of the drawing's places each, of the live and of the printed run (or null), at the times t in s.
+    // `divergedAt` is the time that is told; null if rows that are not finite are those of a run that goes on still.
     load(frames, before, t, divergedAt = NaN) {
       const rows = t.length, places = frames.length / rows;
       live = runOf(frames, places);
-      printed = before ? runOf(before, places) : null;
+      if (!before || !printed || printed.frames !== before) printed = before ? runOf(before, places) : null;
       times = t;
-      ends = divergedAt === null ? NaN : divergedAt;
+      ends = divergedAt;
       view = windowOf(drawing, live, printed);
       svg.setAttribute("viewBox", `0 0 ${ANIMATION.wide} ${view.tall.toFixed(1)}`);
       range.max = String(rows - 1);
+      range.step = String(Math.max(1, Math.ceil((rows - 1) / ANIMATION.stops)));
       show(Math.min(row, rows - 1), false);
     },
 
@@ -236,7 +239,9 @@ function openAnimation(element, drawing) {
   button.addEventListener("click", () => (ticket ? animation.pause() : animation.play()));
   range.addEventListener("input", () => {
     animation.pause();
-    if (times) show(Number(range.value), true);
+    if (!times) return;
+    const stop = Number(range.value), last = times.length - 1;
+    show(stop + Number(range.step) > last ? last : stop, true);  // the last stop is the end, though the step miss it
   });
   return animation;
 }

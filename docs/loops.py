@@ -1,0 +1,40 @@
+"""The laws and plants of the catalogue, each in a loop of its own, for the live pages of the gallery."""
+
+from typing import Any, NamedTuple
+
+from studies.a8_fair_comparison.entrants import LAWS, PROPOSED
+from studies.b3_any_plant.loops import loop
+from studies.b3_any_plant.settings import SETTINGS
+from studies.paper.laws import REFERENCES, plant, proposed_repaired
+from workbench.loop import ClosedLoop
+from workbench.observers import FullState
+
+STEPS = {PROPOSED: 1e-4, "ASMC": 2e-4, "Fuzzy-ASMC": 2e-4, "RBF-ASMC": 2e-4}  # s, and a millisecond elsewhere
+
+
+class Shown(NamedTuple):
+    """A loop with its horizon and its step, in s."""
+
+    loop: Any
+    until: float
+    h: float
+
+
+def of_arms() -> dict[str, Shown]:
+    """The laws of arms in the first scenario of the paper, on exact readings but for the one that has its observer."""
+    held = {}
+    for law in LAWS:
+        closed = ClosedLoop(plant("FS"), FullState(2), law.block, REFERENCES["FS"])
+        held[law.name] = Shown(
+            proposed_repaired("FS") if law.name == PROPOSED else closed, 10.0, STEPS.get(law.name, 1e-3)
+        )
+    return held
+
+
+def of_plants() -> dict[str, Shown]:
+    """LQG and PID on each plant of b3."""
+    return {
+        f"{law}, {setting.name}": Shown(loop(setting, law, computer=False), setting.until, setting.period / 4)
+        for setting in SETTINGS
+        for law in ("LQG", "PID")
+    }

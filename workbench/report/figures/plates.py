@@ -1,0 +1,78 @@
+"""A drawn figure with its plate: the geometry of its panels as plain data, from which a script draws curves again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.report.figures.pen import Box
+from workbench.report.figures.rulers import Ruler, Ticks
+from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, points_of
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
+
+TIME = "time ["  # as the label of an abscissa begins that is the time
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A figure as the text of an SVG, and its `plate`, which JSON can hold; lengths are in points.
+
+    A plate has the `width` and the `height` of the sheet; the `letters` of the numbers at rulers: their `size`, the
+    length `tick` of a mark and the `pad` from it to its number; `points`, to how many a series is thinned; `panels`.
+    A panel has its `box` [left, bottom, width, height], from the lower left corner of the sheet; its `series`, each
+    with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps' or 'marks'; of a mark that
+    is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear' or 'log'),
+    `low` and `high`, `fixed` (True if curves have no say in them), `room` for the width of its numbers, and `power`
+    (True if there is a power of ten at its end). `time` of an abscissa is True if it is the time.
+    """
+
+    svg: str
+    plate: dict[str, Any]
+
+
+def plate_of(
+    figure: Figure, width: float, height: float, panels: Iterable[tuple[Panel, Box, Ruler, Ruler, tuple[Ticks, Ticks]]]
+) -> dict[str, Any]:
+    """The plate of a figure on a sheet of a width and height: its panels with their boxes, rulers and marks."""
+    return {
+        "width": width,
+        "height": height,
+        "letters": {"size": SMALL_LETTERS, "tick": TICK, "pad": PAD},
+        "points": points_of(figure),
+        "panels": [_panel(*placed) for placed in panels],
+    }
+
+
+def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> dict[str, Any]:
+    still = not all(isinstance(mark, Series | Band) for mark in panel.series)
+    return {
+        "box": [float(length) for length in (box.left, box.bottom, box.width, box.height)],
+        "x": _ruler(x, ticks[0], still or panel.xlim is not None) | {"time": plain(panel.xlabel).startswith(TIME)},
+        "y": _ruler(y, ticks[1], still or panel.ylim is not None),
+        "series": [_series(mark) for mark in panel.series],
+    }
+
+
+def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
+    return {
+        "scale": ruler.scale,
+        "low": float(ruler.low),
+        "high": float(ruler.high),
+        "fixed": fixed or bool(ruler.names),
+        "room": round(ticks.width + LABEL, 2),
+        "power": bool(ticks.power),
+    }
+
+
+def _series(mark: Mark) -> dict[str, Any]:
+    look = LINES[mark.style]
+    dashes = () if look["linestyle"] == "-" else look["linestyle"][1]
+    return {
+        "color": look["color"],
+        "width": look["linewidth"],
+        "dash": [round(look["linewidth"] * dash, 3) for dash in dashes],
+        "look": mark.look if isinstance(mark, Series) else type(mark).__name__.lower(),
+        "label": plain(mark.label),
+    }
