@@ -20,7 +20,7 @@ from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
 
 MODULES = ("workbench.study", "workbench.study.tuning")
-IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "second_order_map", "sobol", "sobol_bars",
+IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
             "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
 
 
