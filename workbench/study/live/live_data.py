@@ -16,7 +16,7 @@ from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, cells, curves
-from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
+from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, switches, watched
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
@@ -127,6 +127,7 @@ def _loop(
         "moves": _moves(knobs, fine.parameters.size, [knob.places(fine) for knob in knobs]),
         "seed": str(case.run.seed),
         "normals": fine.noises,
+        "switches": switches(outcome.ode),
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
