@@ -35,7 +35,7 @@ scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
-    A loop that no browser can run stays printed, and the data say why. `script` is the file of the study, for the
+    A loop that no browser can run stays printed, and the data say why; all of them do where llvmlite is missing. `script` is the file of the study, for the
     lines that compute the same in Python.
 
     Raises
@@ -61,7 +61,9 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         mine = [replace(curve, loop=len(loops)) for curve in all_curves if curve.loop == k]
         try:
             made, shown = _loop(outcome, knobs, mine, modules)
-        except (ValueError, ImportError) as error:
+        except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
+            return None
+        except ValueError as error:
             refused[outcome.case.name] = str(error)
             continue
         live_places[k] = len(loops)
