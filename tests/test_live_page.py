@@ -100,8 +100,8 @@ def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
     runs, _ = python_run(LOOPS["FS", "PID"], {"controller.Kd": 1e6})
     assert told["divergedAt"] == runs.diverged_at[0] > 0
     np.testing.assert_array_equal(numbers(told["x"], runs.x.shape[2]), runs.x[0])
-    assert "diverges at" in page.value("document.querySelector('.bench-results').textContent")
-    assert "diverges at" in page.value("document.querySelector('.bench-voice').textContent")
+    assert "diverged at" in page.value("document.querySelector('.bench-results').textContent")
+    assert "diverged at" in page.value("document.querySelector('.bench-voice').textContent")
 
 
 def test_noise_and_long_strides_keep_the_bits(tmp_path):
@@ -275,6 +275,18 @@ def test_copied_lines_name_what_was_turned_in_each_loop(page):
     opened(page)
     turned(page, knob0=0.2, knob1=7.5)
     lines = ["import workbench as wb", 'run("FS: SMC", {"phi": 0.2, "gain: K": 7.5}, None)', ""]
+    assert page.value("livePage.bench.python()").split("\n") == lines
+
+
+def test_copied_lines_of_several_loops_keep_all_their_scores(page):
+    opened(page)
+    turned(page, knob0=0.2, knob2=50.0)
+    page.value("livePage.data.python = 'scores = run({case}, {values})'")
+    lines = [
+        "scores = {}",
+        'scores["FS: SMC"] = run("FS: SMC", {"phi": 0.2})',
+        'scores["FS: PID"] = run("FS: PID", {"Kd": 50})',
+    ]
     assert page.value("livePage.bench.python()").split("\n") == lines
 
 

@@ -5,6 +5,7 @@
 
 const HOLD = 200; // ms that a request waits for the first results of the one before, so that dragging shows them
 const NEAR = 400; // px beyond the window within which a figure is drawn at once
+const MOST_SPOKEN = 8; // results that are read aloud
 const SETTLED = 300; // ms after the last turn, when the address is written
 
 const whenIdle = window.requestIdleCallback
@@ -268,7 +269,8 @@ class LivePage {
     if (!this.wanted.size) return bench.tell(this.idleText());
     const loops = places.length === 1 ? "One loop" : `${places.length} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
-    bench.say(lines.map((line) => line.spoken).join(" "));
+    const more = lines.length > MOST_SPOKEN ? [`And ${lines.length - MOST_SPOKEN} more in the bench.`] : [];
+    bench.say([...lines.slice(0, MOST_SPOKEN).map((line) => line.spoken), ...more].join(" "));
   }
 
   idleText() {
@@ -277,17 +279,17 @@ class LivePage {
   }
 
   line(place) {
-    const { label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
+    const { scenario, label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
     const [metric] = metrics, rough = view.phase !== "fine", name = metric ? metric.name : "";
     const before = metric ? evenNumber(Number(printed[0][0][0])) : "";
     if (view.divergedAt !== null) {
-      const when = `diverges at ${shortNumber(view.divergedAt)}\u00a0s`;
-      return { label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
+      const when = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
+      return { scenario, label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
     }
     const now = metric && view.scores[0] ? evenNumber(view.scores[0][0][0]) : "";
     const unit = metric ? (metric.units || [])[0] || metric.unit : "";
     const spoken = `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).`;
-    return { label, now, printed: before, rough, spoken };
+    return { scenario, label, now, printed: before, rough, spoken };
   }
 }
 
