@@ -325,3 +325,22 @@ def test_the_plant_moves_beside_its_printed_run(data, tmp_path):
         page.until("animation.before")
         assert page.value("[...animation.before]") == still
         assert page.value("[...animation.frames]") != still
+
+
+def test_the_knobs_stay_where_they_are_while_one_is_turned(page):
+    opened(page)
+    tops = "[...document.querySelectorAll('.bench-knob')].map((knob) => knob.getBoundingClientRect().top)"
+    before = page.value(tops)
+    turned(page, knob0=0.2, knob2=1e6)
+    assert page.value(tops) == before
+
+
+def test_each_control_has_a_name_that_is_read_aloud(page):
+    opened(page)
+    turned(page, knob0=0.2)
+    roles = {"slider", "spinbutton", "button", "checkbox", "combobox", "textbox", "region"}
+    nodes = [node for node in page.call("Accessibility.getFullAXTree")["nodes"] if not node["ignored"]]
+    controls = [(node["role"]["value"], node["name"]["value"]) for node in nodes if node["role"]["value"] in roles]
+    assert [role for role, name in controls if not name] == []
+    assert ("slider", "phi") in controls
+    assert ("button", "phi: reset to the printed 0.01") in controls

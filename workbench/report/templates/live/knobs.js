@@ -295,7 +295,7 @@ class Bench {
     const several = new Set(lines.map((line) => line.scenario)).size > 1;
     const rows = lines.flatMap(({ scenario, label, now, printed, rough }, i) => {
       const row = part("tr", rough ? { class: "rough" } : {},
-        part("th", { scope: "row" }, label), part("td", {}, now), part("td", {}, printed));
+        part("th", { scope: "row", title: label }, label), part("td", {}, now), part("td", {}, printed));
       if (!several || (i && lines[i - 1].scenario === scenario)) return [row];
       return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3, class: "bench-scenario" }, scenario)), row];
     });

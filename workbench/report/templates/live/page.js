@@ -65,7 +65,7 @@ class LivePage {
     } catch (error) {
       return this.fail(error);
     }
-    if (addressOfState(this.state, this.data)) this.turn(this.state);
+    this.turn(this.state);
     whenIdle(() => this.warm());
   }
 
@@ -260,17 +260,16 @@ class LivePage {
 
   // What the bench says: the first number of each loop, how long it took, and which runs have diverged.
   report() {
-    const { bench, views, data } = this, places = [...this.wanted.keys()].filter((place) => views.has(place));
-    const done = places.filter((place) => views.get(place).scores || views.get(place).divergedAt !== null);
-    const lines = done.map((place) => this.line(place));
-    const first = done.map((place) => data.loops[place].metrics[0]).find(Boolean);
-    bench.report(first ? headOfMetric(first) : "", lines);
+    const { bench, data, wanted } = this, places = this.asked(this.state);
+    const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
+    bench.report(first ? headOfMetric(first) : "", places.map((place) => this.line(place)));
     if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
-    if (!this.wanted.size) return bench.tell(this.idleText());
-    const loops = places.length === 1 ? "One loop" : `${places.length} loops`;
+    if (!wanted.size) return bench.tell(this.idleText());
+    const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
-    const more = lines.length > MOST_SPOKEN ? [`And ${lines.length - MOST_SPOKEN} more in the bench.`] : [];
-    bench.say([...lines.slice(0, MOST_SPOKEN).map((line) => line.spoken), ...more].join(" "));
+    const spoken = [...wanted.keys()].map((place) => this.line(place).spoken);
+    const more = spoken.length > MOST_SPOKEN ? [`And ${spoken.length - MOST_SPOKEN} more in the bench.`] : [];
+    bench.say([...spoken.slice(0, MOST_SPOKEN), ...more].join(" "));
   }
 
   idleText() {
@@ -278,25 +277,31 @@ class LivePage {
     return turned ? "As printed: what is turned is in no loop that runs here." : "As printed.";
   }
 
+  // A loop's first number now, nothing while it is as printed, and the printed one.
   line(place) {
-    const { scenario, label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
-    const [metric] = metrics, rough = view.phase !== "fine", name = metric ? metric.name : "";
-    const before = metric ? evenNumber(Number(printed[0][0][0])) : "";
-    if (view.divergedAt !== null) {
-      const when = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
-      return { scenario, label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
+    const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
+    const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
+    const printed = Number.isNaN(value) ? "\u2014" : evenNumber(value);
+    const line = { scenario, label, printed, now: "", rough: view.phase !== "fine", spoken: "" };
+    if (typeof view.divergedAt === "number") {
+      line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
+      line.spoken = `${label} ${line.now}.`;
+    } else if (view.scores && view.scores[0]) {
+      line.now = evenNumber(view.scores[0][0][0]);
+      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (printed ${printed}).`;
     }
-    const now = metric && view.scores[0] ? evenNumber(view.scores[0][0][0]) : "";
-    const unit = metric ? (metric.units || [])[0] || metric.unit : "";
-    const spoken = `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).`;
-    return { scenario, label, now, printed: before, rough, spoken };
+    return line;
   }
 }
 
 // A metric of which the first number is shown, with its label and unit.
-function headOfMetric({ name, labels, unit, units }) {
-  const label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
-  return `${name}${label} [${(units || [])[0] || unit}]`;
+function headOfMetric(metric) {
+  const { name, labels } = metric, label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
+  return `${name}${label} [${unitOfMetric(metric)}]`;
+}
+
+function unitOfMetric({ unit, units }) {
+  return (units || [])[0] || unit || "1";
 }
 
 // A page without data has no bench.
