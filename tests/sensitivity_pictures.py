@@ -11,7 +11,6 @@ from workbench.study.pictures import (
     pareto_fronts,
     quantile_bands,
     rank_figure,
-    second_order_map,
     sobol_bars,
     tornado_figure,
 )
@@ -55,7 +54,6 @@ def made(note):
         "tornado": lambda: tornado_figure("f", "", tornado_of(lambda u: u[:, 0]), note),
         "morris": lambda: morris_plane("f", "", morris_effects(lambda u: u @ [1, 2, 3]), note),
         "sobol": lambda: sobol_bars("f", "", together, note),
-        "pairs": lambda: second_order_map("f", "", together, note),
         "indices over time": lambda: indices_over_time("f", "", t, course, note),
         "quantiles": lambda: quantile_bands("f", "", t, bands, note, "e [rad]"),
         "fronts": lambda: pareto_fronts("f", "", {"PID": [[1, 2], [2, 1]]}, note, "x", "y"),

@@ -17,7 +17,6 @@ from workbench.study.pictures import (
     pareto_fronts,
     quantile_bands,
     rank_figure,
-    second_order_map,
     sobol_bars,
     tornado_figure,
 )
@@ -177,22 +176,6 @@ def test_a_bar_without_an_interval_is_said_to_have_none():
     without = replace(found, ST=replace(found.ST, half=np.array([[np.nan, 0.01, 0.01]])))
     assert "Where a bar has no interval, it is not known." in words(sobol_bars("f", "", without, NOTE).caption)
     assert "arrow" not in words(sobol_bars("f", "", without, NOTE).caption)
-
-
-def test_a_map_has_each_pair_once_and_is_grey_where_the_interval_holds_zero():
-    found = indices(lambda u: u @ [1, -4, 2] + 9 * u[:, 0] * u[:, 2], second_order=True, base=512)
-    (panel,) = second_order_map("f", "", found, NOTE).panels
-    (cells,) = panel.series
-    assert (panel.xnames, panel.ynames) == (("a", "b"), ("b", "c"))
-    assert np.isnan(cells.values).tolist() == [[False, True], [False, False]]
-    assert cells.values[1, 0] == found.S2.value[0, 1]
-    assert cells.faint.tolist() == [[True, False], [False, True]]
-    assert cells.values[1, 0] == np.nanmax(cells.values)
-
-
-def test_a_map_without_pairs_is_refused():
-    with pytest.raises(ValueError, match="second_order=True"):
-        second_order_map("f", "", indices(lambda u: u @ [1, -4, 2]), NOTE)
 
 
 def test_a_name_may_be_written_as_a_formula():

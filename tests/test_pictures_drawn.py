@@ -12,8 +12,8 @@ from workbench.report.figures.pen import Box, Extent, Pen, extent, folded
 from workbench.report.figures.points import placed
 from workbench.report.figures.rulers import size_of
 from workbench.report.folder import write
-from workbench.study.document.document import Bars, Colophon, Document, Figure, HeatMap, Panel, Points, Section
-from workbench.study.pictures import morris_plane, rank_figure, second_order_map, sobol_bars, tornado_figure
+from workbench.study.document.document import Bars, Colophon, Document, Figure, Panel, Points, Section
+from workbench.study.pictures import morris_plane, rank_figure, sobol_bars, tornado_figure
 
 LONG = tuple(f"controller.model.links[{k}].{what}" for k in range(4) for what in ("mass", "com", "inertia"))
 LONG += tuple(f"the {k}th coefficient of friction of the second joint of the arm μ̂" for k in range(8))
@@ -54,7 +54,6 @@ WORST = {
     "a crowd of numbers": lambda: morris_plane("f", "", morris_effects(steep, LONG), NOTE),
     "all names at one place": lambda: morris_plane("f", "", morris_effects(lambda u: u.sum(axis=1), SHORT), NOTE),
     "two factors far beyond all others": lambda: morris_plane("f", "", morris_effects(outliers, SHORT), NOTE),
-    "a map of twenty": lambda: second_order_map("f", "", indices(steep, LONG, second_order=True, base=8), NOTE),
     "one factor": lambda: sobol_bars("f", "", indices(lambda u: -1e9 - u[:, 0], ("a",)), NOTE),
     "one long word": lambda: rank_figure("f", "", {"w" * 120: [1.0]}, NOTE),
 }
@@ -169,13 +168,10 @@ def test_the_same_picture_gives_the_same_bytes(kind):
     assert draw(made(NOTE)[kind]()) == draw(made(NOTE)[kind]())
 
 
-def test_rows_columns_cells_points_and_bars_are_named_and_numbered(monkeypatch):
+def test_rows_points_and_bars_are_named(monkeypatch):
     def texts(mark, **panel):
         return [said for said, _ in told(Figure("f", "", (Panel("", (mark,), xlabel="", **panel),)), monkeypatch)]
 
-    cells = HeatMap([[0.5, np.nan], [0.25, -0.001]], [[False, False], [True, False]], 0.5)
-    found = texts(cells, xnames=("a", "b"), ynames=("c", "d"))
-    assert sorted(found) == ["0.00", "0.25", "0.50", "a", "b", "c", "d"]
     points = Points("", [1.0, 2.0], [3.0, 4.0], ("a", symbol("K")), xlow=[0.5, np.nan], xhigh=[np.inf, np.nan])
     assert {"a", "$K$"} <= set(texts(points, xlim=(0, 3)))
     bars = Bars("", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0], texts=("x", "y"))

@@ -16,18 +16,18 @@ from markupsafe import Markup
 # in the order in which they need each other
 SCRIPTS = ("curves", "rulers", "figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")
 STYLES = ("live", "figures", "tables", "animation")
-PRINTED = "default-src 'none'; style-src 'unsafe-inline'; font-src data:"  # of a page without scripts
+PRINTED = Markup("default-src 'none'; style-src 'unsafe-inline'; font-src data:")  # of a page without scripts
 
 
 @dataclass(frozen=True)
 class LivePage:
-    """What a page holds beside its print to be live, each part as it stands between its tags."""
+    """The parts of a page beside its print, each as it stands between its tags."""
 
     script: Markup
     worker: Markup
     data: Markup
     style: Markup
-    policy: str
+    policy: Markup
 
 
 def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
@@ -39,10 +39,10 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
         separators=(",", ":"),
     )
     digest = b64encode(sha256(_script().encode()).digest()).decode("ascii")
-    policy = f"{PRINTED}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
+    policy = f"{PRINTED!s}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
     # no text can end the element that holds it
     safe = data.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return LivePage(Markup(_script()), Markup(_text("worker.js")), Markup(safe), Markup(_styles()), policy)
+    return LivePage(Markup(_script()), Markup(_text("worker.js")), Markup(safe), Markup(_styles()), Markup(policy))
 
 
 @cache

@@ -14,7 +14,7 @@ _FILES = {
     "document.document": "Figure Itemize Paragraph Section Table Verdict",
     "evidence.law_tables": "side_by_side",
     "live.knob": "Knob",
-    "pictures": "morris_plane quantile_bands second_order_map sobol_bars tornado_figure",
+    "pictures": "morris_plane quantile_bands sobol_bars tornado_figure",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",
     "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign morris quantiles sobol tornado",

@@ -29,7 +29,6 @@ def calls() -> dict[str, Any]:
         "Bars": partial(
             marks.Bars, "a", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0], 1, 0.5, 0.7, [0.5, 1.0], [2.0, 3.0], ("x", "y")
         ),
-        "HeatMap": partial(marks.HeatMap, [[1.0, np.nan]], [[True, False]], 1.0),
         "Panel": partial(
             marks.Panel, "y", (series,), "x", (0.0, 1.0), (0.5, 1.0), "linear", "log", "t", (0.5,), (0.5,)
         ),
@@ -45,7 +44,6 @@ def calls() -> dict[str, Any]:
         "pareto_fronts": partial(pictures.pareto_fronts, "f", "c", {"a": [[1.0, 2.0], [2.0, 1.0]]}, NOTE, "x", "y"),
         "quantile_bands": partial(pictures.quantile_bands, "f", "c", T, {"a": QUANTILES}, NOTE, "y"),
         "rank_figure": partial(pictures.rank_figure, "f", "c", {"a": [0.5, 0.5], "b": [0.5, 0.5]}, NOTE),
-        "second_order_map": partial(pictures.second_order_map, "f", "c", INDICES, NOTE, labels=LABELS),
         "sobol_bars": partial(pictures.sobol_bars, "f", "c", INDICES, NOTE, labels=LABELS),
         "standings_figure": partial(pictures.standings_figure, "f", "c", {"s": {"median": COMPARISON}}, "median"),
         "tornado_figure": partial(pictures.tornado_figure, "f", "c", TORNADO, NOTE, "rad", labels=LABELS),

@@ -20,7 +20,7 @@ from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
 
 MODULES = ("workbench.study", "workbench.study.tuning")
-IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "second_order_map", "sobol", "sobol_bars",
+IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
             "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
 
 
@@ -103,6 +103,7 @@ def calls() -> dict[str, Any]:
         "Factor.of": partial(Factor.of, given, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
+        "Knob": partial(study.Knob, "k", ("k",), 0.5, 4.0, True, "stated", False),
         "LatinHypercube": partial(study.LatinHypercube, 2, 24, 3),
         "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
         "LocalSensitivities": partial(local.local_sensitivities, LOOP.ode(), METRICS, ["k"], until=1.0, h=0.1),
@@ -131,6 +132,7 @@ def calls() -> dict[str, Any]:
             1,
             (SWEEP,),
             (TUNING,),
+            (study.Knob("k", "k", 0.5, 4.0),),
         ),
         "Run": partial(Run, LOOP, METRICS, 1.0, 0.5, 0.05, 0.1, 1),
         "Sweep": partial(Sweep, "decay", RUN, (FACTOR,), MonteCarlo(1, 24), True, 8, 16),

@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from workbench.report.figures.boxes import draw_bars, draw_map, draw_tiles, fill_box
+from workbench.report.figures.boxes import draw_bars, draw_tiles, fill_box
 from workbench.report.figures.pen import DIGIT, NUMBER, Box, Pen, extent
 from workbench.report.figures.points import draw_points
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LINES, MARKS, PAD, POINTS_LOOK, SMALL_LETTERS, TICK, layer_of, line_of
-from workbench.study.document.figure import Band, Bars, HeatMap, Mark, Panel, Points, Series, Tiles
+from workbench.study.document.figure import Band, Bars, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}
@@ -112,8 +112,6 @@ def draw_curves(
                 draw_bars(pen, box, bars, x, y)
             case Points() as points:
                 draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
-            case HeatMap() as cells:
-                draw_map(pen, box, cells, x, y)
             case Tiles() as tiles:
                 draw_tiles(pen, box, tiles, x, y)
 

@@ -14,7 +14,7 @@ from matplotlib.colors import to_hex, to_rgb
 from workbench.report.figures.pen import DIGIT, INK, Box, Pen, edges, extent
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS
-from workbench.study.document.figure import Bars, HeatMap, Style, Tiles
+from workbench.study.document.figure import Bars, Style, Tiles
 from workbench.validation.refusals import Array
 
 CAP = 2.0  # points: half of the mark at the end of an interval
@@ -30,7 +30,6 @@ CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked
 STRIPE = 3.6  # points between the lines of a hatch
 OUTLINE = {"color": GREY, "linewidth": 0.4}
 HATCH = "#8c8c8c"
-FAINT = "#777777"  # what is printed and does not count
 
 
 def tint(style: Style, shade: float) -> str:
@@ -178,27 +177,3 @@ def _hatch(pen: Pen, tile: Box) -> None:
     x = np.column_stack([tile.left + low, tile.left + high, gaps]).ravel()
     y = np.column_stack([tile.bottom + low - starts, tile.bottom + high - starts, gaps]).ravel()
     pen.line(x, y, {"color": HATCH, "linewidth": 0.5}, tile)
-
-
-def draw_map(pen: Pen, box: Box, held: HeatMap, x: Ruler, y: Ruler) -> None:
-    """Cells with their numbers, which are as large as the cells allow."""
-    faint = np.asarray(held.faint)
-    shades = np.clip(np.where(faint, 0.0, np.nan_to_num(held.values)) / held.most, 0, 1)
-    texts = {(i, j): _number(value) for (i, j), value in np.ndenumerate(held.values) if np.isfinite(value)}
-    width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
-    widest = max((extent(text, 10.0).width for text in texts.values()), default=1.0) / 10
-    size = min(SMALL_LETTERS, 0.86 * width / widest, 0.75 * height)
-    for (i, j), text in texts.items():
-        across, up = box.at(float(x.share(j)), float(y.share(i)))
-        cell = edges(across - width / 2, up - height / 2, across + width / 2, up + height / 2)
-        shade = float(shades[i, j])
-        pen.area(*cell, tint(0, shade))
-        pen.line(*cell, OUTLINE)
-        color = FAINT if faint[i, j] else ink_on(0, shade)
-        pen.words(text, across - extent(text, size).width / 2, up - DIGIT * size / 2, size, color=color)
-
-
-def _number(value: float) -> str:
-    """A number with two decimals, without a sign if it rounds to zero."""
-    text = f"{value:.2f}"
-    return text.lstrip("-") if float(text) == 0 else text.replace("-", "−")

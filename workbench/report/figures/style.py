@@ -9,7 +9,7 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.document.figure import Band, Bars, Figure, HeatMap, Panel, Series, Style, Tiles
+from workbench.study.document.figure import Band, Bars, Figure, Panel, Series, Style, Tiles
 from workbench.validation.refusals import Array
 
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
@@ -94,7 +94,7 @@ def layer_of(i: int, panel: Panel) -> float:
     """The layer of a mark: areas below lines, references below all laws, bounds above them, the first law on top."""
     mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
     layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
-    return layer - 0.9 if isinstance(mark, Band | Bars | HeatMap | Tiles) else layer
+    return layer - 0.9 if isinstance(mark, Band | Bars | Tiles) else layer
 
 
 def line_of(series: Series, y: Array) -> dict[str, Any]:

@@ -132,32 +132,6 @@ class Points:
 
 @dataclass(frozen=True, eq=False)
 @door
-class HeatMap:
-    """Numbers (r, c) printed in cells that are the darker the larger they are, in a panel that names both its sides.
-
-    A NaN leaves its cell empty. A cell that is `faint` (r, c), as one whose interval holds zero, is printed in grey on
-    white. `most` is the number of the darkest cell.
-    """
-
-    values: Array
-    faint: Any
-    most: float
-
-    label: ClassVar[Label] = ""
-    style: ClassVar[Style] = 0
-
-    def __post_init__(self) -> None:
-        if self.values.ndim != 2 or not self.values.size:
-            raise refusal("HeatMap(values=...)", "numbers (r, c), a row for each row of cells", self.values)
-
-    @property
-    def spans(self) -> Spans:
-        """The numbers along either axis."""
-        return _around(self.values)
-
-
-@dataclass(frozen=True, eq=False)
-@door
 class Tiles:
     """Texts (r, c), each of some lines, in tiles of a panel that names its rows, as dark as their shades from 0 to 1.
 
@@ -195,7 +169,7 @@ class Tiles:
         return max(len(text) for row in self.texts for text in row)
 
 
-Mark: TypeAlias = Series | Band | Bars | Points | HeatMap | Tiles
+Mark: TypeAlias = Series | Band | Bars | Points | Tiles
 
 
 def _around(cells: Array) -> Spans:

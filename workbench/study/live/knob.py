@@ -76,6 +76,7 @@ class Knob:
         log = isinstance(factor.distribution, LogUniform)
         return Knob(factor.name, factor.paths, low, high, log, factor.origin, factor.share)
 
+    @door
     def together(self, other: Knob) -> Knob:
         """One knob with the paths and the ranges of two of one name."""
         paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
@@ -106,10 +107,12 @@ class Knob:
         space = Space((replace(self.factor, paths=there),), step.parameters, step.states)
         return tuple(int(place) for place in space.places[0])
 
+    @door
     def value(self, step: Step, p: Array, x0: Array) -> float:
         """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
         return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
 
+    @door
     def unit(self, step: Step) -> str:
         """The unit of the numbers that it moves; that of a share is 1."""
         entries = (*step.parameters.entries, *step.states.entries)

@@ -33,7 +33,7 @@ scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
 
 @door
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
-    """What the page of a study needs to run its loops again, as plain data; None where nothing can be turned.
+    """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
     A loop that no browser can run stays printed, and the data say why. `script` is the file of the study, for the
     lines that compute the same in Python.

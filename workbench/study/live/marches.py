@@ -17,7 +17,7 @@ from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
 
-@dataclass
+@dataclass(frozen=True)
 class Modules:
     """The modules of a page, each once, packed as the page holds them."""
 

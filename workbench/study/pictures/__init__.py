@@ -6,7 +6,7 @@ runs, seed, step error); it knows nothing of how they are drawn. Read `captions`
 
 from workbench.study.pictures.law_pictures import budget_curves, pareto_fronts, quantile_bands
 from workbench.study.pictures.screening_pictures import morris_plane, tornado_figure
-from workbench.study.pictures.sobol_pictures import indices_over_time, second_order_map, sobol_bars
+from workbench.study.pictures.sobol_pictures import indices_over_time, sobol_bars
 from workbench.study.pictures.standings_pictures import rank_figure, standings_figure
 
 __all__ = [
@@ -16,7 +16,6 @@ __all__ = [
     "pareto_fronts",
     "quantile_bands",
     "rank_figure",
-    "second_order_map",
     "sobol_bars",
     "standings_figure",
     "tornado_figure",

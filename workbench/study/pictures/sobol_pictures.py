@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.study.document.figure import Band, Bars, Figure, HeatMap, Panel, Series
+from workbench.study.document.figure import Band, Bars, Figure, Panel, Series
 from workbench.study.document.phrases import Column, Phrase
 from workbench.study.pictures.captions import (
     BEYOND,
@@ -27,8 +27,6 @@ from workbench.validation.signatures import door
 
 UNKNOWN = "Where a bar has no interval, it is not known."
 BAR = 0.36  # of a row: the thickness of the bar of one index
-DARKEST = 0.1  # the least index whose cell may be as dark as can be
-ALONE = "Grey: the interval holds 0, so that these runs are too few to tell it from 0."
 EDGE = "An interval that reaches the edge goes on beyond the axes."
 FEW_BANDS = "Intervals are drawn of the three factors with the largest ST alone, so that they can be told apart."
 BANDED = 3  # curves with a band
@@ -95,52 +93,6 @@ def _intervals(single: list[SobolIndices], scale: tuple[float, float]) -> tuple[
 def _cells(indices: SobolIndices, place: tuple[int, ...]) -> tuple[float | None, ...]:
     """S1 and ST at a place, each with half of its interval."""
     return tuple(number(part[place]) for e in (indices.S1, indices.ST) for part in (e.value, e.half))
-
-
-@door
-def second_order_map(
-    name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None
-) -> Figure:
-    """S2 of every pair of factors in a cell, the darker the larger; grey where its interval holds 0; a panel an output.
-
-    Raises
-    ------
-    ValueError
-        If the note is empty, or there are no pairs.
-    """
-    if indices.S2 is None or not indices.pairs:
-        what = "without second order" if indices.S2 is None else "of one factor"
-        raise ValueError(
-            f"`second_order_map('{name}')` needs indices of pairs of factors; got indices {what}. Draw the runs with "
-            "`SobolDesign(..., second_order=True)` over two factors or more."
-        )
-    single = [(one, one.S2) for one in each(indices) if one.S2 is not None]
-    rows = (
-        (one.names[0], one.factors[i], one.factors[j], number(S2.value[k]), number(S2.half[k]))
-        for one, S2 in single
-        for k, (i, j) in enumerate(one.pairs)
-    )
-    heads = ("output", "factor", "with", "S2", "S2 (half-interval)")
-    panels = (_map(one, S2, labels, titled=len(indices.names) > 1) for one, S2 in single)
-    return picture("second_order_map", name, caption, note, panels, heads, rows, (*refusals(indices), ALONE))
-
-
-def _map(one: SobolIndices, S2: Estimate, labels: Labels, titled: bool) -> Panel:
-    """The map of S2, with rows for all factors but the first and columns for all but the last."""
-    d = len(one.factors)
-    values, faint = np.full((d - 1, d - 1), np.nan), np.zeros((d - 1, d - 1), dtype=bool)
-    for k, (i, j) in enumerate(one.pairs):
-        values[j - 1, i] = S2.value[k]
-        faint[j - 1, i] = not (S2.low[k] > 0 or S2.high[k] < 0)
-    names = tuple(label_of(factor, labels) for factor in one.factors)
-    return Panel(
-        "",
-        (HeatMap(values, faint, max(DARKEST, float(S2.value.max()))),),
-        xlabel="",
-        title=label_of(one.names[0], labels) if titled else "",
-        xnames=names[:-1],
-        ynames=names[1:],
-    )
 
 
 @door
