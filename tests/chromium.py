@@ -20,7 +20,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -110,9 +110,7 @@ class Browser:
         """End the browser and all its processes."""
         os.close(self.send_to)
         os.close(self.read_from)
-        with_group = os.getpgid(self.process) == self.process
-        if with_group:
-            os.killpg(self.process, signal.SIGKILL)
+        os.killpg(self.process, signal.SIGKILL)
         os.waitpid(self.process, 0)
 
 
@@ -121,8 +119,8 @@ class Page:
 
     def __init__(self, browser: Browser) -> None:
         self.browser = browser
-        target = browser.call("Target.createTarget", url="about:blank")["targetId"]
-        self.session = browser.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.target = browser.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = browser.call("Target.attachToTarget", targetId=self.target, flatten=True)["sessionId"]
         for room in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{room}.enable")
 
@@ -142,7 +140,8 @@ class Page:
 
     def told(self, method: str) -> list[dict[str, Any]]:
         """What this page has told of one kind."""
-        return [event["params"] for event in self.browser.events if event["method"] == method]
+        mine = (event for event in self.browser.events if event.get("sessionId") == self.session)
+        return [event["params"] for event in mine if event["method"] == method]
 
     @property
     def complaints(self) -> list[str]:
@@ -220,15 +219,24 @@ class Page:
 
 
 @contextmanager
-def open_page(path: Path | None = None, fragment: str = "", width: int = 1100, height: int = 800) -> Iterator[Page]:
-    """A page of a file in a browser of its own."""
+def open_browser() -> Iterator[Browser]:
+    """A browser with an empty profile."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         browser = Browser(folder)
         try:
-            page = Page(browser)
-            page.size(width, height)
-            if path is not None:
-                page.open(path.resolve().as_uri() + fragment)
-            yield page
+            yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def open_page(
+    path: Path, fragment: str = "", width: int = 1100, height: int = 800, browser: Browser | None = None
+) -> Iterator[Page]:
+    """A page of a file, in a browser of its own if none is given."""
+    with nullcontext(browser) if browser else open_browser() as within:
+        page = Page(within)
+        page.size(width, height)
+        page.open(path.resolve().as_uri() + fragment)
+        yield page
+        within.call("Target.closeTarget", targetId=page.target)

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from arms import arm_instruments
-from chromium import needs_chromium, open_page
+from chromium import needs_chromium, open_browser, open_page
 from live_pages import data_of, write_page
 
 from studies.paper.laws import rival
@@ -40,9 +40,15 @@ def path(data, tmp_path_factory):
     return write_page(tmp_path_factory.mktemp("live"), data)
 
 
+@pytest.fixture(scope="module")
+def browser():
+    with open_browser() as browser:
+        yield browser
+
+
 @pytest.fixture
-def page(path):
-    with open_page(path) as page:
+def page(path, browser):
+    with open_page(path, browser=browser) as page:
         yield page
 
 
@@ -104,7 +110,7 @@ def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
     assert "diverged at" in page.value("document.querySelector('.bench-voice').textContent")
 
 
-def test_noise_and_long_strides_keep_the_bits(tmp_path):
+def test_noise_and_long_strides_keep_the_bits(tmp_path, browser):
     noisy = rival("FS", "PID").digital(
         2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=400.0)
     )
@@ -112,7 +118,7 @@ def test_noise_and_long_strides_keep_the_bits(tmp_path):
     data = data_of({("FS", "PID"): noisy}, 1e-3, 6.0, 6.0, knobs, seed=3)
     assert data["loops"][0]["normals"] > 0
     assert data["loops"][0]["fine"]["stride"] > 2000
-    with open_page(write_page(tmp_path, data)) as page:
+    with open_page(write_page(tmp_path, data), browser=browser) as page:
         opened(page)
         page.value("livePage.bench.sow('18446744073709551615')")
         page.until(IDLE)
@@ -175,9 +181,9 @@ def test_escape_closes_the_bench_and_gives_the_focus_back(page):
     assert page.value("document.getElementById('bench-panel').hidden")
 
 
-def test_a_link_shows_what_its_sender_saw(path):
+def test_a_link_shows_what_its_sender_saw(path, browser):
     fragment = "#knobs=phi:0.2,gain%3A%20K:7.5&scenario=SS"
-    with open_page(path, fragment) as page:
+    with open_page(path, fragment, browser=browser) as page:
         page.until(IDLE)
         assert page.value("[...livePage.views.keys()]") == [2]
         assert page.value("livePage.state.values.slice(0, 2)") == [0.2, 7.5]
@@ -222,17 +228,17 @@ def test_what_is_written_into_the_address_is_read_from_it(page):
     )
 
 
-def test_a_module_that_is_broken_leaves_the_page_as_printed(data, tmp_path):
+def test_a_module_that_is_broken_leaves_the_page_as_printed(data, tmp_path, browser):
     broken = data | {"modules": ["AAAA" for _ in data["modules"]]}
-    with open_page(write_page(tmp_path, broken)) as page:
+    with open_page(write_page(tmp_path, broken), browser=browser) as page:
         opened(page)
         page.until("livePage.failed")
         assert "stays as printed" in page.value("document.querySelector('.bench-status').textContent")
         assert page.value("Object.keys(shown).length") == 0
 
 
-def test_a_worker_that_fails_leaves_the_page_as_printed(path):
-    with open_page(path) as page:
+def test_a_worker_that_fails_leaves_the_page_as_printed(path, browser):
+    with open_page(path, browser=browser) as page:
         page.value("livePage.source = 'onmessage = () => { throw new Error(1); };'")
         opened(page)
         page.until("livePage.failed")
@@ -296,9 +302,9 @@ def test_a_copied_link_holds_the_last_turn(page, path):
     assert page.value("livePage.bench.link()") == path.resolve().as_uri() + "#knobs=gain%3A%20K:7.5"
 
 
-def test_a_long_run_grows_before_it_is_done(tmp_path):
+def test_a_long_run_grows_before_it_is_done(tmp_path, browser):
     data = data_of({("FS", "SMC"): LOOPS["FS", "SMC"]}, 5e-5, 60.0, 0.1, KNOBS[:2])
-    with open_page(write_page(tmp_path, data)) as page:
+    with open_page(write_page(tmp_path, data), browser=browser) as page:
         opened(page)
         page.value(
             "(() => { window.grown = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {"
@@ -313,9 +319,9 @@ def test_a_long_run_grows_before_it_is_done(tmp_path):
         assert [rows for rows, *_ in early] == sorted({rows for rows, *_ in early})
 
 
-def test_the_plant_moves_beside_its_printed_run(data, tmp_path):
+def test_the_plant_moves_beside_its_printed_run(data, tmp_path, browser):
     drawn = [loop | {"drawing": {"shapes": [], "first": 1, "places": 2}} for loop in data["loops"]]
-    with open_page(write_page(tmp_path, data | {"loops": drawn})) as page:
+    with open_page(write_page(tmp_path, data | {"loops": drawn}), browser=browser) as page:
         opened(page)
         page.value("document.querySelector('.bench-motion').open = true")
         page.until("window.animation && animation.frames")
