@@ -53,7 +53,8 @@ class Browser:
     """A browser that was started, and the pipes to it."""
 
     def __init__(self, folder: str) -> None:
-        self.count, self.rest, self.events = 0, b"", []
+        self.count, self.rest = 0, b""
+        self.events: list[dict[str, Any]] = []
         here_out, there_in = self._pipe()
         there_out, here_in = self._pipe()
         self.send_to, self.read_from = there_in, there_out
@@ -117,9 +118,9 @@ class Browser:
 class Page:
     """A page in a browser, which a test looks at, listens to, and turns."""
 
-    def __init__(self, browser: Browser) -> None:
+    def __init__(self, browser: Browser, target: str | None = None) -> None:
         self.browser = browser
-        self.target = browser.call("Target.createTarget", url="about:blank")["targetId"]
+        self.target = target or browser.call("Target.createTarget", url="about:blank")["targetId"]
         self.session = browser.call("Target.attachToTarget", targetId=self.target, flatten=True)["sessionId"]
         for room in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{room}.enable")
@@ -137,6 +138,16 @@ class Page:
             if time.monotonic() > end:
                 raise TimeoutError(f"{address} was not there in {PATIENCE:g} s")
             self.browser.listen(0.1)
+
+    def frame(self) -> Page:
+        """The page in its sandboxed frame, which is a page of its own."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            for info in self.browser.call("Target.getTargets")["targetInfos"]:
+                if info["type"] == "iframe":
+                    return Page(self.browser, info["targetId"])
+            time.sleep(0.02)
+        raise TimeoutError(f"no frame in {PATIENCE:g} s")
 
     def told(self, method: str) -> list[dict[str, Any]]:
         """What this page has told of one kind."""

@@ -10,6 +10,7 @@ from arms import arm_instruments
 from chromium import needs_chromium, open_browser, open_page
 from live_pages import data_of, write_page
 
+import workbench as wb
 from studies.paper.laws import rival
 from workbench import metrics
 from workbench.metrics.accumulators import final_values, maker, resolved
@@ -350,3 +351,40 @@ def test_each_control_has_a_name_that_is_read_aloud(page):
     assert [role for role, name in controls if not name] == []
     assert ("slider", "phi") in controls
     assert ("button", "phi: reset to the printed 0.01") in controls
+
+
+@pytest.fixture(scope="module")
+def small():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    return wb.live(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1)), until=2.0)
+
+
+def moves(page):
+    page.until("typeof livePage !== 'undefined'")
+    page.value("livePage.bench.open()")
+    page.value("livePage.bench.knobs[0].turn(500)")
+    page.until(IDLE)
+    page.until(
+        "document.querySelector('svg.live .live-series') !== null && document.querySelector('.live-number') !== null"
+    )
+    assert page.complaints == []
+
+
+def test_a_page_as_it_is_written_moves_under_its_own_policy(small, tmp_path, browser):
+    path = small.write(tmp_path / "small.html")
+    with open_page(path, browser=browser) as page:
+        moves(page)
+        assert page.requests == [path.resolve().as_uri()]
+        page.value("livePage.bench.reset()")
+        page.until("!document.querySelector('svg.live') && !document.querySelector('.live-number')")
+
+
+def test_a_page_in_the_frame_of_a_notebook_moves_and_stays_there(small, tmp_path, browser):
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!DOCTYPE html><title>A notebook</title>{small._repr_html_()}", "utf-8")
+    with open_page(path, browser=browser) as page:
+        frame = page.frame()
+        moves(frame)
+        assert frame.until("location.hash") == "#knobs=controller.Kp:500"
+        assert frame.value("location.href.startsWith('about:srcdoc')")
