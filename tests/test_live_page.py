@@ -161,6 +161,20 @@ def test_the_newest_ticket_wins(page):
     assert len(set(done)) < 30
 
 
+def test_who_turns_back_at_once_sees_the_run_of_where_they_are(page):
+    opened(page)
+    turned(page, knob1=7.0)
+    there = page.value(BYTES % 0)
+    page.value(
+        "(() => { const hear = livePage.hear.bind(livePage); livePage.hear = (view) => { hear(view);"
+        " if (view.done && livePage.state.values[1] === 40) livePage.bench.knobs[1].turn(7); };"
+        " livePage.bench.knobs[1].turn(40); })()"
+    )
+    page.until(f"livePage.state.values[1] === 7 && {IDLE}")
+    page.until("livePage.views.get(0).fine === '1:7'")
+    assert page.value(BYTES % 0) == there
+
+
 def test_a_slider_turns_by_keys_and_stops_at_the_printed_value(page):
     opened(page)
     printed = page.value("livePage.data.knobs[1].value")

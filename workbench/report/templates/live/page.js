@@ -91,7 +91,8 @@ class LivePage {
   }
 
   crew() {
-    this.pool ||= new Pool(this.data, this.source, (view) => this.hear(view), (error) => this.fail(error));
+    const hear = (view) => this.guarded(() => this.hear(view));
+    this.pool ||= new Pool(this.data, this.source, hear, (error) => this.fail(error));
     return this.pool;
   }
 
@@ -167,10 +168,10 @@ class LivePage {
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
-    const shown = { ...this.views.get(place), ...view, turnedAt: this.turnedAt };
+    const shown = { ...this.views.get(place), ...view, fine: null };
     if (view.done) {
       if (view.phase === "coarse") shown.coarse = view.ends;
-      else shown.fine = flight.keys.get(place);
+      else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
       shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
       flight.rough.delete(place);
       if (view.phase === "fine") flight.fine.delete(place);
@@ -210,7 +211,7 @@ class LivePage {
       else this.away.add(name);
     }
     if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
-    this.drawn = performance.now();
+    this.drawn = performance.now(); // for those who measure how soon a turn is seen
   }
 
   drawNumbers(place, view) {
@@ -219,7 +220,7 @@ class LivePage {
     if (!view || view.done) this.motion.load(place);
   }
 
-  // A fault while something is drawn ends all that is live.
+  // A fault ends all that is live.
   guarded(call) {
     try {
       call();
