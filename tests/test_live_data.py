@@ -220,3 +220,5 @@ def test_the_numbers_of_a_page_are_those_of_the_fused_arithmetic_to_a_billionth_
 def test_a_law_that_jumps_is_said_to():
     made = comparison("FS")[0]
     assert switches(equations_of(made.run.loop, "aosmc"))
+    square = next(one for one in comparison("SS") if one.law == "PID")
+    assert not switches(equations_of(square.run.loop, "pid"))  # whose reference jumps, at its own times

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step, rk4
+from workbench.simulate.kernel.graph import Level
 from workbench.simulate.kernel.plan import Plan, pass_of
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
@@ -69,9 +70,9 @@ def watched(step: Step, expressions: ca.SX) -> Step:
 
 
 def switches(equation: Ode | Sampled) -> bool:
-    """True if an equation jumps where a comparison turns: there the rounding of an operation may decide when."""
-    step = rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step()
-    return any(node.op in JUMPS for node in pass_of(step).nodes)
+    """True if an equation jumps where a comparison of states turns: there rounding may decide when."""
+    graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step())
+    return any(node.op in JUMPS and level is Level.STATE for node, level in zip(graph.nodes, graph.levels, strict=True))
 
 
 def coarse_and_fine(outcome: Outcome) -> tuple[Step, Step]:

@@ -126,6 +126,17 @@ class KnobControl {
 }
 
 // The region with all controls. It is empty until it is opened first; then `opened` fills it.
+// How the numbers of this page are rounded beside the printed ones, and who made them.
+function roundingOf(data) {
+  const laws = [...new Set(data.loops.filter((loop) => loop && loop.switches).map((loop) => loop.law))];
+  const named = laws.length > 4 ? [...laws.slice(0, 3), `${laws.length - 3} more`] : laws;
+  const made = `Computed in this page by its own kernel of workbench ${data.version}`;
+  const how = "it rounds each product by itself, where the print fuses it with its sum. Both agree to a billionth";
+  const when = "there rounding decides when, and both agree within the error of the step";
+  const jumps = `except where a law jumps (${named.join(", ")}): ${when}`;
+  return `${made}: ${how}${laws.length ? `, ${jumps}` : ""}.`;
+}
+
 class Bench {
   constructor(opened) {
     this.opened = opened;
@@ -202,6 +213,7 @@ class Bench {
       const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay as printed: ";
       this.body.append(part("p", { class: "bench-refused" }, words, ...list, "."));
     }
+    this.body.append(part("p", { class: "bench-refused" }, roundingOf(data)));
     this.panel.append(this.body, part("div", { class: "bench-foot" }, buttons, this.copied));
     this.show(state);
   }
