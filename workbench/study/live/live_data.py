@@ -35,8 +35,8 @@ scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
-    A loop that no browser can run stays printed, and the data say why; all of them do where llvmlite is missing. `script` is the file of the study, for the
-    lines that compute the same in Python.
+    A loop that no browser can run stays printed, and the data say why; all of them do where llvmlite is missing.
+    `script` is the file of the study, for the lines that compute the same in Python.
 
     Raises
     ------
