@@ -1,6 +1,10 @@
 """The data of a live page: which numbers can be turned, which curves and cells move, and the loops that move them."""
 
 import json
+import re
+from base64 import b64encode
+from dataclasses import replace
+from hashlib import sha256
 
 import casadi as ca
 import numpy as np
@@ -11,6 +15,7 @@ import workbench as wb
 from studies.a1_paper_tables.study import comparison
 from workbench.metrics.contract import Integral
 from workbench.metrics.value_program import Program
+from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
 from workbench.study.contract import equations_of
 from workbench.study.document.document import Column, Figure, Measured, Panel, Section, Series, Table
@@ -222,3 +227,25 @@ def test_a_law_that_jumps_is_said_to():
     assert switches(equations_of(made.run.loop, "aosmc"))
     square = next(one for one in comparison("SS") if one.law == "PID")
     assert not switches(equations_of(square.run.loop, "pid"))  # whose reference jumps, at its own times
+
+
+def test_the_names_of_a_live_page_are_data_and_end_no_element():
+    hostile = "</script><script>alert(1)</script>\u2028<!--"
+    study = Study("small", "T", "Q?", "M.", page, cases=(case(hostile),), live=(replace(KP, name=hostile),))
+    results = case_runs.run(study)
+    document = writeup.document(study, results, "command")
+    text = html(document, live=live_data(study, results, document, script=hostile))
+    assert text.count("<script") == text.count("</script>") == 3
+    held = json.loads(re.search(r'<script type="application/json" id="live">(.*?)</script>', text, re.DOTALL)[1])
+    assert held["knobs"][0]["name"] == held["loops"][0]["law"] == hostile
+    digest = b64encode(sha256(re.search(r"<script>(.*?)</script>", text, re.DOTALL)[1].encode()).digest()).decode()
+    assert f"script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:" in text
+    assert re.search(r"\son[a-z]+=|javascript:|https?://(?!www\.w3\.org)", text) is None
+
+
+def test_a_page_without_knobs_has_no_script():
+    study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=None)
+    results = case_runs.run(study)
+    text = html(writeup.document(study, results, "command"), live=None)
+    assert "<script" not in text
+    assert "data-cell" not in text
