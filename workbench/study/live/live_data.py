@@ -15,7 +15,7 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
-from workbench.study.live.links import Curve, cells, curves
+from workbench.study.live.links import Curve, LiveCell, LiveMark, cells, curves, marks
 from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
@@ -45,8 +45,9 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    all_curves, all_cells = tuple(curves(document, results.outcomes)), tuple(cells(document, results.outcomes))
-    used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
+    all_curves = tuple(curves(document, results.outcomes))
+    scored: list[LiveCell | LiveMark] = [*cells(document, results.outcomes), *marks(document, results.outcomes)]
+    used = sorted({link.loop for link in all_curves} | {link.loop for link in scored})
     outcomes = [results.outcomes[k] for k in used]
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
     knobs = study.live or offered(study, [*steps.values()])
@@ -67,7 +68,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         live_places[k] = len(loops)
         loops.append(made)
         live_curves += shown
-    live_cells = (replace(cell, loop=live_places[cell.loop]) for cell in all_cells if cell.loop in live_places)
+    live = [replace(link, loop=live_places[link.loop]) for link in scored if link.loop in live_places]
     return {
         "format": FORMAT,
         "study": study.name,
@@ -77,7 +78,8 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "loops": loops,
         "modules": list(modules.packed.values()),
         "curves": [asdict(curve) for curve in live_curves],
-        "cells": [asdict(cell) for cell in live_cells],
+        "cells": [asdict(link) for link in live if isinstance(link, LiveCell)],
+        "marks": [asdict(link) for link in live if isinstance(link, LiveMark)],
         "refused": refused,
     }
 
