@@ -123,6 +123,11 @@ def test_a_run_without_a_number_has_a_word_in_the_place_of_its_bar(page, value, 
     assert set(page.value("pinned()")) == {"010", "101"}
 
 
+def test_a_number_without_a_logarithm_is_written_in_the_place_of_its_point(page):
+    page.value("figure.show([], [point(0, 'y', -0.5), point(1, 'y', 0)])")
+    assert page.value("words()") == ["−0.5", "0"]
+
+
 def test_a_grown_ruler_takes_printed_bars_their_texts_and_their_intervals_along(page, sheet):
     page.value("figure.show([], [bar(0, 3)])")
     low, high = page.value("[figure.panels[0].x.low, figure.panels[0].x.high]")

@@ -63,7 +63,7 @@ class LiveMark {
   drawBar(x, y, { left, width }) {
     const { look, index } = this, value = this.numbers.x, inside = (at) => Math.min(left + width, Math.max(left, at));
     const start = inside(x.at(look.starts[index])), end = inside(x.at(value)), middle = y.at(look.places[index]);
-    if (!(Number.isFinite(value) && Number.isFinite(end))) return this.say(value, start, middle, look.color);
+    if (!(Number.isFinite(value) && Number.isFinite(end))) return this.say(value, start, middle);
     const half = LIVE_THICKNESS * Math.abs(y.at(look.thick) - y.at(0)) / 2;
     const foot = coordinate(middle + half), head = coordinate(middle - half);
     const path = `M${coordinate(start)} ${foot}H${coordinate(end)}V${head}H${coordinate(start)}z`;
@@ -81,7 +81,7 @@ class LiveMark {
     const { look, index, numbers } = this, printed = [x.at(look.x[index]), y.at(look.y[index])];
     const now = [x.at(numbers.x ?? look.x[index]), y.at(numbers.y ?? look.y[index])];
     const odd = [numbers.x, numbers.y].find((number) => number !== undefined && !Number.isFinite(number));
-    if (odd !== undefined || !now.every(Number.isFinite)) return this.say(odd ?? NaN, ...printed, look.color);
+    if (odd !== undefined || !now.every(Number.isFinite)) return this.say(odd ?? numbers.x ?? numbers.y, ...printed);
     const path = `M${printed.map(coordinate).join(" ")}L${now.map(coordinate).join(" ")}`;
     svgElement("path", { d: path, style: `fill: none; stroke: ${look.color}; stroke-width: 0.6` }, this.element);
     const mark = this.element.appendChild(this.sample.cloneNode());
@@ -89,11 +89,11 @@ class LiveMark {
     mark.setAttribute("y", coordinate(now[1]));
   }
 
-  // A word in the place of a number that is not finite.
-  say(value, x, y, color) {
-    const size = WORD_SIZE * this.size, word = value === Infinity ? "never" : "diverged";
-    const written = writeNumber(word, "", x + BESIDE_MARK, y + DIGIT_HEIGHT * size / 2, size, "start", this.element);
-    written.setAttribute("style", `fill: ${color}`);
+  // A word in the place of a number that is not finite; one that has no logarithm is written.
+  say(value, x, y) {
+    const size = WORD_SIZE * this.size, odd = value === Infinity ? "never" : "diverged";
+    const word = Number.isFinite(value) ? withMinus(Number(value.toPrecision(3))) : odd;
+    writeNumber(word, "", x + BESIDE_MARK, y + DIGIT_HEIGHT * size / 2, size, "start", this.element);
   }
 
   remove() {
