@@ -61,6 +61,11 @@ class LiveMark:
     number: int
 
 
+def links(document: Document, outcomes: Sequence[Outcome]) -> list[Curve | LiveCell | LiveMark]:
+    """All that is live in a document of these outcomes."""
+    return [*curves(document, outcomes), *cells(document, outcomes), *marks(document, outcomes)]
+
+
 def curves(document: Document, outcomes: Sequence[Outcome]) -> Iterator[Curve]:
     """Each series that is a signal of an outcome over the time, or over another signal, of the one with its label."""
     held = [_Signals(outcome) for outcome in outcomes]
