@@ -133,6 +133,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
         "modules": list(modules),
         "curves": curves,
         "cells": [],
+        "marks": [],
         "plates": {curve["figure"]: {} for curve in curves},
         "python": "import workbench as wb\nrun({case}, {values}, {seed})\n",
     }

@@ -18,7 +18,7 @@ from workbench.metrics.value_program import Program
 from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
 from workbench.study.contract import equations_of
-from workbench.study.document.document import Column, Figure, Measured, Panel, Section, Series, Table
+from workbench.study.document.document import Bars, Column, Figure, Measured, Panel, Points, Section, Series, Table
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
@@ -75,6 +75,54 @@ def test_a_cell_is_live_if_it_is_a_score_with_its_error():
         (1, 1, 1, 0),
         (1, 2, 1, 1),
     ]
+
+
+def panels_of(*panels):
+    """The sections of a page with one figure of panels, each made from the outcomes."""
+    return lambda results: [Section("All", (Figure("f", "F.", tuple(make(results.outcomes) for make in panels)),))]
+
+
+def bars_of(*names, label="ours", metric="RMSE"):
+    """A panel with a bar of a score for each law, and another bar beside it that is none."""
+
+    def panel(outcomes):
+        ends = np.array([outcome.score(metric, 0)[0] for outcome in outcomes])
+        rows, start = np.arange(len(ends)), np.zeros(len(ends))
+        marks = Bars("printed", rows - 0.2, 1.01 * ends, start), Bars(label, rows + 0.2, ends, start)
+        return Panel("", marks, f"{metric} [1]", ynames=names)
+
+    return panel
+
+
+TWINS = (case(), case("stiffer PI", 100.0))  # whose scores have the same bits
+SHARE = (Knob("K", "controller.Kp", 0.1, 10.0, share=True),)
+
+
+def test_a_bar_is_live_if_its_end_is_a_score_of_the_law_of_its_row():
+    data = data_of(*TWINS, live=SHARE, sections=panels_of(bars_of("stiffer PI", "PI")))
+    assert [(mark["series"], mark["index"], mark["loop"]) for mark in data["marks"]] == [(1, 0, 1), (1, 1, 0)]
+    assert {(mark["figure"], mark["panel"], mark["axis"], mark["metric"]) for mark in data["marks"]} == {
+        ("f", 0, "x", 0)
+    }
+    assert len(data["loops"]) == 2  # which no curve and no cell asks for
+
+
+def test_a_bar_that_may_be_of_several_laws_or_of_none_stays_printed():
+    assert data_of(*TWINS, live=SHARE, sections=panels_of(bars_of("one", "other"))) is None  # no loop is shown
+    jump = case(metrics=(wb.peak_error(),))  # 1 rad/s, as much else may be
+    assert data_of(jump, sections=panels_of(bars_of("one", metric="peak error"))) is None
+    assert len(data_of(jump, sections=panels_of(bars_of("PI", metric="peak error")))["marks"]) == 1
+
+
+def test_a_point_is_live_along_each_axis_whose_number_is_a_score():
+    def panel(outcomes):
+        x, y = (np.array([outcome.score(m, 0)[0] for outcome in outcomes]) for m in ("RMSE", "effort"))
+        named = Points("", x, y, ("PI", "stiffer PI"))
+        return Panel("effort [V]", (named, Points("PI", x[:1], 2 * y[:1]), Points("nobody", x[1:], y[1:])), "RMSE")
+
+    data = data_of(*TWINS, live=SHARE, sections=panels_of(panel))
+    found = [tuple(mark[key] for key in ("series", "index", "axis", "loop", "metric")) for mark in data["marks"]]
+    assert found == [(0, 0, "x", 0, 0), (0, 1, "x", 1, 0), (0, 0, "y", 0, 1), (0, 1, "y", 1, 1), (1, 0, "x", 0, 0)]
 
 
 def test_the_data_are_plain_and_say_what_is_not_finite_in_words():

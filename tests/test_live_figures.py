@@ -26,7 +26,7 @@ NUMBERS = "const numbers = list => Float64Array.from(list, x => x === null ? NaN
 
 @cache
 def scripts():
-    return "\n".join((ROOM / f"{name}.js").read_text("utf-8") for name in ("curves", "rulers", "figures"))
+    return "\n".join((ROOM / f"{name}.js").read_text("utf-8") for name in ("curves", "rulers", "marks", "figures"))
 
 
 def plain(numbers):

@@ -12,7 +12,8 @@ from sensitivity_pictures import NOTE, made
 from workbench.report.figures import drawings, sheets
 from workbench.report.figures.figure_sheet import draw_all
 from workbench.report.figures.style import LINES
-from workbench.study.document.document import Band, Colophon, Document, Figure, Panel, Section, Series
+from workbench.study.document.document import Band, Bars, Colophon, Document, Figure, Panel, Points, Section, Series
+from workbench.study.document.figure import Tiles
 
 T = np.linspace(0, 10, 101)  # so few points that no drawn line leaves any out
 
@@ -131,10 +132,40 @@ def test_every_figure_of_a_document_has_a_plate_that_json_holds():
         assert [len(panel["series"]) for panel in plate["panels"]] == [len(panel.series) for panel in figure.panels]
 
 
-def test_a_panel_with_marks_that_are_no_curves_is_fixed():
+def test_a_panel_with_tiles_and_a_ruler_with_names_are_fixed():
     for figure in OTHERS:
         plate = draw_all([figure])[figure.name].plate
         for panel, drawn in zip(figure.panels, plate["panels"], strict=True):
-            if not all(isinstance(mark, Series | Band) for mark in panel.series):
-                assert drawn["x"]["fixed"]
-                assert drawn["y"]["fixed"]
+            tiles = any(isinstance(mark, Tiles) for mark in panel.series)
+            assert drawn["x"]["fixed"] == bool(tiles or panel.xlim or panel.xnames)
+            assert drawn["y"]["fixed"] == bool(tiles or panel.ylim or panel.ynames)
+
+
+def test_each_bar_and_each_point_is_a_group_of_its_own_with_its_numbers_in_the_plate():
+    ends = np.array([0.5, np.nan, 2.0])
+    bars = Bars("ours", np.arange(3) + 0.2, ends, np.zeros(3), 1, 0.5, thick=0.35, texts=("0.5", "", "2"))
+    points = Points(
+        "laws", np.array([1.0, np.nan]), np.array([0.5, 0.2]), ("PID", "SMC"), 2, xlow=ends[:2], xhigh=ends[:2]
+    )
+    panels = Panel("", (bars,), "RMSE", ynames=("a", "b", "c")), Panel("y", (points,), "x")
+    sheet = draw_all([Figure("two", "Two panels.", panels)])["two"]
+    one, two = re.split(r'<g class="marks" data-panel="\d" data-series="0">', sheet.svg)[1:]
+    held = [re.findall(r'<g class="(\w+)" data-index="(\d)">', part) for part in (one, two)]
+    assert [pair for pair in held[0] if pair[0] == "words"] == [("words", "0"), ("words", "2")]
+    assert {number for _, number in held[0]} == {"0", "2"}  # a gap has no bar
+    assert set(held[1]) == {("mark", "0"), ("words", "0")}
+    told = [panel["series"][0] for panel in sheet.plate["panels"]]
+    assert told[0]["places"] == bars.places.tolist()
+    assert (told[0]["starts"], told[0]["ends"], told[0]["thick"]) == ([0.0, 0.0, 0.0], [0.5, None, 2.0], 0.35)
+    assert told[0]["fill"] in one
+    assert (told[1]["x"], told[1]["y"]) == ([1.0, None], [0.5, 0.2])
+    # a bar lies where the plate puts its numbers
+    corners = points_of_first_bar(one)
+    left, right = places(sheet.plate, 0, np.array([0.0, 0.5]), np.array([0.2, 0.2]))
+    middle = (corners.min(axis=0) + corners.max(axis=0)) / 2
+    assert middle == pytest.approx((left + right) / 2, abs=0.0101)
+    assert np.ptp(corners[:, 0]) == pytest.approx(right[0] - left[0], abs=0.0201)
+
+
+def points_of_first_bar(markup):
+    return points(markup.split("</g>")[0])

@@ -14,7 +14,7 @@ from typing import Any
 from markupsafe import Markup
 
 # in the order in which they need each other
-SCRIPTS = ("curves", "rulers", "figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")
+SCRIPTS = ("curves", "rulers", "marks", "figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")
 STYLES = ("live", "figures", "tables", "animation")
 PRINTED = Markup("default-src 'none'; style-src 'unsafe-inline'; font-src data:")  # of a page without scripts
 
@@ -32,7 +32,7 @@ class LivePage:
 
 def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     """The live part of a page from the data of its study and the plates of its figures."""
-    shown = {curve["figure"] for curve in live["curves"]}
+    shown = {link["figure"] for link in (*live["curves"], *live["marks"])}
     data = json.dumps(
         {**live, "plates": {name: plate for name, plate in plates.items() if name in shown}},
         allow_nan=False,

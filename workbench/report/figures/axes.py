@@ -109,9 +109,11 @@ def draw_curves(
                 with pen.group("series", i, j):
                     _draw_series(pen, series, lines[0], curves[j][1], box)
             case Bars() as bars:
-                draw_bars(pen, box, bars, x, y)
+                with pen.group("marks", i, j):
+                    draw_bars(pen, box, bars, x, y)
             case Points() as points:
-                draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
+                with pen.group("marks", i, j):
+                    draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
             case Tiles() as tiles:
                 draw_tiles(pen, box, tiles, x, y)
 

@@ -53,15 +53,18 @@ def draw_bars(pen: Pen, box: Box, bars: Bars, x: Ruler, y: Ruler) -> None:
     there = np.flatnonzero(np.isfinite(ends)).tolist()
     for k in there:
         bar = edges(left[k], middle[k] - thick / 2, right[k], middle[k] + thick / 2)
-        fill_box(pen, *bar, bars.style, bars.shade, box)
+        with pen.piece("mark", k):
+            fill_box(pen, *bar, bars.style, bars.shade, box)
         text = bars.texts[k] if bars.texts else ""
         width = extent(text, SMALL_LETTERS).width if text else 0.0
         if text and width + 3 < abs(right[k] - left[k]):
             foot = middle[k] - DIGIT * SMALL_LETTERS / 2
             start = (left[k] + right[k] - width) / 2
-            pen.words(text, start, foot, SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
+            with pen.piece("words", k):
+                pen.words(text, start, foot, SMALL_LETTERS, color=ink_on(bars.style, bars.shade))
     for k in there:
-        draw_interval(pen, box, x, (bars.low, bars.high), k, middle[k])
+        with pen.piece("mark", k):
+            draw_interval(pen, box, x, (bars.low, bars.high), k, middle[k])
 
 
 def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: Box | None = None) -> None:

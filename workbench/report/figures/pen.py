@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from matplotlib.backend_bases import GraphicsContextBase
@@ -75,7 +75,18 @@ class Pen:
     def group(self, kind: str, panel: int, series: int | None = None) -> Iterator[None]:
         """Put what is drawn meanwhile into a group, which a script of the page finds by its class and its numbers."""
         numbers = {"data-panel": str(panel)} | ({} if series is None else {"data-series": str(series)})
-        self.renderer.writer.start("g", {"class": kind} | numbers)
+        with self._group({"class": kind} | numbers):
+            yield
+
+    @contextmanager
+    def piece(self, kind: Literal["mark", "words"], index: int) -> Iterator[None]:
+        """Put into a group of a bar or a point: a mark stretches with the rulers, words move as they are."""
+        with self._group({"class": kind, "data-index": str(index)}):
+            yield
+
+    @contextmanager
+    def _group(self, attributes: dict[str, str]) -> Iterator[None]:
+        self.renderer.writer.start("g", attributes)
         yield
         self.renderer.writer.end("g")
 

@@ -6,11 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.pen import Box
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, points_of
 from workbench.report.table_text import plain
-from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
+from workbench.study.document.figure import Bars, Figure, Mark, Panel, Points, Series, Tiles
+from workbench.validation.refusals import Array
 
 TIME = "time ["  # as the label of an abscissa begins that is the time
 
@@ -25,7 +27,9 @@ class Sheet:
     with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps' or 'marks'; of a mark that
     is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear' or 'log'),
     `low` and `high`, `fixed` (True if curves have no say in them), `room` for the width of its numbers, and `power`
-    (True if there is a power of ten at its end). `time` of an abscissa is True if it is the time.
+    (True if there is a power of ten at its end). `time` of an abscissa is True if it is the time. Bars have their
+    `places`, `starts`, `ends` (None without a bar), `thick`, `texts`, their `fill` and the `ink` of the texts; points
+    have `x` and `y`, None for a gap.
     """
 
     svg: str
@@ -46,7 +50,7 @@ def plate_of(
 
 
 def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> dict[str, Any]:
-    still = not all(isinstance(mark, Series | Band) for mark in panel.series)
+    still = any(isinstance(mark, Tiles) for mark in panel.series)
     return {
         "box": [float(length) for length in (box.left, box.bottom, box.width, box.height)],
         "x": _ruler(x, ticks[0], still or panel.xlim is not None) | {"time": plain(panel.xlabel).startswith(TIME)},
@@ -75,4 +79,17 @@ def _series(mark: Mark) -> dict[str, Any]:
         "dash": [round(look["linewidth"] * dash, 3) for dash in dashes],
         "look": mark.look if isinstance(mark, Series) else type(mark).__name__.lower(),
         "label": plain(mark.label),
-    }
+    } | _numbers(mark)
+
+
+def _numbers(mark: Mark) -> dict[str, Any]:
+    """The numbers and the colours of bars, and the numbers of points."""
+    if isinstance(mark, Bars):
+        held = {"places": mark.places.tolist(), "starts": mark.starts.tolist(), "ends": _with_gaps(mark.ends)}
+        look = {"fill": tint(mark.style, mark.shade), "ink": ink_on(mark.style, mark.shade)}
+        return held | {"thick": mark.thick, "texts": list(mark.texts)} | look
+    return {"x": _with_gaps(mark.x), "y": _with_gaps(mark.y)} if isinstance(mark, Points) else {}
+
+
+def _with_gaps(numbers: Array) -> list[float | None]:
+    return [number if number == number else None for number in numbers.tolist()]

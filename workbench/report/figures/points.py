@@ -34,20 +34,24 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
     there = np.flatnonzero(((at >= corner - 1) & (at <= corner + room + 1)).all(axis=1))  # neither NaN nor beyond
     segments = [ends for line in beside for ends in _segments(*line)]
     for k in there.tolist():
-        segments.append(draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
-        segments.append(draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
+        with pen.piece("mark", k):
+            segments.append(draw_interval(pen, box, x, (points.xlow, points.xhigh), k, at[k, 1]))
+            segments.append(draw_interval(pen, box, y, (points.ylow, points.yhigh), k, at[k, 0], upwards=True))
     named = [k for k in there.tolist() if points.names and points.names[k]]
     if named:
         names = [mathtext(points.names[k]) for k in named]
         sizes = [extent(name, SMALL_LETTERS) for name in names]
         lines = np.array([segment for segment in segments if segment]).reshape(-1, 4)
         corners = placed(at[named], sizes, at[there], lines, box)
-        for name, size, foot, point in zip(names, sizes, corners, at[named], strict=True):
-            end = np.clip(point, foot, foot + (size.width, size.height))
-            if np.hypot(*(end - point)) > FAR:
-                pen.line(np.array([point[0], end[0]]), np.array([point[1], end[1]]), LEADER)
-            pen.words(name, foot[0], foot[1] + size.descent, SMALL_LETTERS)
-    pen.marks(at[there, 0], at[there, 1], LINES[points.style] | POINTS_LOOK)
+        for k, name, size, foot in zip(named, names, sizes, corners, strict=True):
+            end = np.clip(at[k], foot, foot + (size.width, size.height))
+            with pen.piece("words", k):
+                if np.hypot(*(end - at[k])) > FAR:
+                    pen.line(np.array([at[k, 0], end[0]]), np.array([at[k, 1], end[1]]), LEADER)
+                pen.words(name, foot[0], foot[1] + size.descent, SMALL_LETTERS)
+    for k in there.tolist():
+        with pen.piece("mark", k):
+            pen.marks(at[k : k + 1, 0], at[k : k + 1, 1], LINES[points.style] | POINTS_LOOK)
 
 
 def _segments(x: Array, y: Array) -> list[list[float]]:

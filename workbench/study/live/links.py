@@ -1,22 +1,25 @@
-"""Links: the curves and the cells of a document that are a signal or a score of a case, to the bit."""
+"""Links: the curves, bars, points and cells of a document that are a signal or a score of a case, to the bit."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from workbench.notation import text
 from workbench.notation.formula import Formula
-from workbench.study.document.document import Document, Measured, Phrase, Series, Table
+from workbench.study.document.document import Bars, Document, Measured, Panel, Phrase, Points, Series, Table
+from workbench.study.document.figure import Label
 from workbench.study.document.phrases import bare, parts
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
 Signal: TypeAlias = str | tuple[str, int]  # "t", or "x" or "y" with a place among states or outputs
+Axis: TypeAlias = Literal["x", "y"]
+Place: TypeAlias = tuple[int, int, int]  # of a score: its outcome, its metric, and the number of that
 
 
 @dataclass(frozen=True)
@@ -44,6 +47,25 @@ class LiveCell:
     number: int
 
 
+@dataclass(frozen=True)
+class LiveMark:
+    """The end of a bar, or a point along one axis, of a panel that shows a number of a metric of a loop."""
+
+    figure: str
+    panel: int
+    series: int
+    index: int
+    axis: Axis
+    loop: int
+    metric: int
+    number: int
+
+
+def links(document: Document, outcomes: Sequence[Outcome]) -> list[Curve | LiveCell | LiveMark]:
+    """All that is live in a document of these outcomes."""
+    return [*curves(document, outcomes), *cells(document, outcomes), *marks(document, outcomes)]
+
+
 def curves(document: Document, outcomes: Sequence[Outcome]) -> Iterator[Curve]:
     """Each series that is a signal of an outcome over the time, or over another signal, of the one with its label."""
     held = [_Signals(outcome) for outcome in outcomes]
@@ -60,21 +82,69 @@ def curves(document: Document, outcomes: Sequence[Outcome]) -> Iterator[Curve]:
 
 def cells(document: Document, outcomes: Sequence[Outcome]) -> Iterator[LiveCell]:
     """Each cell that is a score of a metric of an outcome; where several have its bits, the one that its heads name."""
-    held: dict[tuple[float, float], list[tuple[int, int, int]]] = {}
-    for k, outcome in enumerate(outcomes):
-        for m, score in enumerate(outcome.measurement.scores.values()):
-            for number, pair in enumerate(zip(score.value[0].tolist(), score.error[0].tolist(), strict=True)):
-                held.setdefault(pair, []).append((k, m, number))
+    held: dict[tuple[float, float], list[Place]] = {}
+    for pair, place in _scores(outcomes):
+        held.setdefault(pair, []).append(place)
     for table in document.tables:
         for i, row in enumerate(table.rows):
             for j, cell in enumerate(row):
                 value = bare(cell)
                 if isinstance(value, Measured):
-                    found, heads = held.get((value.value, value.error), []), _heads(table, i, j)
-                    found = [one for one in found if heads & {*_names(outcomes[one[0]])}] or found
-                    found = [one for one in found if [*outcomes[one[0]].measurement.scores][one[1]] in heads] or found
-                    if len(found) == 1:
-                        yield LiveCell(table.name, i, j, *found[0])
+                    found = held.get((value.value, value.error), [])
+                    for place in _only(found, _heads(table, i, j), outcomes):
+                        yield LiveCell(table.name, i, j, *place)
+
+
+def marks(document: Document, outcomes: Sequence[Outcome]) -> Iterator[LiveMark]:
+    """Each end of a bar and each number of a point that is a score of an outcome.
+
+    Where several scores have its bits it is the one of the law that names the row or the point. A whole number, as 0,
+    is a score only by such a name.
+    """
+    held: dict[float, list[Place]] = {}
+    for (value, _), place in _scores(outcomes):
+        held.setdefault(value, []).append(place)
+    for figure in document.figures:
+        for i, panel in enumerate(figure.panels):
+            for j, mark in enumerate(panel.series):
+                if not isinstance(mark, Bars | Points):
+                    continue
+                for index, axis, value, heads in _ends(mark, panel):
+                    found = held.get(value, [])
+                    if value.is_integer():
+                        found = [one for one in found if heads & {*_names(outcomes[one[0]])}]
+                    for place in _only(found, heads, outcomes):
+                        yield LiveMark(figure.name, i, j, index, axis, *place)
+
+
+def _ends(mark: Bars | Points, panel: Panel) -> Iterator[tuple[int, Axis, float, set[str]]]:
+    """Each number of bars or points along an axis that has no names: its place, its axis, and the words beside it."""
+    rows = mark.places if isinstance(mark, Bars) else mark.y
+    across = mark.ends if isinstance(mark, Bars) else mark.x
+    axes: list[tuple[Axis, Array, Label]] = [] if panel.xnames else [("x", across, panel.xlabel)]
+    if isinstance(mark, Points) and not panel.ynames:
+        axes.append(("y", mark.y, panel.ylabel))
+    for axis, numbers, label in axes:
+        for index, value in enumerate(numbers.tolist()):
+            heads = {_plain(mark.label), _plain(label).split(" [")[0]}
+            heads |= {_plain(name) for row, name in enumerate(panel.ynames) if abs(rows[index] - row) < 0.5}
+            heads |= {_plain(mark.names[index])} if isinstance(mark, Points) and mark.names else set()
+            yield index, axis, value, heads
+
+
+def _scores(outcomes: Sequence[Outcome]) -> Iterator[tuple[tuple[float, float], Place]]:
+    """Each number of each metric of each outcome: its value and its error, and its place."""
+    for k, outcome in enumerate(outcomes):
+        for m, score in enumerate(outcome.measurement.scores.values()):
+            for number, pair in enumerate(zip(score.value[0].tolist(), score.error[0].tolist(), strict=True)):
+                yield pair, (k, m, number)
+
+
+def _only(found: Sequence[Place], heads: set[str], outcomes: Sequence[Outcome]) -> Sequence[Place]:
+    """The one of some scores whose law, or else whose metric, is among the heads; none where several are left."""
+    found = [one for one in found if heads & {*_names(outcomes[one[0]])}] or found
+    found = [one for one in found if [*outcomes[one[0]].measurement.scores][one[1]] in heads] or found
+    return found if len(found) == 1 else ()
 
 
 def _heads(table: Table, row: int, column: int) -> set[str]:

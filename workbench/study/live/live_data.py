@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
-from workbench.study.live.links import Curve, cells, curves
+from workbench.study.live.links import Curve, LiveCell, LiveMark, links
 from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, switches, watched
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
@@ -35,8 +35,8 @@ scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
-    A loop that no browser can run stays printed, and the data say why; all of them do where llvmlite is missing.
-    `script` is the file of the study, for the lines that compute the same in Python.
+    A loop that no browser can run stays printed, and the data say why; without llvmlite there are no data. `script` is
+    the file of the study, for the lines that compute the same in Python.
 
     Raises
     ------
@@ -45,8 +45,8 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    all_curves, all_cells = tuple(curves(document, results.outcomes)), tuple(cells(document, results.outcomes))
-    used = sorted({curve.loop for curve in all_curves} | {cell.loop for cell in all_cells})
+    found = links(document, results.outcomes)
+    used = sorted({link.loop for link in found})
     outcomes = [results.outcomes[k] for k in used]
     steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
     knobs = study.live or offered(study, [*steps.values()])
@@ -58,7 +58,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     live_curves: list[Curve] = []
     live_places: dict[int, int] = {}
     for k, outcome in zip(used, outcomes, strict=True):
-        mine = [replace(curve, loop=len(loops)) for curve in all_curves if curve.loop == k]
+        mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
             made, shown = _loop(outcome, knobs, mine, modules)
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
@@ -69,7 +69,6 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         live_places[k] = len(loops)
         loops.append(made)
         live_curves += shown
-    live_cells = (replace(cell, loop=live_places[cell.loop]) for cell in all_cells if cell.loop in live_places)
     return {
         "format": FORMAT,
         "study": study.name,
@@ -79,9 +78,16 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "loops": loops,
         "modules": list(modules.packed.values()),
         "curves": [asdict(curve) for curve in live_curves],
-        "cells": [asdict(cell) for cell in live_cells],
+        "cells": _told(found, LiveCell, live_places),
+        "marks": _told(found, LiveMark, live_places),
         "refused": refused,
     }
+
+
+def _told(found: Sequence[object], kind: type[LiveCell | LiveMark], places: Mapping[int, int]) -> list[dict[str, Any]]:
+    """The links of a kind whose loops are live, with the places of these."""
+    mine = (link for link in found if isinstance(link, kind))
+    return [asdict(link) | {"loop": places[link.loop]} for link in mine if link.loop in places]
 
 
 def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:

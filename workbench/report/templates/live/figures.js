@@ -1,11 +1,13 @@
 "use strict";
 
-// The curves of a figure drawn again from live numbers, above the printed ones, which stay below in a paler tone.
+// The curves, bars and points of a figure drawn again from live numbers, above the printed ones, which stay below in a
+// paler tone.
 //
 // `openFigure(svg, plate)` takes the drawn SVG and its plate, as plates.py describes it, and gives a figure:
-// show([{panel: 0, series: 1, x: times, y: values}]) draws all curves that are live, from Float64Arrays, NaN a gap;
-// they are kept, and are not to change, until the next. cursor(1.5) draws a line at this time and a dot on each live
-// curve; cursor(null) removes them. clear() leaves the printed figure, to the byte.
+// show([{panel: 0, series: 1, x: times, y: values}], [{panel: 1, series: 0, index: 3, axis: "x", value: 0.5}]) draws
+// all curves that are live, from Float64Arrays, NaN a gap, which are kept, and are not to change, until the next; and
+// all bars that are, by their ends, and points, by their numbers along an axis. cursor(1.5) draws a line at this time
+// and a dot on each live curve; cursor(null) removes them. clear() leaves the printed figure, to the byte.
 
 const SVG_SPACE = "http://www.w3.org/2000/svg";
 const DIGIT_HEIGHT = 0.676, ASCENT = 0.76; // of the size of the letters, as in pen.py
@@ -19,14 +21,15 @@ function svgElement(name, attributes, parent) {
   return element;
 }
 
-// Write a number at a point, with a raised part unless that is empty.
+// Write a number at a point, with a raised part unless that is empty; returns its element.
 function writeNumber(text, raised, x, y, size, anchor, parent) {
   const place = { x: coordinate(x), y: coordinate(y), "font-size": coordinate(size), "text-anchor": anchor };
   const number = svgElement("text", place, parent);
   number.textContent = text;
-  if (raised === "") return;
+  if (raised === "") return number;
   const power = svgElement("tspan", { dy: coordinate(-0.4 * size), "font-size": coordinate(0.7 * size) }, number);
   power.textContent = raised;
+  return number;
 }
 
 // A printed line, area or mark, which moves with the rulers of its panel and comes back as it was.
@@ -144,21 +147,44 @@ class LivePanel {
     const groups = (kind) => [...svg.querySelectorAll(`g.${kind}[data-panel="${i}"]`)];
     this.rulers = { x: groups("ruler-x"), y: groups("ruler-y") };
     this.printed = new Map(groups("series").map((group) => [Number(group.dataset.series), group]));
+    this.marked = new Map(groups("marks").map((group) => [Number(group.dataset.series), group]));
     this.lines = { x: groups("vlines"), y: groups("hlines") };
     this.scales = { x: [], y: [] }; // the elements of rulers that have grown
     this.curves = new Map();
+    this.marks = new Map(); // by series and index
     this.clip = `live-clip-${clipCount++}`;
   }
 
-  // Draw these curves of the panel, and remove all others.
-  show(asked) {
+  // Draw these curves, bars and points of the panel, and remove all others.
+  show(asked, marks) {
     const kept = new Set(asked.map((one) => one.series));
     for (const [series, curve] of this.curves) if (!kept.has(series)) this.drop(series, curve);
-    if (asked.length) this.open();
+    if (asked.length || marks.length) this.open();
     for (const { series, x, y } of asked) this.curveOf(series)?.take(x, y, this.x, this.plate.points);
+    this.takeMarks(marks);
     this.fit();
     for (const curve of this.curves.values()) curve.draw(this.x, this.y);
-    if (!asked.length) this.shut();
+    for (const mark of this.marks.values()) mark.draw(this.x, this.y, this.box);
+    if (!asked.length && !marks.length) this.shut();
+  }
+
+  // Give all live bars and points their numbers, a point up to two of them, and remove the others.
+  takeMarks(asked) {
+    const taken = new Map();
+    for (const { series, index, axis, value } of asked) {
+      const key = `${series} ${index}`, numbers = { ...taken.get(key), [axis]: value };
+      taken.set(key, numbers);
+      if (!this.marks.has(key) && this.marked.has(series)) {
+        const look = this.panel.series[series], size = this.plate.letters.size;
+        this.marks.set(key, new LiveMark(look, index, this.marked.get(series), size, this.markLayer));
+      }
+      this.marks.get(key)?.take(numbers);
+    }
+    for (const [key, mark] of this.marks) {
+      if (taken.has(key)) continue;
+      mark.remove();
+      this.marks.delete(key);
+    }
   }
 
   curveOf(series) {
@@ -188,12 +214,13 @@ class LivePanel {
     svgElement("rect", { x: left, y: top, width, height }, clip);
     const clipped = svgElement("g", {"clip-path": `url(#${this.clip})`}, this.above);
     this.layer = svgElement("g", {}, clipped);
+    this.markLayer = svgElement("g", {}, clipped);
     this.pointer = svgElement("g", {}, clipped);
   }
 
   shut() {
     this.above?.remove();
-    this.above = this.layer = this.pointer = null;
+    this.above = this.layer = this.markLayer = this.pointer = null;
   }
 
   // Let both rulers hold the live numbers; what is printed moves with them.
@@ -203,6 +230,7 @@ class LivePanel {
       widen(across, x, places, this.x.printed.scale);
       widen(up, y, places, this.y.printed.scale);
     }
+    for (const mark of this.marks.values()) mark.widen(across, up, this.x, this.y);
     const moved = [this.x.fit(...across), this.y.fit(...up)];
     if (moved[0]) this.rule("x");
     if (moved[1]) this.rule("y");
@@ -211,8 +239,11 @@ class LivePanel {
 
   movePrinted() {
     const still = [1, 0], { x, y } = this;
+    const marks = [...this.marked], words = ([series, group]) => printedWords(group, this.panel.series[series], x, y);
     this.pieces ??= [
       [printedPieces([...this.printed.values()]), () => [x.move, y.move]],
+      [printedPieces(marks.flatMap(([, group]) => [...group.querySelectorAll(".mark")])), () => [x.move, y.move]],
+      [marks.flatMap(words), () => [x.move, y.move]],
       [printedPieces(this.lines.x), () => [x.move, still]],
       [printedPieces(this.lines.y), () => [still, y.move]],
     ];
@@ -262,8 +293,8 @@ class LivePanel {
     const nearer = Math.min(NEARER, Math.max(0, wide - room));
     const letters = size * Math.max(SMALLEST_LETTERS, Math.min(1, (room + nearer) / wide));
     for (const [number, text, raised] of marks) {
-      const at = this[name].at(number);
-      const x = upwards ? left - tick - pad + nearer : at;
+      const at = this[name].at(number), half = letters * textWidth(text) / 2; // of a number that stays on the sheet
+      const x = upwards ? left - tick - pad + nearer : Math.min(at, this.plate.width - half);
       const y = upwards ? at + DIGIT_HEIGHT * letters / 2 : top + height + tick + pad + ASCENT * size;
       writeNumber(text, raised, x, y, letters, upwards ? "end" : "middle", parent);
     }
@@ -279,7 +310,7 @@ class LivePanel {
     const { left, top, width, height } = this.box, at = time === null ? NaN : this.x.at(time);
     if (!(at >= left - 0.01 && at <= left + width + 0.01)) {
       this.pointer?.replaceChildren();
-      if (!this.curves.size) this.shut();
+      if (!this.curves.size && !this.marks.size) this.shut();
       return;
     }
     this.open();
@@ -299,12 +330,13 @@ class LiveFigure {
     this.time = null;
   }
 
-  // Draw these curves again, and leave all others as they are printed.
-  show(series) {
-    const asked = this.panels.map(() => []);
-    for (const one of series) asked[one.panel].push(one);
-    this.panels.forEach((panel, i) => panel.show(asked[i]));
-    if (series.length) this.svg.setAttribute("class", `${this.given ?? ""} live`.trim());
+  // Draw these curves, bars and points again, and leave all others as they are printed.
+  show(series, marks = []) {
+    const asked = this.panels.map(() => ({ series: [], marks: [] }));
+    for (const one of series) asked[one.panel].series.push(one);
+    for (const one of marks) asked[one.panel].marks.push(one);
+    this.panels.forEach((panel, i) => panel.show(asked[i].series, asked[i].marks));
+    if (series.length || marks.length) this.svg.setAttribute("class", `${this.given ?? ""} live`.trim());
     else if (this.given === null) this.svg.removeAttribute("class");
     else this.svg.setAttribute("class", this.given);
     if (this.time !== null) this.cursor(this.time);
@@ -322,7 +354,7 @@ class LiveFigure {
   }
 }
 
-// A drawn figure, by its SVG and its plate, whose curves can be drawn again.
+// A drawn figure, by its SVG and its plate, whose curves, bars and points can be drawn again.
 function openFigure(svg, plate) {
   return new LiveFigure(svg, plate);
 }

@@ -159,7 +159,8 @@ class LivePage {
 
   // The loops that a reader sees in a figure now.
   inSight() {
-    return new Set(this.data.curves.filter((curve) => this.near.has(curve.figure)).map((curve) => curve.loop));
+    const drawn = [...this.data.curves, ...this.data.marks];
+    return new Set(drawn.filter((link) => this.near.has(link.figure)).map((link) => link.loop));
   }
 
   // Rows of a run have come.
@@ -204,7 +205,7 @@ class LivePage {
     this.late.clear();
     for (const place of places) {
       this.guarded(() => this.drawNumbers(place, this.views.get(place)));
-      for (const curve of this.data.curves) if (curve.loop === place) names.add(curve.figure);
+      for (const link of [...this.data.curves, ...this.data.marks]) if (link.loop === place) names.add(link.figure);
     }
     for (const name of names) {
       if (this.near.has(name)) this.guarded(() => this.paint(name));
@@ -245,18 +246,28 @@ class LivePage {
     return this.figures.get(name);
   }
 
-  // All curves of a figure whose loops have run; without any it is as printed.
+  // All curves, bars and points of a figure whose loops have run; without any it is as printed.
   paint(name) {
     this.away.delete(name);
     const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
-    if (!curves.length && !this.figures.has(name)) return;
+    const marks = this.marksOf(name);
+    if (!curves.length && !marks.length && !this.figures.has(name)) return;
     const figure = this.figure(name);
     if (!figure) return;
-    if (!curves.length) return figure.clear();
-    figure.show(curves.map((curve) => {
+    if (!curves.length && !marks.length) return figure.clear();
+    const drawn = curves.map((curve) => {
       const { panel, series, loop } = curve;
       return { panel, series, ...numbersOfCurve(curve, this.views.get(loop), this.data.loops[loop]) };
-    }));
+    });
+    figure.show(drawn, marks);
+  }
+
+  // The bars and points of a figure that have a score of a run.
+  marksOf(name) {
+    return this.data.marks.flatMap(({ figure, panel, series, index, axis, loop, metric, number }) => {
+      const scores = figure === name && this.views.get(loop)?.scores?.[metric];
+      return scores ? [{ panel, series, index, axis, value: scores[number][0] }] : [];
+    });
   }
 
   // What the bench says: the first number of each loop, how long it took, and which runs have diverged.

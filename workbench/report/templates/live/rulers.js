@@ -113,6 +113,12 @@ class LiveRuler {
     return true;
   }
 
+  // The coordinate of a number on the printed sheet.
+  printedAt(number) {
+    const low = this.straight(this.printed.low), whole = this.straight(this.printed.high) - low;
+    return this.start + this.length * (this.straight(number) - low) / whole;
+  }
+
   // The move of a coordinate of the printed sheet to where its number stands now: [factor, shift].
   get move() {
     const low = this.straight(this.printed.low), slope = this.length / (this.straight(this.printed.high) - low);
