@@ -45,7 +45,7 @@ def loop_study(
     ValueError
         If the loop is none, or h does not divide the horizon into an even number of steps.
     """
-    equation = equations_of(loop, "loop")
+    equation, until = equations_of(loop, "loop"), seconds("live(until=...)", until)
     flow = equation if isinstance(equation, Ode) else equation.flow
     step = equation.period if isinstance(equation, Sampled) else 2 * seconds("live(h=...)", h)
     every = step * max(1, round(until / step / POINTS))
