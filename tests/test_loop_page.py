@@ -10,6 +10,7 @@ import pytest
 from chromium import PATIENCE, needs_chromium, open_page
 
 import workbench as wb
+from studies.paper.laws import proposed_repaired
 from workbench.study import case_runs
 from workbench.study.live.loop_study import knobs_of, loop_study
 
@@ -100,6 +101,14 @@ def test_signals_of_one_number_have_no_name_in_the_legend():
     figure, _ = section.blocks
     assert [[series.label for series in panel.series] for panel in figure.panels] == [["", "reference"], [""]]
     assert [panel.ylabel for panel in figure.panels] == ["omega [rad/s]", "v_applied [V]"]
+
+
+def test_a_law_with_a_dagger_has_its_reason_below_the_table():
+    closed = proposed_repaired("FS")
+    page = wb.live(closed, until=0.1)
+    notes = closed.ode().notes
+    assert notes
+    assert ("†" in data_of(page)["loops"][0]["label"], notes[0] in page.text) == (True, True)
 
 
 def test_a_plant_alone_has_a_page_without_a_table():

@@ -125,7 +125,8 @@ def _scores(outcome: Outcome) -> Table:
         for place, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True)):
             rows.append((name, label, _cell(outcome, *outcome.score(name, place)), raised(unit)))
     columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
-    return Table("scores", "The metrics of the loop.", columns, tuple(rows))
+    notes = (f"{outcome.label}: {'; '.join(outcome.notes)}.",) if outcome.notes else ()
+    return Table("scores", "The metrics of the loop.", columns, tuple(rows), notes)
 
 
 def _cell(outcome: Outcome, value: float, error: float) -> Cell:
