@@ -95,6 +95,28 @@ def test_a_knob_keeps_away_from_a_bound_that_its_number_must_not_reach():
     assert (gamma.low, gamma.high) == pytest.approx((1.05, 1.85))  # a fifth of the way from either bound is left
 
 
+def test_a_share_of_a_vector_ends_where_the_first_of_its_numbers_does():
+    @wb.block
+    class Valves(wb.Plant):
+        """x' = u - (a_1 + a_2) x."""
+
+        a: object = wb.parameter(default=[0.25, 0.5], unit="1/s", low=0, high=1, shape=("2",))
+        x: float = wb.initial(default=1.0, unit="m")
+        inputs, outputs = wb.layout(u="m/s"), wb.layout(x="m")
+
+        def rate(self, t, x, u):
+            return {"x": u.u - ca.sum1(self.a) * x.x}
+
+    valves, *_ = knobs_of(wb.rk4(wb.open_loop(Valves()), 0.1))
+    assert (valves.share, valves.low, valves.high) == (True, 0.2, 2.0)
+
+
+def test_a_long_name_keeps_its_block_and_its_end_where_it_is_still_the_only_one():
+    names = names_of(wb.live(proposed_repaired("FS"), until=0.1))
+    assert {"plant.links[0].mass", "controller.links[0].mass", "observer.links[0].mass"} <= {*names}
+    assert len({*names}) == len(names)
+
+
 def test_signals_of_one_number_have_no_name_in_the_legend():
     study = loop_study(loop(), until=0.1, h=1e-3)
     (section,) = study.sections(case_runs.run(study))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -71,7 +73,15 @@ def knobs_of(step: Step) -> tuple[Knob, ...]:
     used = np.array(ca.which_depends(moving, step.rule.p, 1, False), dtype=bool)
     entries = [entry for entry in step.parameters.entries if used[step.parameters.slice(entry.name)].any()]
     starts = [entry for entry in step.states.entries if _block(entry) == "plant" and entry.default.any()]
-    return tuple(knob for entry in sorted((*entries, *starts), key=_rank) if (knob := _knob(entry)))
+    knobs = [knob for entry in sorted((*entries, *starts), key=_rank) if (knob := _knob(entry))]
+    times = Counter(_brief(knob.name) for knob in knobs)
+    return tuple(replace(one, name=name) if times[name := _brief(one.name)] == 1 else one for one in knobs)
+
+
+def _brief(path: str) -> str:
+    """A path without what stands between its block and its last two names."""
+    block, *others = path.split(".")
+    return ".".join([block, *others[-2:]])
 
 
 def _places(step: Step, name: str) -> list[int]:
@@ -92,17 +102,19 @@ def _rank(entry: Entry) -> tuple[bool, int]:
 
 def _knob(entry: Entry) -> Knob | None:
     """The knob of a number, or of a share of several, or of one without a known unit; none for zeros of those."""
-    if not np.isfinite(entry.default).all():
+    values, bounds = entry.default.ravel(), entry.bounds
+    share = entry.size > 1 or entry.units[0] == UNKNOWN
+    if not np.isfinite(values).all() or (share and not values.any()):
         return None
-    if entry.size > 1 or entry.units[0] == UNKNOWN:
-        return Knob(entry.name, entry.name, 1 / REACH, REACH, log=True, share=True) if entry.default.any() else None
-    value, low, high = float(entry.default.ravel()[0]), entry.bounds.low, entry.bounds.high
-    if entry.bounds.strict:  # an end that the number must not reach is as far away as a fifth of its distance
-        low, high = low + (value - low) / REACH, high - (high - value) / REACH
-    ends = sorted((value / REACH, value * REACH)) if value else (-ABOUT_ZERO, ABOUT_ZERO)
-    inside = max(ends[0], low), min(ends[1], high)
-    log = value > 0 and inside[0] > 0
-    return Knob(entry.name, entry.name, *inside, log=log) if inside[0] < inside[1] else None
+    value, low, high = float(values[0]), bounds.low, bounds.high
+    if share:
+        ends = np.sort([[low / x, high / x] for x in values if x])
+        value, low, high = 1.0, ends[:, 0].max(), ends[:, 1].min()
+    if bounds.strict:  # an end that must not be reached: a fifth of the way to it is left
+        low, high = (value / REACH + end * (1 - 1 / REACH) for end in (low, high))
+    first, last = sorted((value / REACH, value * REACH)) if value else (-ABOUT_ZERO, ABOUT_ZERO)
+    first, last = max(first, float(low)), min(last, float(high))
+    return Knob(entry.name, entry.name, first, last, log=min(value, first) > 0, share=share) if first < last else None
 
 
 def _usual_metrics(flow: Ode) -> tuple[AbstractMetric, ...]:
