@@ -11,7 +11,7 @@ from workbench.observers import FullState
 
 STIFF = PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "terminal SMC"  # whose boundary layers limit the step
 HORIZON, BRIEF = 10.0, 5.0  # s
-STEP, BRIEF_STEP = 4e-4, 4e-5  # s: below half of the stability limits of the laws, and of those that are stiff
+STEP, BRIEF_STEP = 4e-4, 2.5e-5  # s: below half of the stability limits of the laws, and of those that are stiff
 
 
 class Shown(NamedTuple):
