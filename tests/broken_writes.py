@@ -115,7 +115,7 @@ def failed(place, last, earlier, ledger):
 
 
 if __name__ == "__main__":
-    module._contents = lambda document: document
+    module._contents = lambda document, live: document
     os.fsync = fsync
     sys.addaudithook(step)
     attempt, place = {"kill": killed, "fail": failed}[sys.argv[1]], Path(sys.argv[2]).resolve()

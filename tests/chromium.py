@@ -20,7 +20,7 @@ import signal
 import tempfile
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -53,7 +53,8 @@ class Browser:
     """A browser that was started, and the pipes to it."""
 
     def __init__(self, folder: str) -> None:
-        self.count, self.rest, self.events = 0, b"", []
+        self.count, self.rest = 0, b""
+        self.events: list[dict[str, Any]] = []
         here_out, there_in = self._pipe()
         there_out, here_in = self._pipe()
         self.send_to, self.read_from = there_in, there_out
@@ -110,19 +111,17 @@ class Browser:
         """End the browser and all its processes."""
         os.close(self.send_to)
         os.close(self.read_from)
-        with_group = os.getpgid(self.process) == self.process
-        if with_group:
-            os.killpg(self.process, signal.SIGKILL)
+        os.killpg(self.process, signal.SIGKILL)
         os.waitpid(self.process, 0)
 
 
 class Page:
     """A page in a browser, which a test looks at, listens to, and turns."""
 
-    def __init__(self, browser: Browser) -> None:
+    def __init__(self, browser: Browser, target: str | None = None) -> None:
         self.browser = browser
-        target = browser.call("Target.createTarget", url="about:blank")["targetId"]
-        self.session = browser.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
+        self.target = target or browser.call("Target.createTarget", url="about:blank")["targetId"]
+        self.session = browser.call("Target.attachToTarget", targetId=self.target, flatten=True)["sessionId"]
         for room in ("Page", "Runtime", "Network", "Log"):
             self.call(f"{room}.enable")
 
@@ -140,9 +139,20 @@ class Page:
                 raise TimeoutError(f"{address} was not there in {PATIENCE:g} s")
             self.browser.listen(0.1)
 
+    def frame(self) -> Page:
+        """The page in its sandboxed frame, which is a page of its own."""
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            for info in self.browser.call("Target.getTargets")["targetInfos"]:
+                if info["type"] == "iframe":
+                    return Page(self.browser, info["targetId"])
+            time.sleep(0.02)
+        raise TimeoutError(f"no frame in {PATIENCE:g} s")
+
     def told(self, method: str) -> list[dict[str, Any]]:
         """What this page has told of one kind."""
-        return [event["params"] for event in self.browser.events if event["method"] == method]
+        mine = (event for event in self.browser.events if event.get("sessionId") == self.session)
+        return [event["params"] for event in mine if event["method"] == method]
 
     @property
     def complaints(self) -> list[str]:
@@ -220,15 +230,24 @@ class Page:
 
 
 @contextmanager
-def open_page(path: Path | None = None, fragment: str = "", width: int = 1100, height: int = 800) -> Iterator[Page]:
-    """A page of a file in a browser of its own."""
+def open_browser() -> Iterator[Browser]:
+    """A browser with an empty profile."""
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         browser = Browser(folder)
         try:
-            page = Page(browser)
-            page.size(width, height)
-            if path is not None:
-                page.open(path.resolve().as_uri() + fragment)
-            yield page
+            yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def open_page(
+    path: Path, fragment: str = "", width: int = 1100, height: int = 800, browser: Browser | None = None
+) -> Iterator[Page]:
+    """A page of a file, in a browser of its own if none is given."""
+    with nullcontext(browser) if browser else open_browser() as within:
+        page = Page(within)
+        page.size(width, height)
+        page.open(path.resolve().as_uri() + fragment)
+        yield page
+        within.call("Target.closeTarget", targetId=page.target)

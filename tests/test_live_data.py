@@ -8,14 +8,16 @@ import pytest
 from wasm_runs import Kernel, unpacked
 
 import workbench as wb
+from studies.a1_paper_tables.study import comparison
 from workbench.metrics.contract import Integral
 from workbench.metrics.value_program import Program
 from workbench.study import case_runs, writeup
+from workbench.study.contract import equations_of
 from workbench.study.document.document import Column, Figure, Measured, Panel, Section, Series, Table
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
-from workbench.study.live.marches import plain
+from workbench.study.live.marches import plain, switches
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()
@@ -202,3 +204,19 @@ def test_a_turned_case_refuses_what_it_does_not_have():
         wb.turned(study, "speed: PI", {"kp": 1.0})
     with pytest.raises(LookupError, match="cases of this study"):
         wb.turned(study, "speed: PID", {})
+
+
+@pytest.mark.parametrize("law", ["PID", "SMC", "super-twisting"])
+def test_the_numbers_of_a_page_are_those_of_the_fused_arithmetic_to_a_billionth_where_nothing_jumps(law):
+    made = next(one for one in comparison("FS") if one.law == law)
+    ode = equations_of(made.run.loop, law)
+    how, metrics = {"until": 4.0, "h": 1e-3, "every": 0.01}, (wb.rmse(), wb.effort(), wb.peak_error())
+    fused, portable = (wb.measure(ode, metrics, **how, arithmetic=name).scores for name in ("fused", "portable"))
+    assert not switches(ode)
+    for name, score in fused.items():
+        assert portable[name].value == pytest.approx(score.value, rel=1e-9)  # in truth some 1e-14
+
+
+def test_a_law_that_jumps_is_said_to():
+    made = comparison("FS")[0]
+    assert switches(equations_of(made.run.loop, "aosmc"))

@@ -7,9 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from arms import arm_instruments
-from chromium import needs_chromium, open_page
+from chromium import needs_chromium, open_browser, open_page
 from live_pages import data_of, write_page
 
+import workbench as wb
 from studies.paper.laws import rival
 from workbench import metrics
 from workbench.metrics.accumulators import final_values, maker, resolved
@@ -40,9 +41,15 @@ def path(data, tmp_path_factory):
     return write_page(tmp_path_factory.mktemp("live"), data)
 
 
+@pytest.fixture(scope="module")
+def browser():
+    with open_browser() as browser:
+        yield browser
+
+
 @pytest.fixture
-def page(path):
-    with open_page(path) as page:
+def page(path, browser):
+    with open_page(path, browser=browser) as page:
         yield page
 
 
@@ -100,11 +107,11 @@ def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
     runs, _ = python_run(LOOPS["FS", "PID"], {"controller.Kd": 1e6})
     assert told["divergedAt"] == runs.diverged_at[0] > 0
     np.testing.assert_array_equal(numbers(told["x"], runs.x.shape[2]), runs.x[0])
-    assert "diverges at" in page.value("document.querySelector('.bench-results').textContent")
-    assert "diverges at" in page.value("document.querySelector('.bench-voice').textContent")
+    assert "diverged at" in page.value("document.querySelector('.bench-results').textContent")
+    assert "diverged at" in page.value("document.querySelector('.bench-voice').textContent")
 
 
-def test_noise_and_long_strides_keep_the_bits(tmp_path):
+def test_noise_and_long_strides_keep_the_bits(tmp_path, browser):
     noisy = rival("FS", "PID").digital(
         2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2, quantum_q=1e-5, limit=400.0)
     )
@@ -112,7 +119,7 @@ def test_noise_and_long_strides_keep_the_bits(tmp_path):
     data = data_of({("FS", "PID"): noisy}, 1e-3, 6.0, 6.0, knobs, seed=3)
     assert data["loops"][0]["normals"] > 0
     assert data["loops"][0]["fine"]["stride"] > 2000
-    with open_page(write_page(tmp_path, data)) as page:
+    with open_page(write_page(tmp_path, data), browser=browser) as page:
         opened(page)
         page.value("livePage.bench.sow('18446744073709551615')")
         page.until(IDLE)
@@ -154,6 +161,20 @@ def test_the_newest_ticket_wins(page):
     assert len(set(done)) < 30
 
 
+def test_who_turns_back_at_once_sees_the_run_of_where_they_are(page):
+    opened(page)
+    turned(page, knob1=7.0)
+    there = page.value(BYTES % 0)
+    page.value(
+        "(() => { const hear = livePage.hear.bind(livePage); livePage.hear = (view) => { hear(view);"
+        " if (view.done && livePage.state.values[1] === 40) livePage.bench.knobs[1].turn(7); };"
+        " livePage.bench.knobs[1].turn(40); })()"
+    )
+    page.until(f"livePage.state.values[1] === 7 && {IDLE}")
+    page.until("livePage.views.get(0).fine === '1:7'")
+    assert page.value(BYTES % 0) == there
+
+
 def test_a_slider_turns_by_keys_and_stops_at_the_printed_value(page):
     opened(page)
     printed = page.value("livePage.data.knobs[1].value")
@@ -175,9 +196,9 @@ def test_escape_closes_the_bench_and_gives_the_focus_back(page):
     assert page.value("document.getElementById('bench-panel').hidden")
 
 
-def test_a_link_shows_what_its_sender_saw(path):
+def test_a_link_shows_what_its_sender_saw(path, browser):
     fragment = "#knobs=phi:0.2,gain%3A%20K:7.5&scenario=SS"
-    with open_page(path, fragment) as page:
+    with open_page(path, fragment, browser=browser) as page:
         page.until(IDLE)
         assert page.value("[...livePage.views.keys()]") == [2]
         assert page.value("livePage.state.values.slice(0, 2)") == [0.2, 7.5]
@@ -222,17 +243,17 @@ def test_what_is_written_into_the_address_is_read_from_it(page):
     )
 
 
-def test_a_module_that_is_broken_leaves_the_page_as_printed(data, tmp_path):
+def test_a_module_that_is_broken_leaves_the_page_as_printed(data, tmp_path, browser):
     broken = data | {"modules": ["AAAA" for _ in data["modules"]]}
-    with open_page(write_page(tmp_path, broken)) as page:
+    with open_page(write_page(tmp_path, broken), browser=browser) as page:
         opened(page)
         page.until("livePage.failed")
         assert "stays as printed" in page.value("document.querySelector('.bench-status').textContent")
         assert page.value("Object.keys(shown).length") == 0
 
 
-def test_a_worker_that_fails_leaves_the_page_as_printed(path):
-    with open_page(path) as page:
+def test_a_worker_that_fails_leaves_the_page_as_printed(path, browser):
+    with open_page(path, browser=browser) as page:
         page.value("livePage.source = 'onmessage = () => { throw new Error(1); };'")
         opened(page)
         page.until("livePage.failed")
@@ -278,15 +299,27 @@ def test_copied_lines_name_what_was_turned_in_each_loop(page):
     assert page.value("livePage.bench.python()").split("\n") == lines
 
 
+def test_copied_lines_of_several_loops_keep_all_their_scores(page):
+    opened(page)
+    turned(page, knob0=0.2, knob2=50.0)
+    page.value("livePage.data.python = 'scores = run({case}, {values})'")
+    lines = [
+        "scores = {}",
+        'scores["FS: SMC"] = run("FS: SMC", {"phi": 0.2})',
+        'scores["FS: PID"] = run("FS: PID", {"Kd": 50})',
+    ]
+    assert page.value("livePage.bench.python()").split("\n") == lines
+
+
 def test_a_copied_link_holds_the_last_turn(page, path):
     opened(page)
     page.value("livePage.bench.knobs[1].turn(7.5)")
     assert page.value("livePage.bench.link()") == path.resolve().as_uri() + "#knobs=gain%3A%20K:7.5"
 
 
-def test_a_long_run_grows_before_it_is_done(tmp_path):
+def test_a_long_run_grows_before_it_is_done(tmp_path, browser):
     data = data_of({("FS", "SMC"): LOOPS["FS", "SMC"]}, 5e-5, 60.0, 0.1, KNOBS[:2])
-    with open_page(write_page(tmp_path, data)) as page:
+    with open_page(write_page(tmp_path, data), browser=browser) as page:
         opened(page)
         page.value(
             "(() => { window.grown = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {"
@@ -301,9 +334,9 @@ def test_a_long_run_grows_before_it_is_done(tmp_path):
         assert [rows for rows, *_ in early] == sorted({rows for rows, *_ in early})
 
 
-def test_the_plant_moves_beside_its_printed_run(data, tmp_path):
+def test_the_plant_moves_beside_its_printed_run(data, tmp_path, browser):
     drawn = [loop | {"drawing": {"shapes": [], "first": 1, "places": 2}} for loop in data["loops"]]
-    with open_page(write_page(tmp_path, data | {"loops": drawn})) as page:
+    with open_page(write_page(tmp_path, data | {"loops": drawn}), browser=browser) as page:
         opened(page)
         page.value("document.querySelector('.bench-motion').open = true")
         page.until("window.animation && animation.frames")
@@ -313,3 +346,59 @@ def test_the_plant_moves_beside_its_printed_run(data, tmp_path):
         page.until("animation.before")
         assert page.value("[...animation.before]") == still
         assert page.value("[...animation.frames]") != still
+
+
+def test_the_knobs_stay_where_they_are_while_one_is_turned(page):
+    opened(page)
+    tops = "[...document.querySelectorAll('.bench-knob')].map((knob) => knob.getBoundingClientRect().top)"
+    before = page.value(tops)
+    turned(page, knob0=0.2, knob2=1e6)
+    assert page.value(tops) == before
+
+
+def test_each_control_has_a_name_that_is_read_aloud(page):
+    opened(page)
+    turned(page, knob0=0.2)
+    roles = {"slider", "spinbutton", "button", "checkbox", "combobox", "textbox", "region"}
+    nodes = [node for node in page.call("Accessibility.getFullAXTree")["nodes"] if not node["ignored"]]
+    controls = [(node["role"]["value"], node["name"]["value"]) for node in nodes if node["role"]["value"] in roles]
+    assert [role for role, name in controls if not name] == []
+    assert ("slider", "phi") in controls
+    assert ("button", "phi: reset to the printed 0.01") in controls
+
+
+@pytest.fixture(scope="module")
+def small():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    return wb.live(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1)), until=2.0)
+
+
+def moves(page):
+    page.until("typeof livePage !== 'undefined'")
+    page.value("livePage.bench.open()")
+    page.value("livePage.bench.knobs[0].turn(500)")
+    page.until(IDLE)
+    page.until(
+        "document.querySelector('svg.live .live-series') !== null && document.querySelector('.live-number') !== null"
+    )
+    assert page.complaints == []
+
+
+def test_a_page_as_it_is_written_moves_under_its_own_policy(small, tmp_path, browser):
+    path = small.write(tmp_path / "small.html")
+    with open_page(path, browser=browser) as page:
+        moves(page)
+        assert page.requests == [path.resolve().as_uri()]
+        page.value("livePage.bench.reset()")
+        page.until("!document.querySelector('svg.live') && !document.querySelector('.live-number')")
+
+
+def test_a_page_in_the_frame_of_a_notebook_moves_and_stays_there(small, tmp_path, browser):
+    path = tmp_path / "notebook.html"
+    path.write_text(f"<!DOCTYPE html><title>A notebook</title>{small._repr_html_()}", "utf-8")
+    with open_page(path, browser=browser) as page:
+        frame = page.frame()
+        moves(frame)
+        assert frame.until("location.hash") == "#knobs=controller.Kp:500"
+        assert frame.value("location.href.startsWith('about:srcdoc')")

@@ -55,8 +55,8 @@ def kernels(tmp_path, monkeypatch):
 @pytest.fixture
 def compilations(kernels, monkeypatch):
     """The IR of every module that LLVM was asked to compile."""
-    asked, compile_ = [], llvm._machine_code
-    monkeypatch.setattr(llvm, "_machine_code", lambda ir, level: asked.append(ir) or compile_(ir, level))
+    asked, compile_ = [], llvm._object
+    monkeypatch.setattr(llvm, "_object", lambda ir, machine: asked.append(ir) or compile_(ir, machine))
     return asked
 
 

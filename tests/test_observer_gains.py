@@ -296,7 +296,7 @@ def test_states_that_are_none_are_refused_by_name():
     for states, words in (((two, rows, two), "2 numbers a row"), ((two, two, two * np.nan), "finite")):
         with pytest.raises(ValueError, match=words):
             frozen_poles(MISMATCH, PAPER, *states)
-    with pytest.raises(ValueError, match="positive whole number"):
+    with pytest.raises(ValueError, match="whole number from 1 to 10000000"):
         over(MISMATCH, PAPER, BOX, 0)
     with pytest.raises(ValueError, match="shape"):
         noise(PAPER, np.zeros((3, 3)))

@@ -6,6 +6,7 @@ import zlib
 import numpy as np
 import pytest
 
+pytest.importorskip("llvmlite", reason="nothing is compiled for a browser without llvmlite")
 wasmtime = pytest.importorskip("wasmtime")
 
 STEPS = 2000  # that share a table of time

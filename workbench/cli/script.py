@@ -69,7 +69,23 @@ def module_of(file: Path) -> ModuleType:
 
 
 def load(file: Path | str) -> Study:
-    """The `study` of a file, or of the `study.py` in a folder, which is run for it."""
+    r"""The `study` of a file, or of the `study.py` in a folder, which is run for it.
+
+    Raises
+    ------
+    LookupError
+        If there is no such file, or it defines no `study`.
+    ValueError
+        If that is no `Study`.
+
+    Examples
+    --------
+    >>> lines = 'import workbench as wb\nstudy = wb.Study("mine", "T", "Q?", "M.", sections=lambda results: [])'
+    >>> with open("mine.py", "w") as file:
+    ...     _ = file.write(lines)
+    >>> wb.load("mine.py").name
+    'mine'
+    """
     file = file_of(Path(file))
     check_file(file)
     study = getattr(module_of(file), "study", None)

@@ -16,7 +16,7 @@ from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, cells, curves
-from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, watched
+from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, switches, watched
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
@@ -35,7 +35,7 @@ scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
 def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
-    A loop that no browser can run stays printed, and the data say why. `script` is the file of the study, for the
+    A loop that no browser can run stays printed, and the data say why; all of them do where llvmlite is missing. `script` is the file of the study, for the
     lines that compute the same in Python.
 
     Raises
@@ -61,7 +61,9 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         mine = [replace(curve, loop=len(loops)) for curve in all_curves if curve.loop == k]
         try:
             made, shown = _loop(outcome, knobs, mine, modules)
-        except (ValueError, ImportError) as error:
+        except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
+            return None
+        except ValueError as error:
             refused[outcome.case.name] = str(error)
             continue
         live_places[k] = len(loops)
@@ -127,6 +129,7 @@ def _loop(
         "moves": _moves(knobs, fine.parameters.size, [knob.places(fine) for knob in knobs]),
         "seed": str(case.run.seed),
         "normals": fine.noises,
+        "switches": switches(outcome.ode),
         "coarse": march(coarse, round(every / coarse.h), modules),
         "fine": march(fine, round(every / fine.h), modules),
         "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,

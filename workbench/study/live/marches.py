@@ -11,10 +11,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Step
-from workbench.simulate.kernel.plan import Plan
+from workbench.core import Entry, Layout, Ode, Sampled, Step, rk4
+from workbench.simulate.kernel.plan import Plan, pass_of
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
+
+JUMPS = {"sign", "lt", "le", "eq", "ne", "floor", "fmod", "if_else"}  # operations that do
 
 
 @dataclass(frozen=True)
@@ -66,9 +68,14 @@ def watched(step: Step, expressions: ca.SX) -> Step:
     return replace(step, states=states, outputs=Layout(), rule=held)
 
 
+def switches(equation: Ode | Sampled) -> bool:
+    """True if an equation jumps where a comparison turns: there the rounding of an operation may decide when."""
+    step = rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step()
+    return any(node.op in JUMPS for node in pass_of(step).nodes)
+
+
 def coarse_and_fine(outcome: Outcome) -> tuple[Step, Step]:
     """The step of the check, and the one at which the values of an outcome were taken, with its metrics beside it."""
-    from workbench.core import Ode
     from workbench.metrics.accumulators import maker
 
     fine, h = outcome.measurement.trajectories.step, outcome.measurement.h

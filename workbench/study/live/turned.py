@@ -28,6 +28,16 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
         If the study has no such case or knob, or the case has nothing that the knob turns.
     ValueError
         If the cases follow from tunings, or a value leads beyond the bounds of a number.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
+    >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
+    >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
+    >>> wb.turned(study, "speed: PI", {"Kp": 50.0}).scores["RMSE"].value.round(3)
+    array([[0.151]])
     """
     if callable(study.cases):
         raise ValueError("`turned(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")

@@ -88,16 +88,13 @@ function addressOfState(state, data) {
   return parts.length ? `#${parts.join("&")}` : "";
 }
 
-// Write a fragment into the page's address, without a new entry of the history; a page that may not keeps its own.
+// Write a fragment into the page's address, without a new entry of the history; a page that may not keeps its own. The
+// address is written in full, as in the frame of a notebook a short one would lead out of the page.
 function writeAddress(fragment) {
   if (fragment === location.hash || (!fragment && !isStateAddress(location.hash))) return;
   try {
-    history.replaceState(null, "", fragment || location.href.split("#")[0]);
+    history.replaceState(null, "", location.href.split("#")[0] + fragment);
   } catch {
-    try {
-      location.replace(fragment || "#");
-    } catch {
-      // the address stays as it is
-    }
+    // then no link can be copied from the address; the bench has one
   }
 }

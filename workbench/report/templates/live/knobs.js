@@ -182,7 +182,8 @@ class Bench {
       this.state.values[i] = value;
       this.changed();
     }));
-    this.results = part("div", { class: "bench-results" });
+    this.results = part("div", { class: "bench-results", role: "region", tabindex: "0", hidden: true });
+    this.results.setAttribute("aria-label", "Results");
     this.stage = part("div", { class: "bench-stage", hidden: true });
     const back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
     const link = part("button", { type: "button", onclick: () => this.copy(this.link(), link) }, "Copy link");
@@ -289,9 +290,15 @@ class Bench {
   // A line for each loop: its first number now, and as printed.
   report(head, lines) {
     this.results.replaceChildren();
+    this.results.hidden = !lines.length;
     if (!lines.length) return;
-    const rows = lines.map(({ label, now, printed, rough }) => part("tr", rough ? { class: "rough" } : {},
-      part("th", { scope: "row" }, label), part("td", {}, now), part("td", {}, printed)));
+    const several = new Set(lines.map((line) => line.scenario)).size > 1;
+    const rows = lines.flatMap(({ scenario, label, now, printed, rough }, i) => {
+      const row = part("tr", rough ? { class: "rough" } : {},
+        part("th", { scope: "row", title: label }, label), part("td", {}, now), part("td", {}, printed));
+      if (!several || (i && lines[i - 1].scenario === scenario)) return [row];
+      return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3, class: "bench-scenario" }, scenario)), row];
+    });
     const heads = [head, "now", "printed"].map((text) => part("th", { scope: "col" }, text));
     this.results.append(part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
   }
@@ -306,9 +313,13 @@ class Bench {
       return { case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
     });
     const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
-    const written = (line, one) => line.replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
-    return data.python.split("\n").flatMap((line) =>
-      line.includes("{case}") ? (moved.length ? moved : cases).map((one) => written(line, one)) : [line]).join("\n");
+    const chosen = moved.length ? moved : cases, several = chosen.length > 1;
+    const written = (line, one) => line.replace(/^scores\b/, several ? `scores[${one.case}]` : "scores")
+      .replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
+    return data.python.split("\n").flatMap((line) => {
+      if (!line.includes("{case}")) return [line];
+      return [...(several ? ["scores = {}"] : []), ...chosen.map((one) => written(line, one))];
+    }).join("\n");
   }
 
   // The address of this page with all that is turned.

@@ -5,6 +5,7 @@
 
 const HOLD = 200; // ms that a request waits for the first results of the one before, so that dragging shows them
 const NEAR = 400; // px beyond the window within which a figure is drawn at once
+const MOST_SPOKEN = 8; // results that are read aloud
 const SETTLED = 300; // ms after the last turn, when the address is written
 
 const whenIdle = window.requestIdleCallback
@@ -64,7 +65,7 @@ class LivePage {
     } catch (error) {
       return this.fail(error);
     }
-    if (addressOfState(this.state, this.data)) this.turn(this.state);
+    this.turn(this.state);
     whenIdle(() => this.warm());
   }
 
@@ -90,7 +91,8 @@ class LivePage {
   }
 
   crew() {
-    this.pool ||= new Pool(this.data, this.source, (view) => this.hear(view), (error) => this.fail(error));
+    const hear = (view) => this.guarded(() => this.hear(view));
+    this.pool ||= new Pool(this.data, this.source, hear, (error) => this.fail(error));
     return this.pool;
   }
 
@@ -166,10 +168,10 @@ class LivePage {
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
-    const shown = { ...this.views.get(place), ...view, turnedAt: this.turnedAt };
+    const shown = { ...this.views.get(place), ...view, fine: null };
     if (view.done) {
       if (view.phase === "coarse") shown.coarse = view.ends;
-      else shown.fine = flight.keys.get(place);
+      else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
       shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
       flight.rough.delete(place);
       if (view.phase === "fine") flight.fine.delete(place);
@@ -209,7 +211,7 @@ class LivePage {
       else this.away.add(name);
     }
     if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
-    this.drawn = performance.now();
+    this.drawn = performance.now(); // for those who measure how soon a turn is seen
   }
 
   drawNumbers(place, view) {
@@ -218,7 +220,7 @@ class LivePage {
     if (!view || view.done) this.motion.load(place);
   }
 
-  // A fault while something is drawn ends all that is live.
+  // A fault ends all that is live.
   guarded(call) {
     try {
       call();
@@ -259,16 +261,16 @@ class LivePage {
 
   // What the bench says: the first number of each loop, how long it took, and which runs have diverged.
   report() {
-    const { bench, views, data } = this, places = [...this.wanted.keys()].filter((place) => views.has(place));
-    const done = places.filter((place) => views.get(place).scores || views.get(place).divergedAt !== null);
-    const lines = done.map((place) => this.line(place));
-    const first = done.map((place) => data.loops[place].metrics[0]).find(Boolean);
-    bench.report(first ? headOfMetric(first) : "", lines);
+    const { bench, data, wanted } = this, places = this.asked(this.state);
+    const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
+    bench.report(first ? headOfMetric(first) : "", places.map((place) => this.line(place)));
     if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
-    if (!this.wanted.size) return bench.tell(this.idleText());
-    const loops = places.length === 1 ? "One loop" : `${places.length} loops`;
+    if (!wanted.size) return bench.tell(this.idleText());
+    const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
-    bench.say(lines.map((line) => line.spoken).join(" "));
+    const spoken = [...wanted.keys()].map((place) => this.line(place).spoken);
+    const more = spoken.length > MOST_SPOKEN ? [`And ${spoken.length - MOST_SPOKEN} more in the bench.`] : [];
+    bench.say([...spoken.slice(0, MOST_SPOKEN), ...more].join(" "));
   }
 
   idleText() {
@@ -276,25 +278,31 @@ class LivePage {
     return turned ? "As printed: what is turned is in no loop that runs here." : "As printed.";
   }
 
+  // A loop's first number now, nothing while it is as printed, and the printed one.
   line(place) {
-    const { label, scores: printed, metrics } = this.data.loops[place], view = this.views.get(place);
-    const [metric] = metrics, rough = view.phase !== "fine", name = metric ? metric.name : "";
-    const before = metric ? evenNumber(Number(printed[0][0][0])) : "";
-    if (view.divergedAt !== null) {
-      const when = `diverges at ${shortNumber(view.divergedAt)}\u00a0s`;
-      return { label, now: when, printed: before, rough, spoken: `${label} ${when}.` };
+    const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
+    const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
+    const printed = Number.isNaN(value) ? "\u2014" : evenNumber(value);
+    const line = { scenario, label, printed, now: "", rough: view.phase !== "fine", spoken: "" };
+    if (typeof view.divergedAt === "number") {
+      line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
+      line.spoken = `${label} ${line.now}.`;
+    } else if (view.scores && view.scores[0]) {
+      line.now = evenNumber(view.scores[0][0][0]);
+      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (printed ${printed}).`;
     }
-    const now = metric && view.scores[0] ? evenNumber(view.scores[0][0][0]) : "";
-    const unit = metric ? (metric.units || [])[0] || metric.unit : "";
-    const spoken = `${label}: ${name} ${withUnit(now, unit)} (printed ${before}).`;
-    return { label, now, printed: before, rough, spoken };
+    return line;
   }
 }
 
 // A metric of which the first number is shown, with its label and unit.
-function headOfMetric({ name, labels, unit, units }) {
-  const label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
-  return `${name}${label} [${(units || [])[0] || unit}]`;
+function headOfMetric(metric) {
+  const { name, labels } = metric, label = labels && labels.length > 1 ? `, ${labels[0]}` : "";
+  return `${name}${label} [${unitOfMetric(metric)}]`;
+}
+
+function unitOfMetric({ unit, units }) {
+  return (units || [])[0] || unit || "1";
 }
 
 // A page without data has no bench.

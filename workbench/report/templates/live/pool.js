@@ -25,19 +25,23 @@ class Pool {
 
   // The work of each scenario in equal shares: the heaviest loop first, always to the least busy.
   shared(count) {
-    const owners = new Map(), { loops, modules } = this.data;
+    const owners = new Map(), { loops } = this.data;
     for (const scenario of new Set(loops.filter(Boolean).map((loop) => loop.scenario))) {
       const busy = new Array(count).fill(0);
       const mine = [...loops.keys()].filter((i) => loops[i] && loops[i].scenario === scenario);
-      const weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
-      for (const i of mine.sort((a, b) => weight(b) - weight(a))) {
+      for (const i of mine.sort((a, b) => this.weight(b) - this.weight(a))) {
         const least = busy.indexOf(Math.min(...busy));
         owners.set(i, least);
-        busy[least] += weight(i);
+        busy[least] += this.weight(i);
       }
     }
-    this.weight = (i) => loops[i].rows * loops[i].fine.stride * modules[loops[i].fine.module].length;
     return owners;
+  }
+
+  // About how long a loop takes: its steps, by the length of their code.
+  weight(place) {
+    const { rows, fine } = this.data.loops[place];
+    return rows * fine.stride * this.data.modules[fine.module].length;
   }
 
   module(place) {

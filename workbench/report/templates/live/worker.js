@@ -9,11 +9,12 @@ const CALL = 4; // ms that one call of a kernel shall take
 const SLICE = 12; // ms between two looks for a newer request
 const GROWTH = 60; // ms between two views of a run that is under way
 
-// The march of one module: a memory with all its arrays, and the two functions that work on them.
+// The march of one module, at most so many steps at once: a memory with all its arrays, and the two functions that
+// work on them.
 class Kernel {
-  constructor(module, march) {
+  constructor(module, march, steps) {
     this.march = march;
-    const places = this.places(Math.max(1, Math.floor(STEPS_AT_ONCE / march.stride)));
+    const places = this.places(steps, Math.max(1, Math.floor(steps / march.stride)));
     const memory = new WebAssembly.Memory({ initial: Math.ceil(places.end / 65536) });
     const array = (name, size) => new Float64Array(memory.buffer, places[name], size);
     const { workbench_piece, workbench_table } = new WebAssembly.Instance(module, {
@@ -30,10 +31,10 @@ class Kernel {
   }
 
   // Where each array begins: at a multiple of 64 bytes, as the widest loads ask for.
-  places(rows) {
+  places(steps, rows) {
     const { constants, parameters, lanes, table, states } = this.march;
     const sizes = {
-      runs: 1, constants: constants.length, p: parameters.length, scratch: lanes, table: STEPS_AT_ONCE * table,
+      runs: 1, constants: constants.length, p: parameters.length, scratch: lanes, table: steps * table,
       x: states, out: rows * states,
     };
     const places = { end: 64 };
@@ -186,7 +187,8 @@ function pause() {
 function take({ place, loop, modules }) {
   const kernels = {};
   for (const name of ["coarse", "fine", "outputs"]) {
-    if (loop[name]) kernels[name] = new Kernel(modules[loop[name].module], loop[name]);
+    const march = loop[name], steps = name === "outputs" ? 1 : STEPS_AT_ONCE;
+    if (march) kernels[name] = new Kernel(modules[march.module], march, steps);
   }
   loops.set(place, { loop, kernels });
 }
