@@ -2,7 +2,9 @@
 
 import json
 import re
+import sys
 import time
+from importlib import import_module
 
 import casadi as ca
 import numpy as np
@@ -157,7 +159,15 @@ def test_a_loop_without_numbers_has_a_printed_page_that_says_so():
     t, x = ca.SX.sym("t"), ca.SX.sym("x")
     ode = wb.Ode("bare", wb.layout(x="m"), wb.layout(), wb.layout(x="m"), t, x, ca.SX(0, 1), -x, x)
     page = wb.live(ode, until=1.0)
-    assert page.printed == "Nothing can be turned in this loop: it has no number that moves what is shown."
+    assert page.printed == "Nothing can be turned in this loop: no number moves what is shown."
+    assert "<script" not in page.text
+
+
+def test_without_llvmlite_a_page_is_printed_and_says_so(monkeypatch):
+    monkeypatch.setitem(sys.modules, "workbench.simulate.kernel.webassembly", None)
+    monkeypatch.delattr(import_module("workbench.simulate.kernel"), "webassembly", raising=False)
+    page = wb.live(loop(), until=0.1)
+    assert page.printed.endswith("llvmlite, which compiles it for a browser, is not installed.")
     assert "<script" not in page.text
 
 

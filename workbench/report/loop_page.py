@@ -80,7 +80,12 @@ def live(
     data = live_data(study, results, document)
     if data and data["loops"]:
         return LoopPage(html(document, live=data))
-    why = "; ".join(data["refused"].values()).rstrip(".") if data else "it has no number that moves what is shown"
+    if data:
+        why = "; ".join(data["refused"].values()).rstrip(".")
+    elif study.live:
+        why = "llvmlite, which compiles it for a browser, is not installed"
+    else:
+        why = "no number moves what is shown"
     printed = f"Nothing can be turned in this loop: {why}."
     told = replace(study, method=f"{study.method} {printed}")
     return LoopPage(html(writeup.document(told, results, COMMAND)), printed)
