@@ -3,6 +3,7 @@
 import html
 import re
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ import workbench
 
 DOCS = Path(__file__).parent
 ROOT = DOCS.parent
+LIVE = DOCS / "_static" / "loops"  # the live pages, each with its first picture beside it
 
 project = "control-workbench"
 author = "The control-workbench authors"
@@ -72,7 +74,45 @@ def gallery() -> str:
         if picture := first_picture(report):
             shutil.copy(picture, pictures / f"{report.name}.svg")
             parts.append(f"![{title}](_pictures/{report.name}.svg)\n")
+    return "\n".join([*parts, live_loops()])
+
+
+def live_loops() -> str:
+    """The part of the gallery whose loops a reader turns: name, law, plant, horizon and picture, all with the page."""
+    sys.path.insert(0, str(ROOT))
+    from docs import loops
+
+    shutil.rmtree(LIVE, ignore_errors=True)
+    LIVE.mkdir(parents=True)
+    parts = [
+        "## Loops to be turned\n",
+        "Each picture leads to a page of one file, 0.3 MB, that runs its loop in your browser at numbers you turn. "
+        "[How to read such pages, and to make your own](howto/live_pages.md).\n",
+    ]
+    for title, shown in (
+        ("Laws for the arm of the paper", loops.of_arms()),
+        ("LQG and PID of each plant", loops.of_plants()),
+    ):
+        cards = "".join(card(name, one) for name, one in shown.items())
+        parts.append(f'### {title}\n\n<div class="loops">{cards}</div>\n')
     return "\n".join(parts)
+
+
+def card(name: str, shown: Any) -> str:
+    """Write the live page of a loop and its picture; the two as a link."""
+    page = workbench.live(shown.loop, shown.until, shown.h, title=name)
+    stem = re.sub(r"\W+", "-", name.replace("−", " minus").replace("+", " plus ")).strip("-").lower()
+    page.write(LIVE / f"{stem}.html")
+    (LIVE / f"{stem}.svg").write_text(drawn(page.text), encoding="utf-8")
+    words, place = html.escape(f"{name}, {shown.until:g} s"), f"_static/loops/{stem}"
+    return f'<a href="{place}.html"><img src="{place}.svg" alt="" loading="lazy">{words}</a>'
+
+
+def drawn(page: str) -> str:
+    """The first figure of a page, as a file of its own."""
+    found = re.search(r'<figure[^>]*class="drawing".*?(<svg.*?</svg>)', page, re.S)
+    assert found, "a page of a loop draws its signals"
+    return found[1]
 
 
 def reference() -> str:

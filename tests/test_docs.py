@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from docs.loops import of_arms, of_plants
+
 ROOT = Path(__file__).parents[1]
 BLOCK = re.compile(r"^```python\n(.*?)^```$(?:\n```text\n(.*?)^```$)?", re.M | re.S)  # a block, and what it prints
 PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if BLOCK.search(page.read_text(encoding="utf-8")))
@@ -33,4 +35,9 @@ def test_the_site_is_built_without_a_warning(tmp_path):
     line = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", "-d", tmp_path / "trees"]
     done = subprocess.run([*line, ROOT / "docs", tmp_path / "site"], capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "site" / "gallery.html").is_file()
+    gallery = (tmp_path / "site" / "gallery.html").read_text(encoding="utf-8")
+    pages = re.findall(r'href="(_static/loops/[\w-]+\.html)"', gallery)
+    assert len(pages) == len({*pages}) == len(of_arms()) + len(of_plants())
+    for page in pages:  # each can be turned, and stands beside its picture
+        assert 'id="live"' in (tmp_path / "site" / page).read_text(encoding="utf-8")
+        assert (tmp_path / "site" / page).with_suffix(".svg").is_file()

@@ -36,6 +36,20 @@ def test_a_block_that_is_no_study_runs(block, tmp_path):
         assert [f"{float(number):.4f}" for number in computed] == printed.split()
 
 
+def test_the_first_picture_is_small_and_there():
+    first = re.search(r"!\[(.+?)\]\((.+?)\)", README)
+    assert README.index(first[0]) < README.index("make paper")
+    assert first[2] == "docs/pictures/live.png"
+    assert (ROOT / first[2]).stat().st_size < 150_000
+
+
+def test_the_first_loop_has_a_live_page_as_the_walk_says(command, tmp_path):
+    (tmp_path / "first.py").write_text(walk("first"), encoding="utf-8")
+    done = command("live", "first.py")
+    assert (done.exit_code, done.stderr) == (0, "'loop' until 2 s, at steps of 0.001 s.\n")
+    assert 'id="live"' in (tmp_path / "first.html").read_text(encoding="utf-8")
+
+
 def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
     (tmp_path / "own_law.py").write_text(walk("own_law"), encoding="utf-8")
     done = command("run", "own_law.py")

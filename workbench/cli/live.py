@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -12,6 +13,7 @@ from workbench.cli.errors import aside, one_sentence
 
 PATH = click.Path(path_type=Path)
 USUAL = "loop"
+USUAL_STEP = 1e-3  # s
 
 
 @click.command()
@@ -25,19 +27,22 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
     from workbench.cli import script
 
     with one_sentence(file):
+        file = script.file_of(file)
         script.check_file(file)
         module = script.module_of(file)
         from workbench.report.loop_page import live as page_of
 
         name, loop = _loop(module, file, name)
         horizon, usual = _times(module)
-        horizon, h = until or horizon, step or usual
+        horizon, h = horizon if until is None else until, usual if step is None else step
         if horizon is None:
             raise ValueError(
                 f"`workbench live {file}` needs a horizon, as the file has no runs: add `--until SECONDS`."
             )
         page = page_of(loop, horizon, h, title=f"{name} of {file.name}")
         place = page.write(out or Path(f"{file.stem}.html"))
+        if page.printed:
+            aside(page.printed)
         aside(f"'{name}' until {horizon:g} s, at steps of {h:g} s.")
         click.echo(f"The page is {place}.")
 
@@ -56,10 +61,16 @@ def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
 
 
 def _times(module: ModuleType) -> tuple[float | None, float]:
-    """The horizon and the step of the runs of a script."""
+    """The horizon and the step of the first runs of a script."""
     from workbench.simulate import Trajectories
 
-    for value in vars(module).values():
-        if isinstance(value, Trajectories):
-            return float(value.t[-1]), value.step.h / value.step.substeps
-    return None, 1e-3
+    runs = (value for value in _values(vars(module)) if isinstance(value, Trajectories))
+    return next(((float(one.t[-1]), one.step.h / one.step.substeps) for one in runs), (None, USUAL_STEP))
+
+
+def _values(held: Mapping[str, Any]) -> Iterator[Any]:
+    """All values, and those in dictionaries among them, as runs are handed to `plot`."""
+    for value in held.values():
+        yield value
+        if isinstance(value, dict):
+            yield from value.values()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from markupsafe import Markup, escape
@@ -20,16 +20,19 @@ from workbench.study.live.loop_study import loop_study
 from workbench.validation.signatures import door
 
 HEIGHT = 900  # pixels of the frame in a notebook
+COMMAND = "workbench.live(...)"
 
 
 @dataclass(frozen=True)
 class LoopPage:
-    """A page that a notebook shows, and that `write` puts into a file."""
+    """A page that a notebook shows, and that `write` puts into a file; `printed` says why nothing is turned there."""
 
     text: str
+    printed: str = ""
 
     def __repr__(self) -> str:
-        return f"<live page of {len(self.text) // 1000} kB: `write(path)` puts it into a file>"
+        kind = "printed" if self.printed else "live"
+        return f"<{kind} page of {len(self.text) // 1000} kB: `write(path)` puts it into a file>"
 
     def _repr_html_(self) -> str:
         frame = '<iframe srcdoc="{}" width="100%" height="{}" style="border: 0" sandbox="allow-scripts"></iframe>'
@@ -37,8 +40,18 @@ class LoopPage:
 
     @door
     def write(self, path: str | Path) -> Path:
-        """Write the page to a file, and give its path."""
+        """Write the page to a file, and give its path.
+
+        Raises
+        ------
+        LookupError
+            If there is no folder for it.
+        """
         place = Path(path)
+        if not place.parent.is_dir():
+            raise LookupError(f"`write({str(place)!r})` must be in a folder that is there; '{place.parent}' is none.")
+        if place.is_dir():
+            raise LookupError(f"`write({str(place)!r})` must be the path of a file; a folder has this name.")
         write_durably(place, self.text.encode())
         return place
 
@@ -54,6 +67,8 @@ def live(
 ) -> LoopPage:
     """The page of a loop whose numbers its reader turns, as `loop_study` says.
 
+    A loop that no browser can run has a page without knobs, which says why.
+
     Examples
     --------
     >>> wb.live(wb.open_loop(wb.DCMotor()), until=2.0).text[:15]
@@ -61,5 +76,16 @@ def live(
     """
     study = loop_study(loop, until, h, metrics, knobs, title)
     results = case_runs.run(study)
-    document = writeup.document(study, results, "workbench.live(...)")
-    return LoopPage(html(document, live=live_data(study, results, document)))
+    document = writeup.document(study, results, COMMAND)
+    data = live_data(study, results, document)
+    if data and data["loops"]:
+        return LoopPage(html(document, live=data))
+    if data:
+        why = "; ".join(data["refused"].values()).rstrip(".")
+    elif study.live:
+        why = "llvmlite, which compiles it for a browser, is not installed"
+    else:
+        why = "no number moves what is shown"
+    printed = f"Nothing can be turned in this loop: {why}."
+    told = replace(study, method=f"{study.method} {printed}")
+    return LoopPage(html(writeup.document(told, results, COMMAND)), printed)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
+import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Ode, Sampled
+from workbench.core import Entry, Ode, Sampled, Step
 from workbench.metrics import AbstractMetric, effort, peak_error, rmse
+from workbench.metrics.accumulators import maker
 from workbench.study.contract import Loop, Run, equations_of
 from workbench.study.document.document import Cell, Column, Diverged, Figure, Measured, Panel, Section, Series, Table
 from workbench.study.document.phrases import raised
@@ -19,7 +23,8 @@ from workbench.validation.signatures import door
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much
 ABOUT_ZERO = 1.0  # as far as a knob goes either way from a number that is zero
 POINTS = 1000  # kept times, or about that many
-FIRST = ("controller", "plant", "observer", "reference", "instruments")  # the blocks whose knobs come first
+FIRST = ("controller", "plant", "reference", "observer", "instruments")  # the blocks whose knobs come first
+UNKNOWN = "?"  # as the unit of a number that nobody named
 
 
 @door
@@ -34,14 +39,15 @@ def loop_study(
     """The study with one case: a loop until a horizon [s], at a step h [s], of a sampled loop a substep.
 
     The values are those of the step h; their errors are the change from 2 h. Without `metrics` they are those of
-    tracking errors and inputs; without `knobs` every number of the loop is one, a vector by a share of itself.
+    tracking errors and inputs; without `knobs` every number on which the page depends is one, a vector by a share of
+    itself, and so is each initial state of the plant that is not zero.
 
     Raises
     ------
     ValueError
         If the loop is none, or h does not divide the horizon into an even number of steps.
     """
-    equation = equations_of(loop, "loop")
+    equation, until = equations_of(loop, "loop"), seconds("live(until=...)", until)
     flow = equation if isinstance(equation, Ode) else equation.flow
     step = equation.period if isinstance(equation, Sampled) else 2 * seconds("live(h=...)", h)
     every = step * max(1, round(until / step / POINTS))
@@ -56,31 +62,59 @@ def loop_study(
         f"One run over {until:g} s at h = {h:g} s; values at the step, errors from twice the step.",
         _sections,
         cases=(case,),
-        live=tuple(knobs) or knobs_of(equation),
+        live=tuple(knobs) or knobs_of(maker(equation, taken)(h)),
     )
 
 
-def knobs_of(equation: Ode | Sampled) -> tuple[Knob, ...]:
-    """A knob for each number of a loop, those of its laws first; a vector that is all zero has none."""
-    entries = sorted(equation.parameters.entries, key=_rank)
-    return tuple(knob for entry in entries if (knob := _knob(entry)))
+def knobs_of(step: Step) -> tuple[Knob, ...]:
+    """A knob for each number of a step that moves what its page shows, laws first and what they believe last."""
+    seen = [place for name in shown_signals(step) for place in _places(step, name)]
+    moving = ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen])
+    used = np.array(ca.which_depends(moving, step.rule.p, 1, False), dtype=bool)
+    entries = [entry for entry in step.parameters.entries if used[step.parameters.slice(entry.name)].any()]
+    starts = [entry for entry in step.states.entries if _block(entry) == "plant" and entry.default.any()]
+    knobs = [knob for entry in sorted((*entries, *starts), key=_rank) if (knob := _knob(entry))]
+    times = Counter(_brief(knob.name) for knob in knobs)
+    return tuple(replace(one, name=name) if times[name := _brief(one.name)] == 1 else one for one in knobs)
 
 
-def _rank(entry: Entry) -> int:
-    head = entry.name.split(".")[0]
-    return FIRST.index(head) if head in FIRST else len(FIRST)
+def _brief(path: str) -> str:
+    """A path without what stands between its block and its last two names."""
+    block, *others = path.split(".")
+    return ".".join([block, *others[-2:]])
+
+
+def _places(step: Step, name: str) -> list[int]:
+    """The places of a signal and its reference among the outputs of a step."""
+    all_places, there = range(step.outputs.size), (one for one in (name, f"{name}_ref") if one in step.outputs)
+    return [place for one in there for place in all_places[step.outputs.slice(one)]]
+
+
+def _block(entry: Entry) -> str:
+    return entry.name.split(".")[0]
+
+
+def _rank(entry: Entry) -> tuple[bool, int]:
+    """The numbers of models, which are those of the plant again, come behind all others."""
+    block = _block(entry)
+    return "model" in entry.name.split("."), FIRST.index(block) if block in FIRST else len(FIRST)
 
 
 def _knob(entry: Entry) -> Knob | None:
-    if entry.size > 1:
-        return Knob(entry.name, entry.name, 1 / REACH, REACH, log=True, share=True) if entry.default.any() else None
-    value, low, high = float(entry.default.ravel()[0]), entry.bounds.low, entry.bounds.high
-    if not np.isfinite(value):
+    """The knob of a number, or of a share of several, or of one without a known unit; none for zeros of those."""
+    values, bounds = entry.default.ravel(), entry.bounds
+    share = entry.size > 1 or entry.units[0] == UNKNOWN
+    if not np.isfinite(values).all() or (share and not values.any()):
         return None
-    ends = sorted((value / REACH, value * REACH)) if value else (-ABOUT_ZERO, ABOUT_ZERO)
-    inside = max(ends[0], low), min(ends[1], high)
-    log = value > 0 and inside[0] > 0
-    return Knob(entry.name, entry.name, *inside, log=log) if inside[0] < inside[1] else None
+    value, low, high = float(values[0]), bounds.low, bounds.high
+    if share:
+        ends = np.sort([[low / x, high / x] for x in values if x])
+        value, low, high = 1.0, ends[:, 0].max(), ends[:, 1].min()
+    if bounds.strict:  # an end that must not be reached: a fifth of the way to it is left
+        low, high = (value / REACH + end * (1 - 1 / REACH) for end in (low, high))
+    first, last = sorted((value / REACH, value * REACH)) if value else (-ABOUT_ZERO, ABOUT_ZERO)
+    first, last = max(first, float(low)), min(last, float(high))
+    return Knob(entry.name, entry.name, first, last, log=min(value, first) > 0, share=share) if first < last else None
 
 
 def _usual_metrics(flow: Ode) -> tuple[AbstractMetric, ...]:
@@ -90,9 +124,10 @@ def _usual_metrics(flow: Ode) -> tuple[AbstractMetric, ...]:
 
 def _sections(results: Results) -> tuple[Section, ...]:
     outcome = results.outcomes[0]
-    panels = [panel for name in shown_signals(outcome) if (panel := _panel(outcome, name))]
-    figure = Figure("signals", "The signals of the loop over time.", tuple(panels))
-    return (Section("The loop", (figure, _scores(outcome))),)
+    panels = tuple(_panel(outcome, name) for name in shown_signals(outcome.measurement.trajectories.step))
+    figure = Figure("signals", "The signals of the loop over time.", panels, columns=1 if len(panels) < 3 else 2)
+    scores = (_scores(outcome),) if outcome.measurement.scores else ()
+    return (Section("The loop", (figure, *scores)),)
 
 
 def _scores(outcome: Outcome) -> Table:
@@ -102,7 +137,8 @@ def _scores(outcome: Outcome) -> Table:
         for place, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True)):
             rows.append((name, label, _cell(outcome, *outcome.score(name, place)), raised(unit)))
     columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
-    return Table("scores", "The metrics of the loop.", columns, tuple(rows))
+    notes = (f"{outcome.label}: {'; '.join(outcome.notes)}.",) if outcome.notes else ()
+    return Table("scores", "The metrics of the loop.", columns, tuple(rows), notes)
 
 
 def _cell(outcome: Outcome, value: float, error: float) -> Cell:
@@ -111,9 +147,8 @@ def _cell(outcome: Outcome, value: float, error: float) -> Cell:
     return Measured(value, error) if np.isfinite([value, error]).all() else "never"
 
 
-def shown_signals(outcome: Outcome) -> tuple[str, ...]:
+def shown_signals(step: Step) -> tuple[str, ...]:
     """The signals that a page of a loop draws: what it follows and what drives it, or else its outputs, or states."""
-    step = outcome.measurement.trajectories.step
     applied = (f"{name}_applied" for name in step.flow.drives)
     drives = tuple(name for name in applied if name in step.flow.outputs) or step.flow.drives
     known = tuple(name for name in (*step.flow.follows, *drives) if name in step.outputs)
@@ -121,11 +156,11 @@ def shown_signals(outcome: Outcome) -> tuple[str, ...]:
     return known or step.outputs.names or own
 
 
-def _panel(outcome: Outcome, name: str) -> Panel | None:
-    """The numbers of a signal over its reference."""
+def _panel(outcome: Outcome, name: str) -> Panel:
+    """The numbers of a signal over its reference; a single one needs no name beside that of its axis."""
     step, t = outcome.measurement.trajectories.step, outcome.t
     entry = step.outputs[name] if name in step.outputs else step.states[name]
-    labels = entry.labels() if entry.size > 1 else [name]
+    labels = [label.removeprefix(name) for label in entry.labels()] if entry.size > 1 else [""]
     lines = [Series(label, t, _finite(outcome, name, i), i % 12) for i, label in enumerate(labels)]
     if f"{name}_ref" in step.outputs:
         lines += [Series("reference", t, _finite(outcome, f"{name}_ref", i), "reference") for i in range(len(labels))]

@@ -1,0 +1,33 @@
+"""The picture of a live page in the README: `python docs/live_picture.py` makes it, with the Chromium of the tests."""
+
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+
+from chromium import open_page  # noqa: E402
+
+import workbench as wb  # noqa: E402
+from docs.loops import of_plants  # noqa: E402
+
+PICTURE = ROOT / "docs" / "pictures" / "live.png"
+
+
+def main() -> None:
+    """Open the page of a cart-pole, turn its gains and its start, and keep what the window shows."""
+    one = of_plants()["LQG, cart-pole"]
+    page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole")
+    with tempfile.TemporaryDirectory() as folder:
+        path = page.write(Path(folder) / "live.html")
+        with open_page(path, "#knobs=controller.K:1.8,plant.phi:0.25", 1200, 640) as shown:
+            shown.until("livePage.views.size")
+            shown.value("document.querySelector('.bench-motion').open = true")
+            shown.value("document.querySelector('figure.drawing').scrollIntoView(); scrollBy(0, -16)")
+            shown.value("new Promise((done) => setTimeout(done, 1500))")
+            shown.picture(PICTURE)
+
+
+if __name__ == "__main__":
+    main()
