@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -32,7 +32,7 @@ class Knob:
     log
         True for a scale of equal ratios.
     origin
-        Where the loop's own number comes from.
+        Where the loop's own number comes from; '' where nobody says.
     share
         True if the knob is a share of the loop's own numbers, which keep their proportions; it stands at 1.
 
@@ -52,7 +52,7 @@ class Knob:
     low: float
     high: float
     log: bool = False
-    origin: Mark = "assumed"
+    origin: Mark | Literal[""] = "assumed"
     share: bool = False
 
     WAYS: ClassVar[Mapping[str, str]] = {"str": 'write `Knob("phi", "controller.phi", low, high)`'}
@@ -91,7 +91,7 @@ class Knob:
     def factor(self) -> Factor:
         """The same as a factor, spread over the range."""
         spread = LogUniform(self.low, self.high) if self.log else Uniform(self.low, self.high)
-        return Factor(self.name, self.paths, spread, self.origin, self.share)
+        return Factor(self.name, self.paths, spread, self.origin or "assumed", self.share)
 
     @door
     def places(self, step: Step) -> tuple[int, ...]:

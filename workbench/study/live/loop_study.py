@@ -114,7 +114,8 @@ def _knob(entry: Entry) -> Knob | None:
         low, high = (value / REACH + end * (1 - 1 / REACH) for end in (low, high))
     first, last = sorted((value / REACH, value * REACH)) if value else (-ABOUT_ZERO, ABOUT_ZERO)
     first, last = max(first, float(low)), min(last, float(high))
-    return Knob(entry.name, entry.name, first, last, log=min(value, first) > 0, share=share) if first < last else None
+    log = min(value, first) > 0
+    return Knob(entry.name, entry.name, first, last, log, origin="", share=share) if first < last else None
 
 
 def _usual_metrics(flow: Ode) -> tuple[AbstractMetric, ...]:
