@@ -1,16 +1,15 @@
-"""The picture of a live page in the README: `python docs/live_picture.py` makes it, with the Chromium of the tests."""
+"""The picture of a live page in the README: `python docs/live_picture.py` makes it, in Chromium."""
 
 import sys
 import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
-
-from chromium import open_page  # noqa: E402
+sys.path.insert(0, str(ROOT))
 
 import workbench as wb  # noqa: E402
 from docs.loops import of_plants  # noqa: E402
+from studies.performance.chromium import open_page  # noqa: E402
 
 PICTURE = ROOT / "docs" / "pictures" / "live.png"
 

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from chromium import needs_chromium, open_page
+from browsers import needs_chromium
 from live_pages import data_of, write_page
 
 from studies.paper.laws import rival
+from studies.performance.chromium import open_page
 from workbench.report.figures.figure_sheet import draw_all
 from workbench.study.document.document import Bars, Figure, Panel, Points, Series
 

@@ -7,11 +7,12 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from arms import arm_instruments
-from chromium import needs_chromium, open_browser, open_page
+from browsers import needs_chromium
 from live_pages import data_of, write_page
 
 import workbench as wb
 from studies.paper.laws import rival
+from studies.performance.chromium import open_browser, open_page
 from workbench import metrics
 from workbench.metrics.accumulators import final_values, maker, resolved
 from workbench.simulate import simulate

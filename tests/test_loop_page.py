@@ -9,10 +9,11 @@ from importlib import import_module
 import casadi as ca
 import numpy as np
 import pytest
-from chromium import PATIENCE, needs_chromium, open_page
+from browsers import needs_chromium
 
 import workbench as wb
 from studies.paper.laws import proposed_repaired
+from studies.performance.chromium import PATIENCE, open_page
 from workbench.study import case_runs
 from workbench.study.live.loop_study import knobs_of, loop_study
 

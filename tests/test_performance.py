@@ -10,8 +10,9 @@ import casadi as ca
 import house_rules as rules
 import numpy as np
 import pytest
+from browsers import needs_chromium
 
-from studies.performance import measurements, study
+from studies.performance import live_page, measurements, study
 from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
@@ -213,3 +214,19 @@ def test_a_pilot_chooses_steps_with_the_error_asked_for_in_the_runs_of_a_call(mo
     monkeypatch.setattr(measurements, "OURS", (1e-2, 1e-1))  # a search that finds nothing tries all there is
     with pytest.raises(ValueError, match="has a larger error at every setting down to"):
         measurements.by_pilot(1e-15, effort)
+
+
+def test_without_a_browser_the_live_pages_are_not_measured(monkeypatch):
+    monkeypatch.setattr(live_page, "program", lambda: None)
+    rows = live_page.live_rows(TINY)
+    assert [row.reached for row in rows] == [None] * 4
+    assert {row.note for row in rows} == {"no Chromium here"}
+
+
+@needs_chromium
+@pytest.mark.heavy
+def test_a_turned_knob_is_timed_until_its_pictures_are_drawn():
+    with live_page.opened(live_page.page_of_w(), "phi") as page:
+        assert min(live_page.turned(page, "phi", 0.01, 0.1, 2)) > 0
+        assert min(live_page.kernels(page, TINY)) > 0
+        assert page.complaints == []

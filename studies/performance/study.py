@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
+from studies.performance.live_page import live_rows
 from studies.performance.measurements import Effort, Row, table_rows
 from studies.performance.peers import PEERS
 from studies.performance.workload import VARIED, loop
@@ -17,7 +18,7 @@ from workbench.study.study import Results, Study
 from workbench.study.writeup import testbed
 
 EFFORT = Effort()
-rows = cache(lambda: table_rows(EFFORT))
+rows = cache(lambda: (*table_rows(EFFORT), *live_rows(EFFORT)))
 
 
 def sections(results: Results) -> Sequence[Section]:

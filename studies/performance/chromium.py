@@ -1,4 +1,4 @@
-"""A browser for tests: headless Chromium over a pair of pipes, without a socket and without another package.
+"""A browser for measurements and tests: headless Chromium over a pair of pipes, without another package.
 
     with open_page(path) as page:
         page.press("#knob-0", "ArrowRight")
@@ -24,8 +24,6 @@ from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 
-import pytest
-
 PATIENCE = 30.0  # s until an answer must be there
 FLAGS = (
     "--headless",
@@ -44,9 +42,6 @@ KEYS = {"ArrowRight": 39, "ArrowLeft": 37, "Home": 36, "End": 35, "Escape": 27, 
 def program() -> str | None:
     """The path of Chromium on this machine, if there is one."""
     return next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-
-needs_chromium = pytest.mark.skipif(program() is None, reason="this machine has no Chromium")
 
 
 class Browser:

@@ -1,0 +1,129 @@
+"""The speed of live pages in headless Chromium: from a turned knob to the new pictures, and of the kernel alone."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from time import perf_counter
+
+import numpy as np
+
+from studies.paper.laws import RIVALS, proposed_repaired, rival
+from studies.performance.chromium import Page, open_page, program
+from studies.performance.measurements import Effort, Row
+from studies.performance.workload import HORIZON, H, loop
+from workbench.loop import ClosedLoop
+from workbench.metrics import effort as torque
+from workbench.metrics import rmse
+from workbench.report.html_page import html
+from workbench.simulate.job import Job
+from workbench.simulate.kernel import native
+from workbench.study import case_runs, writeup
+from workbench.study.contract import Run
+from workbench.study.live.knob import Knob
+from workbench.study.live.live_data import live_data
+from workbench.study.pictures.traces import loops_section
+from workbench.study.study import Case, Study
+from workbench.validation.refusals import Array
+
+EVERY = 0.01  # s, between two points of a curve
+TURNS = {"one loop of W": 60, "the seven laws of a1": 30}  # of a knob, each to another place
+SCRIPT = Path(__file__).with_name("live_page.js")
+
+
+def live_rows(effort: Effort) -> tuple[Row, ...]:
+    """The rows of live pages; without Chromium they are not measured."""
+    w, laws = "one loop of W", "the seven laws of a1"
+    wanted = ((f"a turned knob, {w}", 40.0, "ms"), (f"a turned knob, {w}, 95th percentile", 80.0, "ms"))
+    wanted += ((f"a turned knob, {laws}", 150.0, "ms"), ("kernel of W in a browser, beside the native one", 1.5, "x"))
+    if program() is None:
+        return tuple(Row(name, bar, unit=unit, at_most=True, note="no Chromium here") for name, bar, unit in wanted)
+    with opened(page_of_w(), "phi") as page:
+        spans = turned(page, "phi", 0.002, 0.1, TURNS[w])
+        ours, theirs = kernels(page, effort)
+    with opened(page_of_laws(), "mass") as page:
+        seven = turned(page, "mass", 0.5, 2.0, TURNS[laws])
+    said = f"median of {TURNS[w]} turns, until the pictures of all {HORIZON:g} s at {1e3 * H:g} ms are drawn"
+    kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
+    found = (median(spans), float(np.percentile(spans, 95)), median(seven), ours / theirs)
+    notes = (said, "", said.replace(f"{TURNS[w]}", f"{TURNS[laws]}"), kernel)
+    return tuple(
+        Row(name, bar, value, unit, at_most=True, note=note)
+        for (name, bar, unit), value, note in zip(wanted, found, notes, strict=True)
+    )
+
+
+def page_of_w() -> str:
+    """W alone, at first shown at its step."""
+    case = Case("W", "W", Run(loop(), (torque("tau"),), HORIZON, EVERY, H / 2))
+    return page_of((case,), Knob("phi", "phi", 0.002, 0.1, log=True), "tau")
+
+
+def page_of_laws() -> str:
+    """The laws of a1 in the first scenario, over the horizon of W and at its step."""
+    loops: dict[str, ClosedLoop] = {"AOSMC-RGS": proposed_repaired("FS")} | {law: rival("FS", law) for law in RIVALS}
+    cases = tuple(
+        Case("FS", law, Run(closed, (rmse(),), HORIZON, EVERY, H / 2), style=i)
+        for i, (law, closed) in enumerate(loops.items())
+    )
+    return page_of(cases, Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0), "e")
+
+
+def page_of(cases: tuple[Case, ...], knob: Knob, signal: str) -> str:
+    """A page of loops, each with its curves and its scores."""
+    study = Study(
+        "live",
+        "A live page",
+        "How fast is it?",
+        "A knob is turned.",
+        lambda results: [loops_section("Loops", "All of them.", results.outcomes, signal)],
+        cases=cases,
+        live=(knob,),
+    )
+    results = case_runs.run(study)
+    document = writeup.document(study, results, "")
+    return html(document, live=live_data(study, results, document))
+
+
+@contextmanager
+def opened(text: str, knob: str) -> Iterator[Page]:
+    """A page in Chromium with its bench open, and a knob turned once, so that all is compiled."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "page.html"
+        path.write_text(text, encoding="utf-8")
+        with open_page(path, width=1300, height=1000) as page:
+            page.click(".bench-handle")
+            page.value(SCRIPT.read_text("utf-8"))
+            turned(page, knob, 0.6, 0.7, 3)
+            yield page
+
+
+def turned(page: Page, knob: str, low: float, high: float, turns: int) -> list[float]:
+    """The time in ms from each turn of a knob to the frame in which all new curves and numbers are drawn."""
+    found: list[float] = page.value(f"turned({json.dumps(knob)}, {low}, {high}, {turns})")
+    return found
+
+
+def kernels(page: Page, effort: Effort) -> tuple[float, float]:
+    """The median times in ms of a run of W by the kernel in a page and by the native one, of one run each, by turns."""
+    from workbench.core import rk4
+
+    step = rk4(loop(), H)
+    job = Job(
+        step, step.parameters.default[np.newaxis], round(EVERY / H), 0, np.zeros(1, dtype=np.int64), 0, "portable"
+    )
+    x: Array = np.empty((1, round(HORIZON / EVERY) + 1, step.states.size))
+    x[:, 0] = step.states.default
+
+    def alone() -> float:
+        begin = perf_counter()
+        native.march(job, x, lambda share: None, width=1)
+        return 1e3 * (perf_counter() - begin)
+
+    page.value("prepared(0)")
+    times = [(float(page.value("marched()")), alone()) for _ in range(20 + 4 * effort.repetitions)][10:]
+    return median(mine for mine, _ in times), median(theirs for _, theirs in times)
