@@ -145,7 +145,7 @@ class Page:
         raise TimeoutError(f"no frame in {PATIENCE:g} s")
 
     def told(self, method: str) -> list[dict[str, Any]]:
-        """What this page has told of one kind."""
+        """The events of one kind that this page has told of."""
         mine = (event for event in self.browser.events if event.get("sessionId") == self.session)
         return [event["params"] for event in mine if event["method"] == method]
 
