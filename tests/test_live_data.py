@@ -16,6 +16,7 @@ from studies.a1_paper_tables.study import comparison
 from workbench.metrics.contract import Integral
 from workbench.metrics.value_program import Program
 from workbench.report.html_page import html
+from workbench.report.number_text import measured
 from workbench.study import case_runs, writeup
 from workbench.study.contract import equations_of
 from workbench.study.document.document import Bars, Column, Figure, Measured, Panel, Points, Section, Series, Table
@@ -297,3 +298,17 @@ def test_a_page_without_knobs_has_no_script():
     text = html(writeup.document(study, results, "command"), live=None)
     assert "<script" not in text
     assert "data-cell" not in text
+
+
+@pytest.mark.heavy
+@pytest.mark.parametrize("made", comparison("FS"), ids=lambda made: made.law)
+def test_the_printed_digits_are_those_of_the_portable_arithmetic_too(made):
+    ode = equations_of(made.run.loop, made.law)
+    how = {"until": made.run.until, "h": made.run.doubled(ode, "case"), "every": made.run.every}
+    fused, portable = (
+        wb.measure(ode, made.run.metrics, **how, arithmetic=name).scores for name in ("fused", "portable")
+    )
+    for name, score in fused.items():
+        pairs = [zip(one.value[0], one.error[0], strict=True) for one in (score, portable[name])]
+        printed, live = ([str(measured(float(value), float(error))) for value, error in pair] for pair in pairs)
+        assert live == printed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
@@ -73,6 +74,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "format": FORMAT,
         "study": study.name,
         "version": document.colophon.version,
+        "fingerprint": hashlib.sha256("".join(outcome.digest for outcome in outcomes).encode()).hexdigest()[:16],
         "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,

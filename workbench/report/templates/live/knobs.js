@@ -125,18 +125,18 @@ class KnobControl {
   }
 }
 
-// The region with all controls. It is empty until it is opened first; then `opened` fills it.
 // How the numbers of this page are rounded beside the printed ones, and who made them.
 function roundingOf(data) {
   const laws = [...new Set(data.loops.filter((loop) => loop && loop.switches).map((loop) => loop.law))];
   const named = laws.length > 4 ? [...laws.slice(0, 3), `${laws.length - 3} more`] : laws;
-  const made = `Computed in this page by its own kernel of workbench ${data.version}`;
+  const made = `Computed in this page by its own kernel (workbench ${data.version}, loops ${data.fingerprint})`;
   const how = "it rounds each product by itself, where the print fuses it with its sum. Both agree to a billionth";
   const when = "there rounding decides when, and both agree within the error of the step";
   const jumps = `except where a law jumps (${named.join(", ")}): ${when}`;
   return `${made}: ${how}${laws.length ? `, ${jumps}` : ""}.`;
 }
 
+// The region with all controls. It is empty until it is opened first; then `opened` fills it.
 class Bench {
   constructor(opened) {
     this.opened = opened;
