@@ -206,8 +206,8 @@ class Bench {
     }
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
     this.copied = part("textarea", still);
-    const knobs = part("div", { class: "bench-group" }, ...this.knobs.map((knob) => knob.row));
-    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, this.stage, knobs, ...seed, ...laws);
+    this.group = part("div", { class: "bench-group" });
+    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, this.stage, this.group, ...seed, ...laws);
     const refused = Object.entries(data.refused || {}).map(([name, why]) => part("span", { title: why }, name));
     if (refused.length) {
       const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay as printed: ";
@@ -280,7 +280,7 @@ class Bench {
     this.changed();
   }
 
-  // Put all controls to a state; knobs that no running loop has are pale.
+  // Put all controls to a state; knobs that no running loop has are pale, and stand below the others.
   show(state) {
     this.state = state;
     const asked = this.data.loops.filter((loop) => loop && isAsked(loop, state));
@@ -290,6 +290,9 @@ class Bench {
       control.shown = state.values[i];
       control.row.classList.toggle("unused", !used.has(i));
     });
+    const order = [...this.knobs.keys()].sort((a, b) => used.has(b) - used.has(a));
+    if (order.join() !== this.order) this.group.replaceChildren(...order.map((i) => this.knobs[i].row));
+    this.order = order.join();
     if (this.scenario) this.scenario.value = state.scenario;
     if (this.seed) this.seed.value = state.seed;
     for (const [law, box] of this.boxes) {
