@@ -24,6 +24,7 @@ from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
 from workbench.study.live.marches import plain, switches
+from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()
@@ -312,3 +313,24 @@ def test_the_printed_digits_are_those_of_the_portable_arithmetic_too(made):
         pairs = [zip(one.value[0], one.error[0], strict=True) for one in (score, portable[name])]
         printed, live = ([str(measured(float(value), float(error))) for value, error in pair] for pair in pairs)
         assert live == printed
+
+
+def test_a_section_of_laws_has_a_panel_and_a_table_for_each_joint_and_all_of_it_is_live():
+    short = [replace(made, run=replace(made.run, until=1.0, metrics=(wb.rmse(),))) for made in comparison("FS")[1:3]]
+    mass = Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0)
+    made = Study(
+        "small",
+        "T",
+        "Q?",
+        "M.",
+        lambda results: [loops_section("Laws", "All.", results.outcomes)],
+        cases=tuple(short),
+        live=(mass,),
+    )
+    results = case_runs.run(made)
+    document = writeup.document(made, results, "command")
+    data = live_data(made, results, document)
+    assert [panel.ylabel for panel in document.figures[0].panels] == ["e of joint 1 [rad]", "e of joint 2 [rad]"]
+    assert (len(data["curves"]), len(data["cells"])) == (4, 4)
+    with pytest.raises(ValueError, match="at least one outcome"):
+        loops_section("Laws", "All.", [])

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core import Ode
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.document.figure import STYLES, Figure, Label, Panel, Series, Style
 from workbench.study.document.phrases import Phrase, raised
@@ -112,7 +113,10 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
     if not outcomes:
         raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
     entry = outcomes[0].measurement.trajectories.step.outputs[signal]
-    labels = outcomes[0].ode.outputs[signal].labels() if entry.size > 1 else [signal]
+    labels = [signal] if entry.size == 1 else entry.labels()
+    ode = outcomes[0].ode if isinstance(outcomes[0].ode, Ode) else outcomes[0].ode.flow
+    if ode.counts and entry.size > 1:
+        labels = [f"{signal} of {ode.counts} {place + 1}" for place in range(entry.size)]
     whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
     panels = []
     for place, (label, unit) in enumerate(zip(labels, entry.units, strict=True)):
