@@ -116,7 +116,7 @@ class KnobControl {
   show(value, by = null) {
     const { knob, scale, slider, field, back, row } = this;
     if (by !== slider) slider.value = scale.notch(value);
-    if (by !== field) field.value = value;
+    if (by !== field) field.value = Number(value.toPrecision(7)); // the field is no wider; the value keeps its digits
     slider.setAttribute("aria-valuetext", withUnit(shortNumber(value), knob.unit));
     const moved = !Object.is(value, knob.value);
     row.classList.toggle("turned", moved);
@@ -207,7 +207,8 @@ class Bench {
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
     this.copied = part("textarea", still);
     this.group = part("div", { class: "bench-group" });
-    this.body = part("div", { class: "bench-body" }, ...scenarios, this.results, this.stage, this.group, ...seed, ...laws);
+    const held = [...scenarios, this.results, this.stage, this.group, ...seed, ...laws];
+    this.body = part("div", { class: "bench-body" }, ...held);
     const refused = Object.entries(data.refused || {}).map(([name, why]) => part("span", { title: why }, name));
     if (refused.length) {
       const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay as printed: ";
