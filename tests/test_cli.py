@@ -211,11 +211,13 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
 
 @needs_llvmlite
 def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, monkeypatch, tmp_path):
+    from workbench.simulate.kernel import llvm
+
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kernels"))
     assert str(tmp_path / "kernels") in command("doctor").stdout
     monkeypatch.setenv("WORKBENCH_CACHE", "off")
     assert "compiled anew in every process" in command("doctor").stdout
-    monkeypatch.setattr("workbench.simulate.kernel.llvm.has_fma", lambda: False)
+    monkeypatch.setattr(llvm, "has_fma", lambda: False)
     said = " ".join(command("doctor").stdout.split())
     assert "compiled in the portable arithmetic, as this processor has no fused multiply-add" in said
 
