@@ -16,7 +16,6 @@ from workbench import metrics
 from workbench.core import Entry, Layout, Step
 from workbench.metrics.accumulators import maker, resolved
 from workbench.simulate import simulate
-from workbench.simulate.kernel import webassembly
 from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
@@ -140,6 +139,8 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
 
 
 def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
+    from workbench.simulate.kernel import webassembly  # with llvmlite, which not every machine has
+
     plan = Plan.of_step(step, ())
     squeeze = zlib.compressobj(9, wbits=-15)
     packed = squeeze.compress(webassembly.compiled(plan)) + squeeze.flush()

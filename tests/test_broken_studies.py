@@ -1,6 +1,7 @@
 """Studies that their authors got wrong: one line on stderr that says where and what, exit status 2, no report."""
 
 import pytest
+from compilers import SLOW
 
 STUDY = """
 import numpy as np
@@ -84,8 +85,8 @@ def test_a_study_that_its_author_got_wrong_ends_in_one_line(command, tmp_path, m
     (tmp_path / "study.py").write_text(f"{STUDY}{made}\n", encoding="utf-8")
     done = command("run", "study.py")
     assert done.exit_code == 2, done.output
-    *told, last = done.stderr.splitlines()
+    *told, last = done.stderr.splitlines(keepends=True)
     assert last.startswith("workbench: ")
     assert said in last
-    assert all(line.startswith("broken: ") for line in told)  # what the runs were to cost
+    assert all(line.startswith("broken: ") for line in told if line not in SLOW)  # what the runs were to cost
     assert not list(tmp_path.rglob("index.html"))

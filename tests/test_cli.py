@@ -7,12 +7,12 @@ import sys
 import time
 
 import pytest
+from compilers import needs_llvmlite
 
 from workbench import __version__, study
 from workbench.core import Dynamics
 from workbench.handover import FORMS
 from workbench.robots import named
-from workbench.simulate.kernel import llvm
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 
@@ -209,7 +209,10 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
     assert not (tmp_path / "reports").exists()
 
 
+@needs_llvmlite
 def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, monkeypatch, tmp_path):
+    from workbench.simulate.kernel import llvm
+
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kernels"))
     assert str(tmp_path / "kernels") in command("doctor").stdout
     monkeypatch.setenv("WORKBENCH_CACHE", "off")

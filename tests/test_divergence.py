@@ -5,6 +5,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 import pytest
+from compilers import ENGINES, NATIVE
 from equations import decay, explosion, with_next
 from hypothesis import given
 from hypothesis import strategies as some
@@ -15,7 +16,7 @@ from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job
 from workbench.simulate.kernel import casadi_machine
 
-ENGINES = ["native", "numpy", "casadi"]
+EACH = [NATIVE, "numpy", "casadi"]
 STEP = rk4(explosion(), 1e-3)
 
 
@@ -29,7 +30,7 @@ def first_bad_step(x0):
     return k
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EACH)
 @pytest.mark.parametrize("every", [1e-3, 0.05, 4.0])
 def test_the_time_is_that_of_the_first_step_that_is_not_finite(engine, every):
     starts = np.array([1.0, 0.1, 0.3, 3.0, 0.27])
@@ -39,7 +40,7 @@ def test_the_time_is_that_of_the_first_step_that_is_not_finite(engine, every):
     assert runs.diverged_in == tuple("x[0]" if x > 0.25 else None for x in starts)
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EACH)
 def test_rows_from_the_divergence_on_are_nan_and_those_before_it_are_kept(engine):
     runs = simulate(STEP, x0=np.array([[1.0], [0.5]]), until=1.5, every=0.1, engine=engine)
     bad = runs.t >= runs.diverged_at[0]
@@ -56,7 +57,7 @@ def chain():
     return Ode.of("chain", states, Layout(), (t, x, ca.SX(0, 1)), rates, {"e": x[0]})
 
 
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EACH)
 def test_the_state_that_was_lost_first_is_named(engine):
     runs = simulate(rk4(chain(), 1e-3), until=2.0, every=0.5, engine=engine)
     assert runs.diverged_in == ("wild[1]",)
@@ -89,7 +90,7 @@ def test_a_start_that_blows_up_at_once_is_a_divergence_at_the_first_step():
 
 
 @pytest.mark.heavy
-@pytest.mark.parametrize("engine", ENGINES)
+@pytest.mark.parametrize("engine", EACH)
 @pytest.mark.parametrize("company", [[], [5.0]])
 def test_a_state_that_is_finite_again_at_the_next_kept_time_is_finite_alone_and_in_company(engine, company):
     states, parameters = Layout((Entry("x", np.zeros(2)),)), Layout((Entry("pole", np.array(3.0)),))

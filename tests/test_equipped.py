@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from compilers import needs_llvmlite
 from scipy.linalg import expm
 
 from workbench.core import Signals, block, initial, layout, parameter, rk4
@@ -111,6 +112,7 @@ EVERYTHING = Equipped(
 )
 
 
+@needs_llvmlite
 @pytest.mark.parametrize("arithmetic", ["fused", "portable"])
 def test_every_element_has_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
     loop = ClosedLoop(EVERYTHING, controller=Gain())

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compilers import needs_llvmlite
 
 from workbench.core import block, initial, layout, lift
 from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
@@ -83,6 +84,7 @@ def test_the_numbers_of_an_instrument_are_parameters_in_the_unit_of_the_signal()
     }
 
 
+@needs_llvmlite
 @pytest.mark.parametrize("arithmetic", ["fused", "portable"])
 def test_readings_have_the_same_bits_in_the_compiled_march_and_in_numpy(arithmetic):
     options = {"noise": {"T": 0.1, "level": 0.1}, "quantum": {"level": 0.01}}

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browsers import needs_chromium
+from compilers import needs_llvmlite
 from live_pages import data_of, write_page
 
 from studies.paper.laws import rival
@@ -201,6 +202,7 @@ KNOBS = (("phi", "rad/s", "controller.phi", 0.001, 0.5, True), ("Kd", "N m s/rad
 IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 
 
+@needs_llvmlite
 def test_a_page_shows_the_scores_of_loops_that_are_turned_and_on_as_bars(tmp_path):
     data = data_of(LOOPS, 1e-3, 2.0, 0.01, KNOBS)
     place = {"panel": 0, "series": 7, "axis": "x", "metric": 0}

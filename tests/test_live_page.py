@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from arms import arm_instruments
 from browsers import needs_chromium
+from compilers import needs_llvmlite
 from live_pages import data_of, write_page
 
 import workbench as wb
@@ -17,7 +18,7 @@ from workbench import metrics
 from workbench.metrics.accumulators import final_values, maker, resolved
 from workbench.simulate import simulate
 
-pytestmark = needs_chromium
+pytestmark = [needs_chromium, needs_llvmlite]
 
 H, UNTIL, EVERY = 1e-4, 2.0, 0.01
 KNOBS = (  # name, unit, path, low, high, log

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from arms import arm_instruments
+from compilers import ENGINES, WITHOUT, needs_llvmlite
 
 from workbench.controllers import PID
 from workbench.loop import ClosedLoop
@@ -14,7 +15,6 @@ from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate
 from workbench.simulate.job import Job
-from workbench.simulate.kernel import native
 from workbench.simulate.kernel.noise import normals
 
 ARM = paper_arm()
@@ -40,10 +40,10 @@ def test_a_noisy_run_is_the_recursion_with_the_numbers_of_its_keys():
             np.testing.assert_allclose(runs.x[i, k + 1], x, rtol=1e-9, atol=1e-9)
 
 
-@pytest.mark.parametrize("engine", ["numpy", "casadi"])
+@pytest.mark.parametrize("engine", [pytest.param("numpy", marks=needs_llvmlite), "casadi"])
 def test_every_engine_draws_the_same_noise(engine):
     starts = np.tile(STEP.states.default, (3, 1))
-    one, other = (simulate(STEP, x0=starts, until=0.5, every=0.1, seed=4, engine=e) for e in ("native", engine))
+    one, other = (simulate(STEP, x0=starts, until=0.5, every=0.1, seed=4, engine=e) for e in (ENGINES[0], engine))
     np.testing.assert_allclose(one.x, other.x, rtol=1e-9, atol=1e-9)  # rounding, as above
 
 
@@ -56,6 +56,9 @@ def test_a_noisy_run_keeps_its_bits_in_any_order_part_and_width():
     )
     alone = simulate(STEP, x0=starts[13:14], until=0.2, every=0.1, seed=3, runs=np.array([13])).x
     np.testing.assert_array_equal(alone[0], whole[13])
+    pytest.importorskip("llvmlite", reason=WITHOUT)
+    from workbench.simulate.kernel import native
+
     for width in (1, 4, 8):
         x = np.stack([starts, starts], axis=1)
         p = np.tile(STEP.parameters.default, (21, 1))

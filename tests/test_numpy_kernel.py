@@ -4,6 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 from arms import arm_instruments
+from compilers import NATIVE, WITHOUT, needs_llvmlite
 from equations import with_next
 
 from studies.paper import laws as paper_laws
@@ -27,6 +28,7 @@ def same_bits(one, other):
     np.testing.assert_array_equal(one.x.view(np.uint64), other.x.view(np.uint64))
 
 
+@needs_llvmlite
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 @pytest.mark.parametrize("law", LOOPS)
 def test_numpy_and_the_compiled_march_have_the_same_bits(law, arithmetic):
@@ -38,6 +40,7 @@ def test_numpy_and_the_compiled_march_have_the_same_bits(law, arithmetic):
     same_bits(*(simulate(step, p, engine=engine, **span) for engine in ("numpy", "native")))
 
 
+@needs_llvmlite
 @pytest.mark.parametrize("arithmetic", ARITHMETICS)
 def test_noise_has_the_same_bits_in_numpy(arithmetic):
     noisy = LOOPS["PID"].digital(2e-3, arm_instruments(2, noise_q=1e-4, noise_qd=1e-2)).step(2)
@@ -80,20 +83,19 @@ def test_an_operation_means_what_it_means_to_casadi_and_has_the_same_bits_everyw
     step = probe(OPERATIONS[name])
     rng = np.random.default_rng(3)
     starts = np.vstack([rng.uniform(-6, 6, (500, 2)), [[2.0, 1.5], [0.0, 3.0], [1.0, 1.0], [-2.0, -0.5]]])
-    chosen = {"numpy": arithmetic, "native": arithmetic, "casadi": "casadi"}
-    numpy, native, casadi = (
-        simulate(step, x0=starts, until=1.0, engine=engine, arithmetic=name).x[:, 1, 1]
-        for engine, name in chosen.items()
-    )
-    np.testing.assert_array_equal(numpy.view(np.uint64), native.view(np.uint64))
+
+    def result(engine, name):
+        return simulate(step, x0=starts, until=1.0, engine=engine, arithmetic=name).x[:, 1, 1]
+
+    numpy = result("numpy", arithmetic)
     # a few roundings of numbers of size 40 at most
-    np.testing.assert_allclose(numpy, casadi, rtol=1e-13, atol=1e-13)
+    np.testing.assert_allclose(numpy, result("casadi", "casadi"), rtol=1e-13, atol=1e-13)
+    pytest.importorskip("llvmlite", reason=WITHOUT)
+    np.testing.assert_array_equal(numpy.view(np.uint64), result("native", arithmetic).view(np.uint64))
 
 
-@pytest.mark.parametrize("engine", ["numpy", "native"])
+@pytest.mark.parametrize("engine", ["numpy", NATIVE])
 def test_the_arc_tangent_knows_every_quadrant_axis_and_sign_of_zero(engine):
-    if engine == "native":
-        pytest.importorskip("llvmlite")
     step = probe(lambda x, y, k: ca.atan2(x, y))
     special = [0.0, -0.0, 1.0, -1.0, 1e300, -1e300, 1e-300]
     starts = np.array([[y, x] for y in special for x in special])
@@ -130,7 +132,7 @@ def test_without_a_compiler_many_runs_go_to_numpy_and_few_to_casadi(monkeypatch)
         simulate(step, until=0.02, engine="native")
 
 
-@pytest.mark.parametrize("engine", ["numpy", "native"])
+@pytest.mark.parametrize("engine", ["numpy", NATIVE])
 def test_a_sawtooth_and_a_counter_of_whole_periods_jump_where_they_should(engine):
     states = Layout((Entry("x", np.zeros(4)),))
     x = states.symbols()
@@ -144,7 +146,7 @@ def test_a_sawtooth_and_a_counter_of_whole_periods_jump_where_they_should(engine
     np.testing.assert_allclose(got, true, rtol=0, atol=1e-13)
 
 
-@pytest.mark.parametrize("engine", ["numpy", "native"])
+@pytest.mark.parametrize("engine", ["numpy", NATIVE])
 def test_the_logarithm_of_a_number_without_a_full_mantissa_is_right(engine):
     step = probe(lambda x, y, k: ca.log(x))
     starts = np.column_stack([[5e-324, 1e-310, 2.3e-308, 1e-300], np.zeros(4)])

@@ -1,9 +1,7 @@
-"""The study of speed: the workload, its right-hand sides, and the table; no time is asserted."""
+"""The study of speed: its measurements and its table; no time is asserted."""
 
-import re
 import subprocess
 import sys
-import tomllib
 from dataclasses import replace
 
 import casadi as ca
@@ -12,17 +10,15 @@ import numpy as np
 import pytest
 from browsers import needs_chromium
 
+pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
+
 from studies.performance import live_page, measurements, study
 from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
-from studies.performance.peers import PEERS, Peer, casadi_cvodes
-from studies.performance.processes import chain
-from studies.performance.right_hand_sides import in_matrices, in_scalars
-from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
-from workbench.core import Dynamics, Entry, Layout, Ode, rk4
-from workbench.robots import paper_arm
-from workbench.simulate import simulate
+from studies.performance.peers import Peer, casadi_cvodes
+from studies.performance.workload import rows_of, run
+from workbench.core import Entry, Layout, Ode, rk4
 from workbench.study.document.document import Strong
 
 TINY = Effort(
@@ -38,85 +34,6 @@ TINY = Effort(
     many=8,
     links=(2, 3),
 )
-
-
-def test_w_has_21_states_and_40_parameters_of_which_10_vary():
-    p = rows_of(50)
-    assert (loop().states.size, loop().parameters.size) == (21, 40)
-    assert (p != p[0]).any(axis=0).sum() == 10
-    for name, (low, high) in VARIED.items():
-        times = p[:, PARAMETERS.slice(name)] / PARAMETERS[name].default
-        assert low <= times.min() < times.max() <= high
-
-
-def test_more_runs_begin_with_the_same_ones():
-    np.testing.assert_array_equal(rows_of(20)[:7], rows_of(7))
-
-
-def test_w_is_stable_and_its_error_is_that_of_its_prototype():
-    step = workload()
-    runs = simulate(step, np.vstack([PARAMETERS.default, rows_of(63)]), until=10.0, every=10.0)
-    assert not runs.diverged.any()
-    # the prototype left out the friction, which damps the first swing of joint 1 by a few percent
-    np.testing.assert_allclose(rmse(runs.x[0, -1], 10.0), (0.83, 0.94), rtol=0.08)
-
-
-def test_the_arm_of_w_is_that_of_the_paper():
-    q, qd, mass, length, gravity = (ca.SX.sym(name, size) for name, size in zip("qvmlg", (2, 2, 2, 2, 1), strict=True))
-    ours = ca.Function("arm", [q, qd, mass, length, gravity], list(arm(q, qd, mass, length, gravity)))
-    state = [0.4, -1.1], [0.7, 1.9]
-    derived = Dynamics.of(paper_arm()).matrices(*state)
-    for mine, theirs in zip(ours(*state, [1, 1], [1, 1], 9.81), derived, strict=True):
-        # sums of some ten terms of size 1 to 20
-        np.testing.assert_allclose(np.array(mine).reshape(theirs.shape), theirs, rtol=0, atol=1e-13)
-
-
-def by_hand(rate, steps):
-    """State and total variation after so many steps of RK4."""
-    x, before, variation = STATES.default, None, 0.0
-    for k in range(steps):
-        t = k * H
-        k1, tau = rate(t, x)
-        k2, _ = rate(t + H / 2, x + H / 2 * k1)
-        k3, _ = rate(t + H / 2, x + H / 2 * k2)
-        k4, _ = rate(t + H, x + H * k3)
-        x = x + H / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
-        variation += 0.0 if before is None else np.abs(tau - before).sum()
-        before = tau
-    return x, variation
-
-
-def scalars(p):
-    rate = in_scalars(np)
-
-    def both(t, x):
-        parts = np.array(rate(t, x, p))
-        return parts[: STATES.size], parts[STATES.size :]
-
-    return both
-
-
-@pytest.mark.parametrize("written", [in_matrices, scalars])
-def test_the_right_hand_side_written_by_hand_is_that_of_casadi(written):
-    p, steps = rows_of(3)[2], 300
-    step = workload()
-    x = step.states.default
-    for k in range(steps):
-        x = np.array(step.F(k, x, p, [])).ravel()
-    state, variation = by_hand(written(p), steps)
-    # rounding of 300 steps, which a loop that forgets its past does not amplify
-    np.testing.assert_allclose(state, x[: STATES.size], rtol=1e-11, atol=1e-12)
-    np.testing.assert_allclose(variation, x[-1], rtol=1e-10)
-
-
-@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.package)
-def test_a_peer_runs_the_same_loop(peer):
-    if not peer.installed:
-        pytest.skip("not installed")
-    p, horizon = rows_of(3), 0.2
-    # RK4 at the same step differs by rounding, a solver of variable step by its tolerance
-    tolerance = {"control": 1e-2, "scipy": 1e-4}.get(peer.package, 1e-12)
-    np.testing.assert_allclose(peer.runner(horizon)(p), run(p, horizon), rtol=tolerance)
 
 
 def test_cvodes_comes_nearer_to_the_fine_reference_as_its_tolerance_shrinks():
@@ -165,21 +82,9 @@ def test_the_table_has_a_row_for_each_bar():
     assert {row.name for row in rest if row.reached is None} <= {"two threads over one"}  # which needs two
 
 
-def test_the_peers_are_needed_anyhow_or_named_by_the_extra_that_installs_them():
-    project = tomllib.loads((rules.ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-    named_there = project["dependencies"] + project["optional-dependencies"]["peers"]
-    assert {peer.package for peer in PEERS} <= {re.match(r"[\w-]+", line)[0] for line in named_there}
-
-
 def test_compile_time_is_fitted_over_the_size(monkeypatch):
     monkeypatch.setattr(measurements, "compilation", lambda effort: tuple((n, 10.0 * n, n**2 / 9) for n in (2, 4, 8)))
     assert measurements.growth(TINY).value == pytest.approx(2.0)
-
-
-def test_the_loop_of_n_links_comes_to_rest_where_it_hangs():
-    step = chain(3)
-    runs = simulate(step, x0=step.states.pack({"plant.q": [0.3, -0.2, 0.1]}), until=4.0, every=4.0)
-    assert np.abs(runs["q"][0, -1]).max() < 0.01
 
 
 def test_the_report_tells_of_every_row():

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pandas as pd
 import pytest
+from compilers import ARITHMETIC, SLOW
 from scipy.io import loadmat
 
 from workbench.cli.script import load
@@ -88,7 +89,8 @@ def test_every_chunk_is_acknowledged_once_with_the_digest_that_is_held(command, 
 
 def test_what_it_takes_is_told_before_it_starts(command, swept):
     done = command("run", swept, "--out", "out", "--workers", "1")
-    assert done.stderr == "swept: 40 runs: at most about 1 s on 1 threads, 200 MB of memory, 1 MB on the disk.\n"
+    cost = "swept: 40 runs: at most about 1 s on 1 threads, 200 MB of memory, 1 MB on the disk.\n"
+    assert done.stderr == "".join(SLOW) + cost
 
 
 def test_only_what_is_missing_is_done_and_begun_anew_where_that_is_asked(command, swept, tmp_path):
@@ -229,10 +231,11 @@ def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command,
 
 def test_the_status_says_how_far_a_study_is(command, swept, tmp_path):
     command("run", swept, "--out", "out")
-    head = "decay: 40 of 40 runs in 5 of 5 chunks, 0 failed; fused 1.\n"
+    head = f"decay: 40 of 40 runs in 5 of 5 chunks, 0 failed; {ARITHMETIC} 1.\n"
     assert command("status", "out").stdout == f"{head}The study is 'swept' in 'swept.py'. Nothing is missing.\n"
     forget(tmp_path / "out", 2)
-    assert command("status", "out").stdout.startswith("decay: 32 of 40 runs in 4 of 5 chunks, 0 failed; fused 1.\n")
+    left = f"decay: 32 of 40 runs in 4 of 5 chunks, 0 failed; {ARITHMETIC} 1.\n"
+    assert command("status", "out").stdout.startswith(left)
 
 
 def test_a_report_is_written_again_from_the_ledger_and_the_study_that_is_named(command, swept, tmp_path):
@@ -241,7 +244,7 @@ def test_a_report_is_written_again_from_the_ledger_and_the_study_that_is_named(c
     for name in pages:
         (tmp_path / "out" / name).unlink()
     done = command("report", "out", "--study", swept)
-    assert (done.exit_code, done.stderr) == (0, "")
+    assert (done.exit_code, done.stderr) == (0, "".join(SLOW))
     assert {name: (tmp_path / "out" / name).read_bytes() for name in pages} == pages
 
 
@@ -344,7 +347,7 @@ def test_a_chunk_that_holds_something_else_is_refused_in_a_sentence(command, swe
         ledger.write_durably(chunk_of(name, arrays))
     assert command("status", "out").exit_code == 0
     done = command("run", swept, "--out", "out")
-    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
+    assert (done.exit_code, done.stderr.count("\n")) == (2, len(SLOW) + 1)
     assert f"The chunk '{name}' does not hold the runs of its name" in done.stderr
 
 
@@ -376,7 +379,7 @@ def test_a_report_of_a_study_that_lacks_chunks_is_refused(command, swept, tmp_pa
     done = command("report", "out", "--study", swept)
     assert (done.exit_code, done.stdout.splitlines()[-1]) == (2, "started")
     said = "workbench: 2 of 5 chunks are missing in 'out': `workbench run swept.py --out out` computes them.\n"
-    assert done.stderr == said
+    assert done.stderr == "".join(SLOW) + said
 
 
 def test_the_runs_come_as_csv_with_the_report_and_as_mat_where_asked(command, swept, tmp_path):

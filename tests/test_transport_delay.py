@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from compilers import needs_llvmlite
 from scipy.linalg import expm
 
 from workbench.core import block, initial, layout, parameter
@@ -132,6 +133,7 @@ def test_one_period_is_the_same_loop_by_whatever_word():
     assert loop.digital(PERIOD, delay=0).fingerprint == loop.digital(PERIOD).fingerprint
 
 
+@needs_llvmlite
 def test_a_queue_has_the_same_bits_in_the_compiled_march_and_in_numpy():
     native, numpy = (run({"u": 3, "v": 1}, engine=engine, arithmetic="fused")[0] for engine in ("native", "numpy"))
     np.testing.assert_array_equal(native, numpy)
