@@ -39,12 +39,13 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
             out = np.array(_marcher(job.step, piece, size, runs)(np.vstack([now, job.p.T]), noise))
             out = out.reshape(len(now), runs, size)
             now, k = out[:, :, -1], k + piece * size
+            tell(min(done_before + part * (k - job.begin) / (kept * stride), 1.0))
         x[:, 1 + done : 1 + done + size] = out[1:].transpose(1, 2, 0)
         done += size
         if not np.isfinite(now).all(axis=0).any():  # nothing is left to simulate
             x[:, 1 + done :] = np.nan
             done = kept
-        tell(min(done_before + part * done / kept, 1.0))
+            tell(min(done_before + part, 1.0))
 
 
 def _pieces(stride: int, most: int) -> list[int]:

@@ -54,10 +54,9 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
-    modules, refused = Modules(), dict[str, str]()
+    modules, refused, live_places = Modules(), dict[str, str](), dict[int, int]()
     loops: list[dict[str, Any]] = []
     live_curves: list[Curve] = []
-    live_places: dict[int, int] = {}
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
