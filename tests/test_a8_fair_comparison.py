@@ -142,6 +142,7 @@ def test_intervals_of_all_scenarios_hold_at_once():
     assert (one.level.high > alone.level.high).all()
 
 
+@pytest.mark.heavy
 def test_the_same_draws_reach_a_law_whatever_it_is_made_of(loops):
     points = RNG.uniform(size=(3, 11))
     starts = []

@@ -27,7 +27,7 @@ def numbers(law, given):
 @pytest.mark.parametrize(
     ("law", "given", "control", "sensing"),
     [
-        ("RBF-ASMC", "readings", Rbf, Readings),
+        pytest.param("RBF-ASMC", "readings", Rbf, Readings, marks=pytest.mark.heavy),
         pytest.param("SMC", "both", Smc, Observers, marks=pytest.mark.heavy),
         pytest.param("AOSMC-RGS", "both", Aosmc, Observers, marks=pytest.mark.heavy),
     ],

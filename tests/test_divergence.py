@@ -31,7 +31,7 @@ def first_bad_step(x0):
 
 
 @pytest.mark.parametrize("engine", EACH)
-@pytest.mark.parametrize("every", [1e-3, 0.05, 4.0])
+@pytest.mark.parametrize("every", [1e-3, 0.05, pytest.param(4.0, marks=pytest.mark.heavy)])
 def test_the_time_is_that_of_the_first_step_that_is_not_finite(engine, every):
     starts = np.array([1.0, 0.1, 0.3, 3.0, 0.27])
     runs = simulate(STEP, x0=starts[:, np.newaxis], until=4.0, every=every, engine=engine)

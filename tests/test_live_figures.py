@@ -63,7 +63,7 @@ def places_of(x, found):
 
 
 @needs_node
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.heavy) for seed in (1, 2))])
 def test_a_curve_is_thinned_to_the_very_points_that_are_printed(seed):
     cases = list(odd_curves(seed))
     body = "return given.map(([x, y, n]) => [...thinnedPlaces(numbers(x), numbers(y), 0, x.length, n)]);"

@@ -93,6 +93,7 @@ def linear_arm(t):
     return A, np.vstack([np.zeros((2, 2)), np.linalg.inv(M)])
 
 
+@pytest.mark.heavy
 def test_along_the_reference_the_cost_of_the_time_varying_regulator_is_x_p_x():
     horizon, Q, R = 1.5, np.diag([40.0, 30.0, 2.0, 1.0]), np.diag([0.1, 0.2])
 
