@@ -121,7 +121,6 @@ def test_a_cluster_that_loses_a_worker_gives_every_chunk_with_the_bits_of_one_ma
 
 
 @pytest.mark.heavy
-@pytest.mark.heavy
 def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_path):
     address, worker, _ = cluster
     worker(first="sys.modules['llvmlite'] = None")
