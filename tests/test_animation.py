@@ -1,13 +1,13 @@
 """The animation of a plant on a live page: its script in Node and in Chromium, where these are."""
 
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
 import casadi as ca
 import numpy as np
 import pytest
+from browsers import CHROMIUM, NODE, needs_chromium, needs_node
 
 from workbench.core import rk4
 from workbench.loop import open_loop
@@ -17,10 +17,6 @@ from workbench.simulate import simulate
 
 LIVE = Path(__file__).resolve().parent.parent / "workbench" / "report" / "templates" / "live"
 SCRIPT, STYLE = LIVE / "animation.js", LIVE / "animation.css"
-NODE = shutil.which("node")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-needs_node = pytest.mark.skipif(NODE is None, reason="this machine has no Node")
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="this machine has no Chromium")
 FLAGS = ("--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--virtual-time-budget=20000", "--dump-dom")
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 

@@ -3,13 +3,13 @@
 import html
 import json
 import re
-import shutil
 import subprocess
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
+from browsers import CHROMIUM, NODE, needs_chromium, needs_node
 
 from workbench.report.figures.curves import thinned, windowed
 from workbench.report.figures.figure_sheet import draw_all
@@ -17,10 +17,6 @@ from workbench.report.figures.style import line_of
 from workbench.study.document.document import Band, Figure, Panel, Series
 
 ROOM = Path(__file__).parent.parent / "workbench" / "report" / "templates" / "live"
-NODE = shutil.which("node")
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-needs_node = pytest.mark.skipif(NODE is None, reason="this machine has no Node")
-needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="this machine has no Chromium")
 NUMBERS = "const numbers = list => Float64Array.from(list, x => x === null ? NaN : x);"
 
 

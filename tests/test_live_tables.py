@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import base64
 import json
-import shutil
 import subprocess
 from dataclasses import replace
 from importlib.resources import files
 
 import numpy as np
 import pytest
+from browsers import CHROMIUM, NODE
 from metric_programs import HORIZON, ODD, STEP, bits, catalogue, pair, some_runs
 
 from workbench.metrics.accumulators import final_values, resolved
@@ -43,15 +43,14 @@ def doubles(text):
 @pytest.fixture(scope="session")
 def node(tmp_path_factory):
     """Run lines of JavaScript behind those of the tables, with `given` from Python; their `answer` comes back."""
-    program = shutil.which("node")
-    if program is None:
-        pytest.skip("node is not on this machine")
+    if NODE is None:
+        pytest.skip("this machine has no Node")
 
     def run(lines, given):
         file = tmp_path_factory.mktemp("node") / "lines.js"
         file.write_text(f"{SCRIPT}\n{HEAD}\n{lines}\nprocess.stdout.write(JSON.stringify(answer));\n", "utf-8")
         done = subprocess.run(
-            [program, str(file)], input=json.dumps(given, allow_nan=False), capture_output=True, text=True, timeout=120
+            [NODE, str(file)], input=json.dumps(given, allow_nan=False), capture_output=True, text=True, timeout=120
         )
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
@@ -276,14 +275,13 @@ document.getElementById("seen").textContent = JSON.stringify(seen);
 @pytest.fixture(scope="session", params=["center", "right"])
 def seen(tmp_path_factory, request):
     """The cells of a small page after each call, and the widths of their columns, in Chromium."""
-    program = shutil.which("chromium")
-    if program is None:
-        pytest.skip("chromium is not on this machine")
+    if CHROMIUM is None:
+        pytest.skip("this machine has no Chromium")
     folder = tmp_path_factory.mktemp("chromium")
     style = (LIVE.parent / "style.css").read_text("utf-8") + (LIVE / "tables.css").read_text("utf-8")
     (folder / "page.html").write_text(PAGE.replace("ALIGN", request.param) % (style, SCRIPT), "utf-8")
     flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", f"--user-data-dir={folder / 'profile'}"]
-    call = [program, *flags, "--dump-dom", (folder / "page.html").as_uri()]
+    call = [CHROMIUM, *flags, "--dump-dom", (folder / "page.html").as_uri()]
     page = subprocess.run(call, capture_output=True, text=True, timeout=120).stdout
     return json.loads(page.partition('<pre id="seen">')[2].partition("</pre>")[0])
 

@@ -40,7 +40,7 @@ def march(step: Step, stride: int, modules: Modules) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        If the graph knows an operation not, or the browser's machine does not.
+        If the graph does not know an operation, or no browser can run the code.
     """
     from workbench.simulate.kernel import webassembly  # with llvmlite, which not every machine has
 
