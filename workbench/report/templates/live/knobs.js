@@ -130,7 +130,8 @@ function roundingOf(data) {
   const laws = [...new Set(data.loops.filter((loop) => loop && loop.switches).map((loop) => loop.law))];
   const named = laws.length > 4 ? [...laws.slice(0, 3), `${laws.length - 3} more`] : laws;
   const made = `Computed in this page by its own kernel (workbench ${data.version}, loops ${data.fingerprint})`;
-  const how = "it rounds each product by itself, where the print fuses it with its sum. Both agree to a billionth";
+  const same = "In stable loops both agree to a billionth";
+  const how = `it rounds each product by itself, where the print fuses it with its sum. ${same}`;
   const when = "there rounding decides when, and both agree within the error of the step";
   const jumps = `except where a law jumps (${named.join(", ")}): ${when}`;
   return `${made}: ${how}${laws.length ? `, ${jumps}` : ""}.`;
