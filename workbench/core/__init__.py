@@ -13,6 +13,7 @@ from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
 from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
+from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.shapes import Circle, Drawing, Line, Word
 from workbench.core.step import Rule, Step, rk4
 
@@ -31,7 +32,9 @@ __all__ = [
     "Roles",
     "Rule",
     "Sampled",
+    "SampledLaw",
     "Signals",
+    "Stage",
     "Step",
     "Word",
     "block",

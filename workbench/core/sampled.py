@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import casadi as ca
@@ -11,6 +12,7 @@ import casadi as ca
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
 from workbench.core.layout import Layout, layouts_to_html
 from workbench.core.ode import Ode
+from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
 from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
 from workbench.validation.refusals import MOST, seconds, whole
@@ -48,6 +50,8 @@ class Sampled:
     w: ca.SX  # of standard normal numbers, (nw, 1), fresh ones at every jump
     jump: ca.SX  # g, (m, 1), for the first m states, in k, `flow.x`, `flow.p` and w; the others do not jump
     methods: tuple[str, ...] = ()  # by which the memory of each block is stepped, in words
+    law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None  # the computer's part of it, see `law`
+    taken: Mapping[str, ca.SX] = field(default_factory=dict)  # what that is handed, in k, x, p and w: 'y.q', 'r.q'
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)
@@ -61,6 +65,31 @@ class Sampled:
         refuse_misfit("Sampled", "w", self.w, self.w.numel(), 1)
         symbols = {"k": self.k, "x": self.flow.x, "p": self.flow.p, "w": self.w}
         refuse_unknown("Sampled", symbols, jump=self.jump)
+
+    @door
+    def law(self, reference: str = "input", truths: tuple[str, ...] = ()) -> SampledLaw:
+        """The part of the computer alone, which another machine can run.
+
+        Parameters
+        ----------
+        reference
+            "input" if what is wanted is handed in at each instant, or "built in" for the reference of the loop.
+        truths
+            Signals that no instrument gives, which the machine is handed all the same.
+
+        Raises
+        ------
+        ValueError
+            If the law uses a truth that is not named, or this is no loop of blocks, as `ClosedLoop.digital` makes one.
+        LookupError
+            If a name is none of a truth.
+        """
+        if self.law_of is None:
+            raise ValueError(
+                f"`Sampled.law()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made of equations "
+                "alone, in which plant and law are not told apart."
+            )
+        return self.law_of(reference, truths)
 
     @property
     def name(self) -> str:

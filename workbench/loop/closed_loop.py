@@ -10,12 +10,13 @@ import casadi as ca
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
 from workbench.loop import wiring
+from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
 from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
-from workbench.loop.sampled_loop import FINE, Queue, digital
+from workbench.loop.sampled_loop import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
 from workbench.validation.signatures import door

@@ -1,0 +1,144 @@
+"""SampledLaw: what the computer of a loop does at a sampling instant, from readings and references to commands."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.layout import Layout, layouts_to_html
+from workbench.core.ode import Ode
+from workbench.core.step import Rule, Step
+from workbench.validation.refusals import Array, seconds
+from workbench.validation.signatures import door
+
+SYMBOLS = {"z": "memory", "y": "readings", "r": "references", "p": "parameters"}  # each with its layout
+
+
+@dataclass(frozen=True)
+@door
+class Stage:
+    """Values that a sampled law makes together, by name, in terms of its symbols; and the equations as a book has them.
+
+    A stage that has values of the memory has those of the next instant.
+    """
+
+    title: str
+    values: Mapping[str, ca.SX]
+    equations: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class SampledLaw:
+    """u = c(k, z, y, r, p) and z+ = g(k, z, y, r, p) at the instants t_k = k period, k = 0, 1, ...
+
+    y are the readings of the instruments, r what is wanted, z all that the computer keeps: the memories of observer and
+    law, and commands on their way. Its first value is the default of `memory`. u acts from t_k to the next instant.
+
+    Raises
+    ------
+    ValueError
+        If the period is no positive finite number, or an expression has another size than its layout, or a symbol that
+        is none of k, z, y, r and p.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> law = loop.digital(0.01, delay=True).law()
+    >>> law.readings.names, law.references.names, law.commands.names, law.memory.names[0]
+    (('omega',), ('omega',), ('v',), 'controller.integral')
+    """
+
+    name: str
+    period: float  # s
+    memory: Layout
+    readings: Layout
+    references: Layout  # none where the reference is built in
+    commands: Layout
+    parameters: Layout
+    k: ca.SX  # symbol of the number of the instant, (1, 1)
+    z: ca.SX  # of the memory
+    y: ca.SX  # of the readings
+    r: ca.SX  # of the references
+    p: ca.SX  # of the parameters
+    command: ca.SX  # u, in all the symbols
+    update: ca.SX  # z+
+    stages: tuple[Stage, ...] = ()  # in the order in which they are made
+    limits: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)  # of commands, (low, high)
+    delay: Mapping[str, int] = field(default_factory=dict)  # the periods that each command waits
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        seconds("SampledLaw(period=...)", self.period)
+        for name, port in SYMBOLS.items():
+            refuse_misfit(
+                "SampledLaw", name, getattr(self, name), getattr(self, port).size, 1, f"one of each of {port}"
+            )
+        refuse_misfit("SampledLaw", "k", self.k, 1, 1, "the number of the instant")
+        refuse_misfit("SampledLaw", "command", self.command, self.commands.size, 1, "one for each command")
+        refuse_misfit("SampledLaw", "update", self.update, self.memory.size, 1, "one for each of the memory")
+        refuse_unknown("SampledLaw", self._symbols, command=self.command, update=self.update)
+
+    @property
+    def _symbols(self) -> dict[str, ca.SX]:
+        return {"k": self.k, **{name: getattr(self, name) for name in SYMBOLS}}
+
+    @property
+    def uses_time(self) -> bool:
+        """True if it depends on the number of the instant."""
+        return bool(ca.depends_on(ca.vertcat(self.command, self.update), self.k))
+
+    @cached_property
+    def step(self) -> Step:
+        """The law as a `Step` with the states [z; u], where u is that of the last instant, and the parameters
+        [p; y; r], of which the last two are named below 'y.' and 'r.'.
+        """
+        u = self.commands.prefixed("u.")
+        states, x = self.memory + u, ca.vertcat(self.z, u.symbols())
+        parameters = self.parameters + self.readings.prefixed("y.") + self.references.prefixed("r.")
+        p, t, none = ca.vertcat(self.p, self.y, self.r), ca.SX.sym("t"), Layout()
+        still = Ode(self.name, states, parameters, none, t, x, p, ca.SX.zeros(x.numel(), 1), ca.SX(0, 1))
+        new = ca.densify(ca.vertcat(self.update, self.command))
+        rule = Rule(ca.SX.sym("h"), self.k, t, x, p, ca.SX(0, 1), ca.SX(0, 1), new, ca.SX(0, 1))
+        return Step(self.period, states, parameters, none, rule, still, (1.0,))
+
+    @cached_property
+    def F(self) -> ca.Function:
+        """The law as a CasADi function (k, z, y, r, p) -> z+, u."""
+        values = [ca.densify(self.update), ca.densify(self.command)]
+        return ca.Function("workbench_law", [*self._symbols.values()], values, [*self._symbols], ["z_next", "u"])
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """The digest of equations, period and default numbers (64 hexadecimal digits), the same in every process."""
+        digest = hashlib.sha256(self.period.hex().encode())
+        for port in (self.memory, self.readings, self.references, self.commands, self.parameters):
+            for entry in port.entries:
+                digest.update(repr((entry.name, entry.shape, entry.unit)).encode())
+            digest.update(np.ascontiguousarray(port.default).tobytes())
+        for line in instructions(self.F):
+            digest.update(repr(line).encode())
+        return digest.hexdigest()
+
+    @door
+    def named(self, name: str) -> SampledLaw:
+        """The same law by another name."""
+        return replace(self, name=name)
+
+    def __repr__(self) -> str:
+        ports = {"reading": self.readings, "reference": self.references, "command": self.commands}
+        counts = ", ".join(f"{port.size} {word}{'' if port.size == 1 else 's'}" for word, port in ports.items())
+        return f"<SampledLaw '{self.name}': every {self.period:g} s, {counts}, {self.memory.size} kept numbers>"
+
+    def _repr_html_(self) -> str:
+        ports = {"reading": self.readings, "reference": self.references, "command": self.commands}
+        ports |= {"memory": self.memory, "parameter": self.parameters}
+        return layouts_to_html(f"{self.name}, every {self.period:g} s", ports)
