@@ -55,5 +55,5 @@ def run(command: Sequence[str], folder: Path, seconds: float) -> str:
         raise TargetError(f"{command[0]} cannot be started: {error.strerror}") from error
     if end.returncode:
         lines = (end.stderr + end.stdout).decode(errors="replace").strip().splitlines()
-        raise TargetError(f"{command[0]} ended with status {end.returncode}: {lines[0] if lines else 'no message'}")
+        raise TargetError(f"{command[0]} ended with status {end.returncode}: {lines[-1] if lines else 'no message'}")
     return end.stdout.decode(errors="replace")
