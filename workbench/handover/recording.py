@@ -61,6 +61,13 @@ class Recording:
         return np.concatenate([self.y, self.r], axis=1)
 
     @door
+    def until(self, periods: int) -> Recording:
+        """Its first periods."""
+        periods = refusals.whole("until(periods=...)", periods, most=self.periods)
+        parts = {name: getattr(self, name)[:periods] for name in ("y", "r", "u", "digests")}
+        return replace(self, **parts)
+
+    @door
     def memory(self, first: int, last: int) -> Array:
         """The memory (last - first + 1, nz) before instant `first`, before the next one, ..., before `last`.
 

@@ -10,11 +10,13 @@ from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError, lacking, run, there
+from workbench.handover.targets.programs import TargetError, run, there
 from workbench.handover.targets.size import code_and_data, deepest
+from workbench.validation.refusals import Array
 
 STANDARD = ("-std=c99", "-Wall", "-Wextra")
 COUNTED = 1_000  # periods under a tool that counts instructions
+LOGGED = 100  # periods in a log that has a line for each instruction
 PROGRAM, COUNTS = "law", "counts"
 
 
@@ -50,23 +52,43 @@ class CompiledProgram(AbstractTarget):
         return harness.read_answers(code, recording.periods, folder)
 
     def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
-        """Instructions as Callgrind counts them, on this processor alone; stack as GCC tells it; sizes of the object."""
+        """Instructions as Callgrind counts them, or QEMU's log of steps; stack as GCC tells it; sizes of the object."""
         stack, sizes, smallest = sizes_of(code, folder, self.compiler, self.options, f"{self.tools}size", seconds)
-        instructions = None
-        if not self.emulator and not lacking(["valgrind"]):
-            instructions = self._instructions(code, recording, folder, seconds)
+        rows = recording.inputs[:COUNTED]
+        if self.emulator:
+            instructions: float | None = self._steps(code, rows[:LOGGED], folder, seconds)
+        else:
+            instructions = _calls(code, rows, folder, seconds) if there("valgrind") else None
         return Figures(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest)
 
-    def _instructions(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> float:
-        rows = recording.inputs[:COUNTED]
-        harness.write_inputs(code, rows, folder)
-        options = ["--tool=callgrind", f"--toggle-collect={code.name}_step", f"--callgrind-out-file={COUNTS}"]
-        run(["valgrind", *options, f"./{PROGRAM}"], folder, seconds)
-        lines = (folder / COUNTS).read_text(encoding="utf-8", errors="replace").splitlines()
-        totals = [line.split()[1] for line in lines if line.startswith("totals:")]
-        if not totals:
-            raise TargetError("valgrind has counted no instructions")
-        return int(totals[0]) / len(rows)
+    def _steps(self, code: CCode, rows: Array, folder: Path, seconds: float) -> float:
+        """The instructions within the law's own code, each a line of the emulator's log; those of `init` are no part."""
+        symbols = [line.split() for line in run([f"{self.tools}nm", "-S", PROGRAM], folder, seconds).splitlines()]
+        own = [(int(words[0], 16), int(words[1], 16)) for words in symbols if words[-1].startswith(f"{code.name}_")]
+        if len(own) == 0:
+            raise TargetError(f"{self.tools}nm lists no function of the law")
+        begin, end = min(place for place, _ in own), max(place + size for place, size in own)
+        new = "one-insn-per-tb" in run([self.emulator, "-help"], folder, seconds)  # its name since QEMU 8.1
+        log = ["-d", "exec,nochain", "-dfilter", f"{begin:#x}..{end - 1:#x}", "-D", COUNTS]
+        lines = []
+        for count in (0, len(rows)):
+            harness.write_inputs(code, rows[:count], folder)
+            run([self.emulator, "-one-insn-per-tb" if new else "-singlestep", *log, f"./{PROGRAM}"], folder, seconds)
+            with (folder / COUNTS).open("rb") as file:
+                lines.append(sum(line.startswith(b"Trace") for line in file))
+        return (lines[1] - lines[0]) / len(rows)
+
+
+def _calls(code: CCode, rows: Array, folder: Path, seconds: float) -> float:
+    """The instructions of a call, its own functions among them, as Callgrind counts them."""
+    harness.write_inputs(code, rows, folder)
+    options = ["--tool=callgrind", f"--toggle-collect={code.name}_step", f"--callgrind-out-file={COUNTS}"]
+    run(["valgrind", *options, f"./{PROGRAM}"], folder, seconds)
+    lines = (folder / COUNTS).read_text(encoding="utf-8", errors="replace").splitlines()
+    totals = [line.split()[1] for line in lines if line.startswith("totals:")]
+    if not totals:
+        raise TargetError("valgrind has counted no instructions")
+    return int(totals[0]) / len(rows)
 
 
 def sizes_of(

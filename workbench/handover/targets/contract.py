@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from workbench.handover.c_code import CCode
-from workbench.handover.recording import Recording
+from workbench.handover.recording import Recording, Words
 from workbench.handover.targets.harness import Answers
+from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)
@@ -55,3 +59,29 @@ class AbstractTarget(ABC):
     @abstractmethod
     def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
         """What the law takes there, after `answers`; a TargetError if that cannot be found."""
+
+
+@dataclass(frozen=True)
+class CalledTarget(AbstractTarget):
+    """A function from readings (N, ny) and references (N, nr) to commands (N, nu) and digests of the memory (N,).
+
+    It begins with the memory at its start, goes on from its own, and may give None for digests that it cannot know.
+    """
+
+    name: str
+    call: Callable[[Array, Array], tuple[Array, Words | None]]
+    needs: tuple[str, ...] = ()
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Those that the function needs."""
+        return self.needs
+
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+        """The function's own."""
+        u, digests = self.call(recording.y, recording.r)
+        return Answers(u, np.zeros(len(u), dtype=np.uint64), digests, None)
+
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+        """None of them."""
+        return Figures()

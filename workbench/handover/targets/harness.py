@@ -20,6 +20,7 @@ import numpy as np
 from workbench.handover.c_code import CCode
 from workbench.handover.c_names import members
 from workbench.handover.recording import Words
+from workbench.handover.targets.programs import TargetError
 from workbench.validation.refusals import Array
 
 INPUTS, ANSWERS, MAIN, PLATFORM = "inputs", "answers", "main.c", "platform.c"
@@ -209,13 +210,13 @@ $write
 class Answers:
     """The commands (N, nu) of a target, its flags and the digests of its memory (N,), and the memory (nz,) at the end.
 
-    Figures are those of the file of answers, or none.
+    Figures are those of the file of answers, or none. Digests and memory are None where a target cannot show them.
     """
 
     u: Array
     flags: Words
-    digests: Words
-    memory: Array
+    digests: Words | None
+    memory: Array | None
     figures: tuple[int, int, int, int] = (0, 0, 0, 0)
 
 
@@ -258,15 +259,15 @@ def write_inputs(code: CCode, rows: Array, folder: Path, counted: bool = False) 
 
 
 def read_answers(code: CCode, periods: int, folder: Path) -> Answers:
-    """The answers of so many periods in a folder; a ValueError if the file is none of these."""
+    """The answers of so many periods in a folder; a TargetError if the file is none of these."""
     law, real = code.law, real_of(code)
     record = np.dtype([("u", real, (law.commands.size,)), ("flags", "<u8"), ("digest", "<u8")])
     end = np.dtype([("memory", real, (law.memory.size,)), ("figures", "<u8", (4,))])
     data = (folder / ANSWERS).read_bytes()
     if len(data) != periods * record.itemsize + end.itemsize:
-        raise ValueError(
-            f"The answers of {periods} periods must have {periods * record.itemsize + end.itemsize} bytes; "
-            f"the target has written {len(data)}."
+        raise TargetError(
+            f"the answers of {periods} periods must have {periods * record.itemsize + end.itemsize} bytes, "
+            f"and {len(data)} were written"
         )
     rows = np.frombuffer(data, record, periods)
     last = np.frombuffer(data, end, 1, periods * record.itemsize)[0]
