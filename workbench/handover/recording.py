@@ -118,6 +118,7 @@ def record(
     """
     periods = refusals.whole("record(periods=...)", periods)
     step = _taken(sampled, law, substeps)
+    step.flow.refuse_beyond("record(periods=...)", periods * step.h)
     rows = table_of("record(p=...)", step.parameters, p)
     if len(rows) != 1:
         raise ValueError(f"`record(p=...)` takes the parameters of one run; got {len(rows)} rows.")
