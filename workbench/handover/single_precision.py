@@ -131,7 +131,8 @@ def rows_of(call: str, law: SampledLaw, k: ArrayLike, z: ArrayLike, y: ArrayLike
     instants = np.asarray(k, float)
     if instants.shape not in ((), (1,), (count,)) or not np.all((instants >= 0) & (instants == np.floor(instants))):
         raise ValueError(
-            f"`{call}(k=...)` must be a whole number from 0 on, or {count} of them, one for each row; it is {described(k)}."
+            f"`{call}(k=...)` must be a whole number from 0 on, or {count} of them, one for each row; it is "
+            f"{described(k)}."
         )
     return Rows(np.broadcast_to(instants, (count,)), *held.values())
 
@@ -148,7 +149,8 @@ def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
 
     evaluation = Evaluation(graph.graph, Singles(), load)
     angles: dict[int, Angle] = {}
-    for place in graph.moving:
+    needed = set(graph.graph.before(graph.graph.results))
+    for place in (i for i in graph.moving if i in needed):
         op, operands, *_ = nodes[place]
         if op in ("sin", "cos"):
             (of,) = operands
