@@ -78,7 +78,7 @@ class RoundingBound:
 @door
 def rounding_bound(
     law: SampledLaw,
-    k: ArrayLike,
+    k: float | ArrayLike,
     z: ArrayLike,
     y: ArrayLike,
     r: ArrayLike | None = None,

@@ -139,7 +139,7 @@ def stated_bound(
 
 @door
 def stated_bound_of_run(
-    law: SampledLaw, k: ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None = None
+    law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None = None
 ) -> StatedBound:
     """The bound of |single - double| over the rows of a recorded run, as `rounding_bound` takes them."""
     rows = rows_of("stated_bound_of_run", law, k, z, y, r)

@@ -75,7 +75,7 @@ class Singly(NamedTuple):
 @door
 def single_precision(
     law: SampledLaw,
-    k: ArrayLike,
+    k: float | ArrayLike,
     z: ArrayLike,
     y: ArrayLike,
     r: ArrayLike | None = None,
@@ -116,7 +116,7 @@ def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
     return split(law.step, held)
 
 
-def rows_of(call: str, law: SampledLaw, k: ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None) -> Rows:
+def rows_of(call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None) -> Rows:
     """The arguments of a law as rows of doubles, or a refusal that names the call and the shape."""
     layouts = {"z": law.memory, "y": law.readings, "r": law.references}
     count = len(np.atleast_2d(np.asarray(y, float)))
