@@ -10,7 +10,7 @@ import pytest
 from recorded_laws import LOOPS, by_hand, recorded
 
 from workbench.handover.c_code import c_code
-from workbench.handover.c_functions import SINGLE, functions_of
+from workbench.handover.c_functions import SINGLE, definitions, functions_of
 from workbench.handover.c_names import members
 from workbench.handover.rounding_rules import STATED
 from workbench.handover.single_functions import FUNCTIONS, LARGEST_ANGLE
@@ -234,3 +234,64 @@ def test_c_and_numpy_have_the_same_floats_in_every_function(tmp_path):
     results, flags = in_c(law, tmp_path, k, none, y, none)
     assert not flags.any()
     np.testing.assert_array_equal(results.view(np.uint32), single_precision(law, k, none, y).u.view(np.uint32))
+
+
+EVERYWHERE = """
+#include <math.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+{definitions}
+static double worst, least;
+static float at(uint32_t bits) {{ float x; memcpy(&x, &bits, 4); return x; }}
+static uint32_t bits(float x) {{ uint32_t w; memcpy(&w, &x, 4); return w; }}
+static void see(float got, double wanted)
+{{
+    const double error = fabs((double)got - wanted), size = fabs(wanted);
+    if (size >= 0x1p-126) {{
+        if (!(error / size <= worst)) worst = error / size;
+    }} else if (!(error <= least)) {{
+        least = error;
+    }}
+}}
+int main(void)
+{{
+    for (uint32_t i = bits({low}); i <= bits({high}); ++i) {{
+        const float x = at(i);
+        {checks}
+    }}
+    printf("%.9g %.9g", worst * 0x1p24, least * 0x1p149);
+    return 0;
+}}
+"""
+EACH_FLOAT = {  # the function, the sizes of its argument, and what is checked; an odd function at positive ones alone
+    "sin": ("turn", "0.0f", "8192.0f", "see(f_turnf(x).sine, sin(x)); see(f_turnf(x).cosine, cos(x));"),
+    "exp": ("exp", "0.0f", "88.0f", "see(f_expf(x), exp(x)); if (x <= 87.0f) see(f_expf(-x), exp(-(double)x));"),
+    "log": ("log", "0x1p-149f", "0x1.fffffep127f", "see(f_logf(x), log(x));"),
+    "tanh": ("tanh", "0.0f", "12.0f", "see(f_tanhf(x), tanh(x));"),
+    "atan2": (
+        "atan2",
+        "0x1p-30f",
+        "1.0f",
+        "const double a = atan(x), quarter = 1.57079632679489661923; see(f_atan2f(x, 1.0f), a);"
+        "see(f_atan2f(1.0f, x), quarter - a); see(f_atan2f(1.0f, -x), quarter + a);"
+        "see(f_atan2f(x, -1.0f), 2 * quarter - a);",
+    ),
+}
+
+
+@needs_c
+@pytest.mark.heavy
+@pytest.mark.parametrize("name", EACH_FLOAT)
+def test_the_stated_errors_hold_at_every_float(name, tmp_path):
+    function, low, high, checks = EACH_FLOAT[name]
+    texts = "\n\n".join(definitions("f", SINGLE, [function]))
+    source = EVERYWHERE.format(definitions=texts, low=low, high=high, checks=checks)
+    (tmp_path / "every.c").write_text(source, encoding="utf-8")
+    compilation = [COMPILER, "-std=c99", "-O2", "-ffp-contract=off", "every.c", "-o", "every", "-lm"]
+    subprocess.run(compilation, cwd=tmp_path, check=True, timeout=60)
+    run = subprocess.run([tmp_path / "every"], capture_output=True, text=True, check=True, timeout=1200)
+    worst, least = map(float, run.stdout.split())
+    # the ratio of the sides of an angle is one of these floats, and itself rounded once
+    assert worst <= STATED[name] - (name == "atan2")
+    assert least <= 1
