@@ -11,7 +11,7 @@ from workbench.handover import ros2_texts as texts
 from workbench.handover.arm_equations import harmless
 from workbench.handover.c_code import CCode
 from workbench.handover.c_names import members
-from workbench.handover.folder import MARK
+from workbench.handover.export_folder import MARK
 from workbench.validation.refusals import described, known, require
 from workbench.validation.signatures import door
 

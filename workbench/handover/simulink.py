@@ -8,7 +8,7 @@ from string import Template
 from workbench.core.layout import Entry, Layout
 from workbench.handover.c_code import CCode
 from workbench.handover.c_names import comment, members
-from workbench.handover.folder import MARK
+from workbench.handover.export_folder import MARK
 from workbench.validation.refusals import require
 from workbench.validation.signatures import door
 

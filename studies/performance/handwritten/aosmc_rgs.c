@@ -33,14 +33,14 @@ static double sign(double x)
     return (double)((x > 0.0) - (x < 0.0));
 }
 
-void aosmc_init(aosmc_state *state)
+void aosmc_rgs_init(aosmc_rgs_state *state)
 {
-    static const aosmc_state start = {
+    static const aosmc_rgs_state start = {
         {0.0, 0.0}, {0.0, 0.0}, {0.0, 0.0}, {{{5.0, 0.0}, {0.0, 5.0}}}, {{{10.0, 0.0}, {0.0, 10.0}}}};
     *state = start;
 }
 
-void aosmc_step(aosmc_state *state, const aosmc_readings *y, const aosmc_references *r, double tau[2])
+void aosmc_rgs_step(aosmc_rgs_state *state, const aosmc_rgs_readings *y, const aosmc_rgs_references *r, double tau[2])
 {
     const matrix K = state->K, P = state->P;
     const double v0 = state->qd_hat[0], v1 = state->qd_hat[1];

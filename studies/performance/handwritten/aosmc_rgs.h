@@ -10,12 +10,12 @@ typedef struct {
     double d_hat[2];  /* N m */
     matrix K;         /* N m */
     matrix P;         /* N m/rad */
-} aosmc_state;
+} aosmc_rgs_state;
 
-typedef struct { double q[2], d[2]; } aosmc_readings;
-typedef struct { double q[2], qd[2], qdd[2]; } aosmc_references;
+typedef struct { double q[2], d[2]; } aosmc_rgs_readings;
+typedef struct { double q[2], qd[2], qdd[2]; } aosmc_rgs_references;
 
-void aosmc_init(aosmc_state *state);
-void aosmc_step(aosmc_state *state, const aosmc_readings *y, const aosmc_references *r, double tau[2]);
+void aosmc_rgs_init(aosmc_rgs_state *state);
+void aosmc_rgs_step(aosmc_rgs_state *state, const aosmc_rgs_readings *y, const aosmc_rgs_references *r, double tau[2]);
 
 #endif
