@@ -27,7 +27,9 @@ def record(loop, period, instants, instruments=None, delay=False, seed=1):
     truths = tuple(name for name in loop.plant.truths.names if name in loop.observer.reads)
     law = digital.law(truths=truths)
     taken = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in digital.taken.items()))
-    step = digital.step(4).extended(taken, ca.SX.sym("taken", taken.size), ca.vertcat(*map(ca.vec, digital.taken.values())))
+    step = digital.step(4).extended(
+        taken, ca.SX.sym("taken", taken.size), ca.vertcat(*map(ca.vec, digital.taken.values()))
+    )
     run = wb.simulate(step, until=instants * period, arithmetic="portable", seed=seed)
     rows = run.x[0][1:]
 

@@ -54,8 +54,19 @@ def instructions_of_a_period(source, include, name, commands, address, folder):
 @pytest.fixture(scope="module")
 def peer(tmp_path_factory):
     library = tmp_path_factory.mktemp("handwritten") / "peer.so"
-    warnings = "-Wall -Wextra -Wconversion -Wshadow -Wpedantic -Werror".split()
-    command = ["gcc", "-std=c99", "-O2", *warnings, "-shared", "-fPIC", HANDWRITTEN / "aosmc_rgs.c", "-o", library, "-lm"]
+    warnings = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")
+    command = [
+        "gcc",
+        "-std=c99",
+        "-O2",
+        *warnings,
+        "-shared",
+        "-fPIC",
+        HANDWRITTEN / "aosmc_rgs.c",
+        "-o",
+        library,
+        "-lm",
+    ]
     subprocess.run(command, check=True, timeout=60)
     return ctypes.CDLL(str(library))
 

@@ -15,7 +15,7 @@ from workbench.handover.c_code import c_code
 from workbench.handover.simulink import simulink
 
 STUBS = Path(__file__).parent / "simulink_stubs"
-WARNINGS = "-Wall -Wextra -Wconversion -Wshadow -Wpedantic -Werror".split()
+WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed: apt-get install gcc")
 
 

@@ -45,7 +45,10 @@ def casadi_law(law: SampledLaw, name: str = "") -> str:
     vectors = {"k": law.k, **{letter: getattr(law, letter) for letter in SYMBOLS}}
     own = {letter: ca.SX.sym(letter, part.numel()) for letter, part in vectors.items()}
     entries = {f"{letter}_{i}": f"{letter}[{i}]" for letter, part in own.items() for i in range(part.numel())}
-    own |= {letter: ca.vertcat(ca.SX(0, 1), *(ca.SX.sym(n) for n in entries if n.startswith(f"{letter}_"))) for letter in own}
+    own |= {
+        letter: ca.vertcat(ca.SX(0, 1), *(ca.SX.sym(n) for n in entries if n.startswith(f"{letter}_")))
+        for letter in own
+    }
     made = ca.densify(ca.vertcat(law.update, law.command))
     made = ca.substitute([made], [*vectors.values()], [*own.values()])[0]
     program = straight_line({"w": made}, {}, CASADI)
@@ -73,7 +76,9 @@ def _about(law: SampledLaw) -> list[str]:
 def _values(name: str, port: Layout) -> list[str]:
     units = [unit for entry in port.entries for unit in entry.units]
     rows = zip(port.default, port.labels, units, strict=True)
-    lines = [f"    {float(value)!r},  # {harmless(f'{label} [{unit}]' if unit else label)}" for value, label, unit in rows]
+    lines = [
+        f"    {float(value)!r},  # {harmless(f'{label} [{unit}]' if unit else label)}" for value, label, unit in rows
+    ]
     return [f"{name} = [", *lines, "]"] if lines else [f"{name} = []"]
 
 

@@ -1,4 +1,4 @@
-"""A linear law as four matrices: for python-control as text, for MATLAB as a file, which also holds other laws' names."""
+"""A linear law as matrices: for python-control as text, for MATLAB as a file, which also holds other laws' names."""
 
 from __future__ import annotations
 
@@ -82,8 +82,11 @@ def as_control(law: SampledLaw) -> str:
     lines = [*head, "import numpy as np", ""]
     for letter, shape in shapes.items():
         matrix = getattr(system, letter)
-        lines += [f"{letter} = np.array({np.asarray(matrix).tolist()!r})" if matrix is not None and matrix.size else
-                  f"{letter} = np.zeros({shape})"]
+        lines += [
+            f"{letter} = np.array({np.asarray(matrix).tolist()!r})"
+            if matrix is not None and matrix.size
+            else f"{letter} = np.zeros({shape})"
+        ]
     lines += [f"START = {law.memory.default.tolist()!r}  # of the states", "", "law = control.ss(", "    A, B, C, D,"]
     lines += [f"    {law.period!r},"]
     for port in ("inputs", "outputs", "states"):
@@ -108,8 +111,12 @@ def write_mat(law: SampledLaw, path: str | Path) -> str:
             held[port] = layout.default
     try:
         system = linear_law(law)
-        held |= {letter: np.asarray(getattr(system, letter)) for letter in "ABCD" if getattr(system, letter) is not None}
-        said = f"{Path(path).name} holds A, B, C and D of '{law.name}', its period Ts, names and the start of its memory."
+        held |= {
+            letter: np.asarray(getattr(system, letter)) for letter in "ABCD" if getattr(system, letter) is not None
+        }
+        said = (
+            f"{Path(path).name} holds A, B, C and D of '{law.name}', its period Ts, names and the start of its memory."
+        )
     except ValueError as error:
         said = f"{Path(path).name} holds no matrices: {error}"
     held["note"] = said
@@ -155,11 +162,11 @@ def _operation(code: int, *operands: _Affine) -> _Affine:
         return _Affine(first.gains / last.constant, first.constant / last.constant, first.reason)
     earlier = next((operand.reason for operand in operands if operand.reason), "")
     name = NAMES.get(code, str(code))
-    word = {"MUL": "the product of two signals", "SQ": "the square of a signal"}.get(name, f"the operation {name}")
+    word = {"MUL": "the product of two signals", "SQ": "the square of a signal"}.get(
+        name, f"the operation {name.lower()}"
+    )
     return _Affine(first.gains * 0.0, 0.0, earlier or f"takes {word}")
 
 
 def _word(name: str) -> str:
     return "".join(c if c.isalnum() and c.isascii() else "_" for c in name) or "law"
-
-

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -21,12 +21,12 @@ OWN = '''class Law:
     def __init__(self, **parameters):
         if unknown := set(parameters) - set(PARAMETERS):
             raise LookupError(f"This law has the parameters {sorted(PARAMETERS)}; got {sorted(unknown)}.")
-        self.parameters = {name: parameters.get(name, value) for name, value in PARAMETERS.items()}
+        self.parameters = copied(PARAMETERS) | parameters
         self.reset()
 
     def reset(self):
         """The memory as it is at the start; the parameters stay."""
-        self.k, self.flags, self.memory = 0, OK, dict(MEMORY)
+        self.k, self.flags, self.memory = 0, OK, copied(MEMORY)
 
     def step(self, readings, references=None):
         """The commands by name, for readings and references by name.
@@ -41,9 +41,14 @@ OWN = '''class Law:
             flags = OK if finite(commands, SAFE) and finite(memory, MEMORY) else BAD_COMMAND
         self.flags = flags
         if flags != OK:
-            return dict(SAFE)
+            return copied(SAFE)
         self.k, self.memory = self.k + 1, memory
         return commands
+
+
+def copied(values):
+    """Values by name, with lists of their own."""
+    return {name: list(value) if isinstance(value, list) else value for name, value in values.items()}
 
 
 def finite(values, names):
@@ -77,9 +82,14 @@ def python_law(law: SampledLaw, name: str = "", *, safe: Mapping[str, float] | N
     graph = graph_of(law.step)
     variables = _Variables(law)
     lines, results = lines_of(graph, law.period, variables.of)
-    memory = law.memory.size
+    functions, memory = definitions(lines), law.memory.size
     head = [f'"""{harmless(name or law.name)}: a law that runs once in {law.period!r} s.', "", *_about(law), '"""', ""]
-    head += ["import math", *(["import struct"] if _has_words(lines) else []), "", f"PERIOD = {law.period!r}  # s"]
+    head += [
+        "import math",
+        *(["import struct"] if "def bits(x):" in functions else []),
+        "",
+        f"PERIOD = {law.period!r}  # s",
+    ]
     head += [f"{flag} = {value}" for flag, value in zip(FLAGS, (0, 1, 2, 4), strict=True)]
     safest = safe_commands(law, safe)
     head += _table("PARAMETERS", law.parameters) + _table("MEMORY", law.memory)
@@ -90,7 +100,6 @@ def python_law(law: SampledLaw, name: str = "", *, safe: Mapping[str, float] | N
     body += [f"    {line}" for line in lines]
     body += [f"    after = {_mapping(law.memory, results[:memory])}"]
     body += [f"    return after, {_mapping(law.commands, results[memory:])}"]
-    functions = definitions(lines)
     return "\n".join([*head, *functions, *body, "", "", OWN.rstrip("\n")]) + "\n"
 
 
@@ -102,7 +111,7 @@ def safe_commands(law: SampledLaw, safe: Mapping[str, float] | None) -> dict[str
             low, high = law.limits[entry.name]
             values[entry.name] = np.clip(values[entry.name], low, high)
     row = law.commands.pack({**values, **(safe or {})})[0]
-    return {name: value for name, value in law.commands.unpack(row).items()}
+    return law.commands.unpack(row)
 
 
 class _Variables:
@@ -150,10 +159,6 @@ def _named(letter: str, port: Layout) -> list[str]:
     return names
 
 
-def _has_words(lines: Iterable[str]) -> bool:
-    return any("bits(" in line or "number(" in line for line in definitions(lines))
-
-
 def _about(law: SampledLaw) -> list[str]:
     lines = [f"Its equations, period and numbers have the digest {law.fingerprint}.", ""]
     for word, port in (("Readings", law.readings), ("References", law.references), ("Commands", law.commands)):
@@ -165,7 +170,11 @@ def _about(law: SampledLaw) -> list[str]:
 def _table(name: str, port: Layout, values: Array | None = None) -> list[str]:
     flat = port.default if values is None else values
     rows = [(e, _numbers(e, [literal(float(x)) for x in flat[port.slice(e.name)]])) for e in port.entries]
-    return [f"{name} = {{", *(f'    "{e.name}": {text},{_unit(e)}' for e, text in rows), "}"] if rows else [f"{name} = {{}}"]
+    return (
+        [f"{name} = {{", *(f'    "{e.name}": {text},{_unit(e)}' for e, text in rows), "}"]
+        if rows
+        else [f"{name} = {{}}"]
+    )
 
 
 def _unit(entry: Entry) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 
 from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.graph import Graph, Level
@@ -149,22 +150,21 @@ TRACED: Mapping[str, Callable[[], list[str]]] = {
     "reduced": _angle,
     "sine": lambda: _turned("sine", 0),
     "cosine": lambda: _turned("cosine", 1),
-    **{name: lambda parts=(name, *rest): traced(*parts) for name, *rest in FUNCTIONS.values()},
+    **{name: partial(traced, name, trace, arguments) for name, trace, arguments in FUNCTIONS.values()},
 }
 
 
 def definitions(lines: Iterable[str]) -> list[str]:
     """The functions that some lines call, and those that these call, each before its first use."""
     text = "\n".join(lines)
-    bodies = [body for name, make in TRACED.items() if f"{name}(" in text for body in (make(), [""] * 2)]
-    parts = [line for body in bodies for line in body]
-    inner = "\n".join([text, *parts])
-    helpers = (
-        [f"def {name}({'x, y' if name in OF_TWO else 'x'}):{body}", "", ""]
+    functions = ["\n".join(make()) for name, make in TRACED.items() if f"{name}(" in text]
+    text = "\n".join([text, *functions])
+    helpers = [
+        f"def {name}({'x, y' if name in OF_TWO else 'x'}):{body}"
         for name, body in HELPERS.items()
-        if f"{name}(" in inner
-    )
-    return [*(line for helper in helpers for line in "\n".join(helper).splitlines()), "", "", *parts] if inner else []
+        if f"{name}(" in text
+    ]
+    return [line for each in (*helpers, *functions) for line in (*each.splitlines(), "", "")]
 
 
 def lines_of(graph: Graph, h: float, source: Callable[[str, int], str]) -> tuple[list[str], list[str]]:
@@ -175,7 +175,7 @@ def lines_of(graph: Graph, h: float, source: Callable[[str, int], str]) -> tuple
     writer = _Graph(graph, h, source)
     for place in range(len(graph.nodes)):
         writer.write(place)
-    return writer.machine.lines, [writer.numbers_of(place) for place in graph.results]
+    return writer.machine.lines, [writer.number_of(place) for place in graph.results]
 
 
 class _Graph:
@@ -187,9 +187,9 @@ class _Graph:
         self.truths: dict[int, str] = {}
         self.angles: dict[int, str] = {}
 
-    def numbers_of(self, place: int) -> str:
+    def number_of(self, place: int) -> str:
         if place not in self.numbers:
-            self.numbers[place] = f"({self.machine.constant(1.0)} if {self.truths[place]} else 0.0)"
+            self.numbers[place] = self.machine.do("select", self.truths[place], "1.0", "0.0")
         return self.numbers[place]
 
     def truth_of(self, place: int) -> str:
@@ -206,16 +206,16 @@ class _Graph:
         elif node.op in ("sin", "cos"):
             self.numbers[place] = self._turn(node.op, node.operands[0])
         elif node.op in FUNCTIONS:
-            arguments = ", ".join(map(self.numbers_of, node.operands))
+            arguments = ", ".join(map(self.number_of, node.operands))
             self.numbers[place] = self.machine.line(f"{FUNCTIONS[node.op][0]}({arguments})")
         else:
             wants = TRUTHS.get(node.op, ())
             pairs = enumerate(node.operands)
-            operands = [self.truth_of(each) if i in wants else self.numbers_of(each) for i, each in pairs]
+            operands = [self.truth_of(each) if i in wants else self.number_of(each) for i, each in pairs]
             kind = self.truths if node.op in (*COMPARISONS, "not", "and", "or") else self.numbers
             kind[place] = self.machine.do(node.op, *operands)
 
     def _turn(self, op: str, angle: int) -> str:
         if angle not in self.angles:
-            self.angles[angle] = self.machine.line(f"reduced({self.numbers_of(angle)})")
+            self.angles[angle] = self.machine.line(f"reduced({self.number_of(angle)})")
         return self.machine.line(f"{'sine' if op == 'sin' else 'cosine'}(*{self.angles[angle]})")

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
 from workbench.core.layout import Entry, Layout
+from workbench.handover import ros2_package_texts as package_texts
 from workbench.handover import ros2_texts as texts
 from workbench.handover.arm_equations import harmless
 from workbench.handover.c_code import CCode
@@ -54,24 +55,24 @@ def ros2(
         f"include/{name}/{code.name}_controller.hpp": texts.HEADER.substitute(held),
         f"src/{code.name}_controller.cpp": texts.SOURCE.substitute(held),
         **{f"src/{file}": text for file, text in code.files.items()},
-        "package.xml": texts.PACKAGE.substitute(
+        "package.xml": package_texts.PACKAGE.substitute(
             held, title=escape(held["title"]), depends="\n".join(f"  <depend>{x}</depend>" for x in _libraries(code))
         ),
-        "CMakeLists.txt": texts.BUILD.substitute(
+        "CMakeLists.txt": package_texts.BUILD.substitute(
             held,
             finds="\n".join(f"find_package({x} REQUIRED)" for x in _libraries(code)),
             depends=" ".join(_libraries(code)),
         ),
-        f"{code.name}_controller.xml": texts.PLUGIN.substitute(held, title=escape(held["title"])),
-        "README.md": texts.README.substitute(held, rows="\n".join(_rows(code, named)), references=_heard(code)),
+        f"{code.name}_controller.xml": package_texts.PLUGIN.substitute(held, title=escape(held["title"])),
+        "README.md": package_texts.README.substitute(held, rows="\n".join(_rows(code, named)), references=_heard(code)),
     }
 
 
 def _package(name: str) -> str:
     if not isinstance(name, str) or not PACKAGE.fullmatch(name):
         raise ValueError(
-            "`ros2(package=...)` must be small letters, digits and single '_', begin with a letter and end with none of "
-            f"'_', as 'arm_controller' does; got {described(name)}."
+            "`ros2(package=...)` must be small letters, digits and single '_', with a letter first and no '_' last, as "
+            f"'arm_controller' is; got {described(name)}."
         )
     return name
 

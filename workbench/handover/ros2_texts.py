@@ -1,4 +1,4 @@
-"""The texts of a package of ROS 2: a controller of ros2_control around the C of a law."""
+"""The texts of a controller of ros2_control around the C of a law."""
 
 from string import Template
 
@@ -40,7 +40,11 @@ $reference_members};
 #endif  // ${upper}_CONTROLLER_HPP_
 """)
 
-REFERENCE_INCLUDES = """#include "realtime_tools/realtime_buffer.hpp"
+REFERENCE_INCLUDES = """#if __has_include("realtime_tools/realtime_buffer.hpp")
+#include "realtime_tools/realtime_buffer.hpp"
+#else
+#include "realtime_tools/realtime_buffer.h"  // Humble
+#endif
 #include "std_msgs/msg/float64_multi_array.hpp"
 
 """
@@ -59,6 +63,7 @@ SOURCE = Template("""// $title: a controller of ros2_control around $name.c. Mad
 #include "$package/${name}_controller.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <cstring>
 
 #include "pluginlib/class_list_macros.hpp"
@@ -112,8 +117,9 @@ controller_interface::CallbackReturn Controller::on_activate(const rclcpp_lifecy
   const double periods = get_update_rate() * ${upper}_PERIOD;  // of the law, in a second
   if (!(std::fabs(periods - 1.0) < 1e-6)) {
     RCLCPP_ERROR(
-      get_node()->get_logger(), "The law was made for %.9g s a period, an update rate of %.9g Hz; this controller has %u.",
-      ${upper}_PERIOD, 1.0 / ${upper}_PERIOD, static_cast<unsigned>(get_update_rate()));
+      get_node()->get_logger(),
+      "The law was made for %.9g s a period, an update rate of %.9g Hz; this controller has %u.", ${upper}_PERIOD,
+      1.0 / ${upper}_PERIOD, static_cast<unsigned>(get_update_rate()));
     return controller_interface::CallbackReturn::FAILURE;
   }
   if (state_interfaces_.size() != READINGS || command_interfaces_.size() != COMMANDS) {
@@ -221,80 +227,4 @@ PARAMETERS = Template("""struct Parameter
 const Parameter PARAMETERS[] = {
 $rows
 };
-""")
-
-PACKAGE = Template("""<?xml version="1.0"?>
-<?xml-model href="http://download.ros.org/schema/package_format3.xsd" schematypens="http://www.w3.org/2001/XMLSchema"?>
-<!-- Made by $mark. -->
-<package format="3">
-  <name>$package</name>
-  <version>0.0.1</version>
-  <description>$title: a control law as a controller of ros2_control.</description>
-  <maintainer email="nobody@example.com">nobody</maintainer>
-  <license>to be named</license>
-  <buildtool_depend>ament_cmake</buildtool_depend>
-$depends
-  <export>
-    <build_type>ament_cmake</build_type>
-  </export>
-</package>
-""")
-
-BUILD = Template("""# Made by $mark.
-cmake_minimum_required(VERSION 3.16)
-project($package C CXX)
-
-set(CMAKE_C_STANDARD 99)
-set(CMAKE_CXX_STANDARD 17)
-
-find_package(ament_cmake REQUIRED)
-$finds
-
-add_library($package SHARED src/${name}_controller.cpp src/$name.c)
-target_include_directories($package PRIVATE include src)
-# The bits need each product and each sum rounded by itself.
-set_source_files_properties(src/$name.c PROPERTIES COMPILE_OPTIONS "-ffp-contract=off")
-ament_target_dependencies($package $depends)
-
-pluginlib_export_plugin_description_file(controller_interface ${name}_controller.xml)
-install(TARGETS $package LIBRARY DESTINATION lib)
-ament_package()
-""")
-
-PLUGIN = Template("""<!-- Made by $mark. -->
-<library path="$package">
-  <class name="$package/Controller" type="$package::Controller" base_class_type="controller_interface::ControllerInterface">
-    <description>$title</description>
-  </class>
-</library>
-""")
-
-README = Template("""# $package
-
-$title as a controller of ros2_control, made by $mark. `src/$name.c` is the law, unchanged; its header says what it
-takes and gives.
-
-This package was written after the interfaces of ros2_control in Humble and Jazzy, and was compiled and run against
-stubs of their headers alone: no ROS 2 was there where it was made. Build it with `colcon build`, and try it in
-simulation before any machine is switched on.
-
-| interface | signal |
-| --- | --- |
-$rows
-
-$references
-The controller must run once in $period s: it refuses to be activated at another rate, or where none is set:
-
-```yaml
-controller_manager:
-  ros__parameters:
-    update_rate: $rate
-    $name:
-      type: $package/Controller
-$name:
-  ros__parameters:
-    update_rate: $rate
-```
-
-Where a number is not finite, and on deactivation, it commands $safe.
 """)

@@ -204,7 +204,9 @@ def simulink(code: CCode) -> dict[str, str]:
         "port_type": "SS_SINGLE" if single else "SS_DOUBLE",
         "reference_struct": f"    {code.name}_references references;\n" if law.references.size else "",
         "reference": "&references, " if law.references.size else "",
-        "reads": "\n".join([*_reads(law.readings, "readings", 0), *_reads(law.references, "references", len(law.readings.entries))]),
+        "reads": "\n".join(
+            [*_reads(law.readings, "readings", 0), *_reads(law.references, "references", len(law.readings.entries))]
+        ),
         "writes": "\n".join(_writes(law.commands)),
         "tunable": "",
         "checks": "",

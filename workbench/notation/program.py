@@ -42,7 +42,8 @@ WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
 # Truths and what is chosen by them, which each language writes in its own way.
-CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in "lt le eq ne and or not if_else_zero".split()}
+CHOSEN = "lt le eq ne and or not if_else_zero"
+CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in CHOSEN.split()}
 
 
 @dataclass(frozen=True)
@@ -223,7 +224,7 @@ def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], di
     if node.code in SIGNS:
         form, tightness, least = SIGNS[node.code]
         return _Text(form.format(*(x.within(t) for x, t in zip(operands, least, strict=True))), tightness)
-    if (choice := CHOICES.get(node.code)) in dialect.choices:
+    if (choice := CHOICES.get(node.code, "")) in dialect.choices:
         return _Text(f"({dialect.choices[choice].format(*(x.within(ATOM) for x in operands))})", ATOM)
     return _Text(f"{_spelled(node, dialect)}({', '.join(x.text for x in operands)})", ATOM)
 
