@@ -1,6 +1,5 @@
 """The package of ROS 2 around the C of a law: compiled and run against stubs of its headers, as no ROS 2 is here."""
 
-import re
 import shutil
 import subprocess
 from functools import cache
@@ -9,11 +8,13 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from law_forms import bits, record
+from c_runs import differing
+from law_forms import record
 
 import workbench as wb
 from studies.paper.laws import proposed_repaired
 from workbench.handover.c_code import c_code
+from workbench.handover.export_folder import write_files
 from workbench.handover.ros2 import ros2
 
 STUBS = Path(__file__).parent / "ros2_stubs"
@@ -38,19 +39,32 @@ def motor():
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 200)
 
 
-def built(files, folder):
-    """The controller and a manager of it as a program."""
-    for name, text in files.items():
-        (folder / name).parent.mkdir(parents=True, exist_ok=True)
-        (folder / name).write_text(text, encoding="utf-8")
-    (source,) = (name for name in files if re.fullmatch(r"src/\w+\.c", name))
-    (controller,) = (name for name in files if name.endswith(".cpp"))
-    compile_c = ["gcc", "-std=c99", "-O2", "-ffp-contract=off", *WARNINGS, "-c", source, "-o", "law.o"]
-    subprocess.run(compile_c, check=True, timeout=60, cwd=folder)
-    flags = ["-std=c++17", "-O0", *WARNINGS, "-Iinclude", "-Isrc", f"-I{STUBS}"]
-    command = ["g++", *flags, controller, STUBS / "manager.cpp", "law.o", "-o", "manager"]
-    subprocess.run(command, check=True, timeout=60, cwd=folder)
-    return folder / "manager"
+@pytest.fixture(scope="module")
+def programs(tmp_path_factory):
+    """A function of a record, interfaces and options of the C: the controller with a manager of it as a program."""
+    root = tmp_path_factory.mktemp("ros2")
+    flags = ["-std=c++17", "-O0", *WARNINGS, f"-I{STUBS}"]
+
+    def run(folder, *command):
+        subprocess.run(command, check=True, timeout=60, cwd=folder)
+
+    @cache
+    def program(record_of, interfaces=(), **options):
+        if not (root / "manager.o").exists():
+            run(root, "g++", *flags, "-c", STUBS / "manager.cpp", "-o", "manager.o")
+        code = c_code(record_of().law, "law", **{"safe": SAFE.get(record_of)} | options)
+        folder = root / f"{record_of.__name__}{len(options)}"
+        write_files(folder, ros2(code, interfaces=dict(interfaces)))
+        run(folder, "gcc", "-std=c99", "-O2", "-ffp-contract=off", *WARNINGS, "-c", "src/law.c", "-o", "law.o")
+        sources = ("src/law_controller.cpp", "law.o", root / "manager.o")
+        run(folder, "g++", *flags, "-Iinclude", "-Isrc", *sources, "-o", "manager")
+        return folder / "manager"
+
+    return program
+
+
+SAFE = {motor: {"v": 1.5}}
+JOINTS = (("q", ("joint1/position", "joint2/position")), ("tau", ("joint1/effort", "joint2/effort")))
 
 
 def managed(program, run, rows, *arguments, silent=0, rate=None):
@@ -68,36 +82,33 @@ def rows_of(run):
 
 
 @needs_gcc
-@pytest.mark.parametrize("record_of", [paper, motor])
-def test_the_controller_has_the_bits_of_the_simulation(record_of, tmp_path):
+@pytest.mark.parametrize(("record_of", "interfaces"), [(paper, JOINTS), (motor, ())])
+def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, programs):
     run = record_of()
-    code, commands, _ = managed(built(ros2(c_code(run.law, "law")), tmp_path), run, rows_of(run))
+    code, commands, _ = managed(programs(record_of, interfaces), run, rows_of(run))
     assert code == 0
-    np.testing.assert_array_equal(bits(commands[:-1]), bits(run.commands))
+    assert differing(commands[:-1], run.commands) == 0
 
 
 @needs_gcc
-def test_the_controller_asks_for_the_interfaces_that_are_named(tmp_path):
-    run = paper()
-    named = {"q": ("joint1/position", "joint2/position"), "tau": ["joint1/effort", "joint2/effort"]}
-    program = built(ros2(c_code(run.law, "law"), interfaces=named), tmp_path)
+def test_the_controller_asks_for_the_interfaces_that_are_named(programs):
+    run, program = paper(), programs(paper, JOINTS)
     _, _, said = managed(program, run, rows_of(run)[:1])
     assert said[:6] == [
         *("state joint1/position", "state joint2/position", "state law/d_0", "state law/d_1"),
         *("command joint1/effort", "command joint2/effort"),
     ]
-    readme = (tmp_path / "README.md").read_text()
+    readme = (program.parent / "README.md").read_text()
     assert "| `joint2/position` | reading q[1] [rad] |" in readme
     assert "stubs of their headers alone" in " ".join(readme.split())
 
 
 @needs_gcc
-def test_what_is_safe_is_commanded_before_a_reference_after_the_end_and_where_a_reading_is_no_number(tmp_path):
+def test_what_is_safe_is_commanded_before_a_reference_after_the_end_and_where_a_reading_is_no_number(programs):
     run = motor()
     rows = rows_of(run)[:6].copy()
     rows[4, 0] = np.inf
-    program = built(ros2(c_code(run.law, "law", safe={"v": 1.5})), tmp_path)
-    _, commands, said = managed(program, run, rows, silent=2)
+    _, commands, said = managed(programs(motor), run, rows, silent=2)
     np.testing.assert_array_equal(commands[[0, 1, 4, 6], 0], 1.5)
     assert np.all(commands[[2, 3, 5], 0] != 1.5)
     assert "flags 1: the safe command" in said
@@ -106,21 +117,19 @@ def test_what_is_safe_is_commanded_before_a_reference_after_the_end_and_where_a_
 
 
 @needs_gcc
-def test_another_update_rate_is_refused(tmp_path):
+def test_another_update_rate_is_refused(programs):
     run = motor()
-    program = built(ros2(c_code(run.law, "law")), tmp_path)
     for rate in (0, 99, 1000):
-        code, _, said = managed(program, run, rows_of(run), rate=rate)
+        code, _, said = managed(programs(motor), run, rows_of(run), rate=rate)
         assert code == 4
         assert f"The law was made for 0.01 s a period, an update rate of 100 Hz; this controller has {rate}." in said
 
 
 @needs_gcc
-def test_parameters_that_can_be_set_are_parameters_of_the_node(tmp_path):
-    run = motor()
-    program = built(ros2(c_code(run.law, "law", parameters="settable")), tmp_path)
+def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
+    run, program = motor(), programs(motor, parameters="settable")
     _, commands, _ = managed(program, run, rows_of(run))
-    np.testing.assert_array_equal(bits(commands[:-1]), bits(run.commands))
+    assert differing(commands[:-1], run.commands) == 0
     _, other, _ = managed(program, run, rows_of(run), "controller_Kp=50.0")
     assert (other[:-1] != run.commands).any()
     code, _, said = managed(program, run, rows_of(run), "controller_Kp=50.0,60.0")

@@ -10,6 +10,7 @@ import casadi as ca
 from workbench.core.layout import Layout
 from workbench.core.sampled_law import SYMBOLS, SampledLaw
 from workbench.handover.arm_equations import harmless
+from workbench.handover.export_folder import MARK
 from workbench.notation.program import CALLED, Dialect, straight_line
 from workbench.validation.signatures import door
 
@@ -66,7 +67,7 @@ def casadi_law(law: SampledLaw, name: str = "") -> str:
 
 
 def _about(law: SampledLaw) -> list[str]:
-    lines = [f"Its equations, period and numbers have the digest {law.fingerprint}.", ""]
+    lines = [f"Made by {MARK}; the digest of its equations, period and numbers is {law.fingerprint[:16]}.", ""]
     for letter, word in SYMBOLS.items():
         port = getattr(law, word)
         lines.append(f"{letter}: {harmless(', '.join(port.labels)) or 'nothing'}")

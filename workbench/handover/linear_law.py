@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
 import casadi as ca
@@ -15,6 +15,7 @@ from workbench.core.layout import Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arm_equations import harmless
+from workbench.handover.export_folder import MARK
 from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -78,7 +79,8 @@ def as_control(law: SampledLaw) -> str:
     nx, nu, ny = system.states.size, system.inputs.size, system.outputs.size
     shapes = {"A": (nx, nx), "B": (nx, nu), "C": (ny, nx), "D": (ny, nu)}
     head = [f'"""{harmless(law.name)}: a linear law that runs once in {law.period!r} s.', ""]
-    head += [f"Its equations, period and numbers have the digest {law.fingerprint}.", '"""', "", "import control"]
+    head += [f"Made by {MARK}; the digest of its equations, period and numbers is {law.fingerprint[:16]}."]
+    head += ['"""', "", "import control"]
     lines = [*head, "import numpy as np", ""]
     for letter, shape in shapes.items():
         matrix = getattr(system, letter)
@@ -96,14 +98,15 @@ def as_control(law: SampledLaw) -> str:
 
 
 @door
-def write_mat(law: SampledLaw, path: str | Path) -> str:
-    """Write a law for MATLAB and Octave to a file; the sentence that says what it holds.
+def mat_of(law: SampledLaw) -> bytes:
+    """A law as a file for MATLAB and Octave.
 
-    A linear law has A, B, C, D; every law its period Ts, and the names, parameters and the start of its memory.
+    A linear law has A, B, C, D; every law its period Ts, the names of its signals, its parameters and the start of its
+    memory. `note` says which.
     """
     from scipy.io import savemat
 
-    held: dict[str, Any] = {"Ts": law.period, "name": law.name, "fingerprint": law.fingerprint}
+    held: dict[str, Any] = {"Ts": law.period, "name": law.name, "fingerprint": law.fingerprint, "made_by": MARK}
     for port in ("memory", "readings", "references", "commands", "parameters"):
         layout = getattr(law, port)
         held[f"{port}_names"] = np.array(layout.labels, dtype=object)
@@ -111,17 +114,13 @@ def write_mat(law: SampledLaw, path: str | Path) -> str:
             held[port] = layout.default
     try:
         system = linear_law(law)
-        held |= {
-            letter: np.asarray(getattr(system, letter)) for letter in "ABCD" if getattr(system, letter) is not None
-        }
-        said = (
-            f"{Path(path).name} holds A, B, C and D of '{law.name}', its period Ts, names and the start of its memory."
-        )
+        held |= {letter: np.asarray(part) for letter in "ABCD" if (part := getattr(system, letter)) is not None}
+        held["note"] = f"A, B, C and D of '{law.name}', its period Ts, its names and the start of its memory."
     except ValueError as error:
-        said = f"{Path(path).name} holds no matrices: {error}"
-    held["note"] = said
-    savemat(path, held, oned_as="column")
-    return said
+        held["note"] = f"No matrices: {error}"
+    file: Any = io.BytesIO()
+    savemat(file, held, oned_as="column")
+    return bytes(file.getvalue())
 
 
 def _affine(law: SampledLaw) -> list[_Affine]:

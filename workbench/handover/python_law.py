@@ -10,6 +10,7 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arm_equations import harmless
+from workbench.handover.export_folder import MARK
 from workbench.handover.python_lines import definitions, lines_of, literal
 from workbench.simulate.kernel.plan import graph_of
 from workbench.validation.refusals import Array
@@ -160,7 +161,7 @@ def _named(letter: str, port: Layout) -> list[str]:
 
 
 def _about(law: SampledLaw) -> list[str]:
-    lines = [f"Its equations, period and numbers have the digest {law.fingerprint}.", ""]
+    lines = [f"Made by {MARK}; the digest of its equations, period and numbers is {law.fingerprint[:16]}.", ""]
     for word, port in (("Readings", law.readings), ("References", law.references), ("Commands", law.commands)):
         entries = ", ".join(f"{e.name}{f' [{e.unit}]' if e.unit else ''}" for e in port.entries)
         lines += [f"{word}: {harmless(entries) or 'none'}."]
