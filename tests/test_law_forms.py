@@ -9,7 +9,7 @@ import casadi as ca
 import control
 import numpy as np
 import pytest
-from c_runs import differing, recorded
+from c_runs import compiled, differing, needs_compiler, recorded
 from law_forms import Record, record
 from scipy.io import loadmat
 from test_sampled_law import digital, gallery
@@ -18,6 +18,7 @@ import workbench as wb
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from workbench.core import LinearSystem, block, layout, parameter
 from workbench.design.riccati import lqg as lqg_design
+from workbench.handover.c_code import c_code
 from workbench.handover.casadi_law import casadi_law
 from workbench.handover.linear_law import as_control, linear_law, mat_of
 from workbench.handover.python_law import python_law
@@ -132,6 +133,20 @@ def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tm
     assert [flags for *_, flags in told] == [0, 1, 2, 0]
     assert told[1][0] == told[2][0] == of(run.law.commands, np.array([3.0]))
     assert told[0][1] == told[1][1] == told[2][1]  # the memory waits
+
+
+@needs_compiler
+def test_python_and_c_answer_alike_to_what_is_not_finite(tmp_path):
+    """Time goes on meanwhile: the reference is built in."""
+    sampled = rival("FS", "ASMC").digital(1e-3)
+    run = Record(sampled.law("built in"), *recorded(sampled, sampled.law("built in"), 20))
+    run.readings[4, 1], run.readings[7, 0], run.readings[9, 2] = np.nan, -np.inf, 1.7e308
+    u, z, flags = compiled(c_code(run.law, "law"), tmp_path)(run.readings, run.references)
+    told = replayed(run, python_law(run.law), tmp_path)
+    assert [each for *_, each in told] == flags.tolist()
+    assert set(flags) == {0, 1, 4}
+    assert differing(np.array([flat(run.law.commands, commands) for commands, *_ in told]), u) == 0
+    assert differing(np.array([flat(run.law.memory, memory) for _, memory, _ in told]), z) == 0
 
 
 @pytest.mark.parametrize("name", LOOPS)

@@ -40,10 +40,10 @@ OWN = '''class Law:
         if flags == OK:
             memory, commands = moved(float(self.k), self.memory, readings, references, self.parameters)
             flags = OK if finite(commands, SAFE) and finite(memory, MEMORY) else BAD_COMMAND
-        self.flags = flags
+        self.k, self.flags = self.k + 1, flags
         if flags != OK:
             return copied(SAFE)
-        self.k, self.memory = self.k + 1, memory
+        self.memory = memory
         return commands
 
 
