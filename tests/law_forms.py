@@ -18,8 +18,8 @@ class Record(NamedTuple):
     memory: Array  # (n, memory), after each instant
 
 
-def record(loop, period, instants, instruments=None, delay=False):
+def record(loop, period, instants, instruments=None, delay=False, reference="input"):
     """The law of a loop in a computer, and so many instants of it."""
     sampled = loop.digital(period, instruments, delay=delay)
-    law = sampled.law(truths=tuple(name for name in loop.plant.truths.names if name in loop.observer.reads))
+    law = sampled.law(reference, truths=tuple(name for name in loop.plant.truths.names if name in loop.observer.reads))
     return Record(law, *recorded(sampled, law, instants))

@@ -12,7 +12,7 @@ from c_runs import differing
 from law_forms import record
 
 import workbench as wb
-from studies.paper.laws import proposed_repaired
+from studies.paper.laws import proposed_repaired, rival
 from workbench.handover.c_code import c_code
 from workbench.handover.export_folder import write_files
 from workbench.handover.ros2 import ros2
@@ -37,6 +37,12 @@ def motor():
     motor = wb.DCMotor()
     law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 200)
+
+
+@cache
+def sliding():
+    """A law with its reference built in, which counts its periods."""
+    return record(rival("FS", "SMC"), 1e-3, 200, reference="built in")
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +88,7 @@ def rows_of(run):
 
 
 @needs_gcc
-@pytest.mark.parametrize(("record_of", "interfaces"), [(paper, JOINTS), (motor, ())])
+@pytest.mark.parametrize(("record_of", "interfaces"), [(paper, JOINTS), (motor, ()), (sliding, ())])
 def test_the_controller_has_the_bits_of_the_simulation(record_of, interfaces, programs):
     run = record_of()
     code, commands, _ = managed(programs(record_of, interfaces), run, rows_of(run))

@@ -11,7 +11,7 @@ from c_runs import differing
 from law_forms import record
 
 import workbench as wb
-from studies.paper.laws import proposed_repaired
+from studies.paper.laws import proposed_repaired, rival
 from workbench.handover.c_code import c_code
 from workbench.handover.simulink import simulink
 
@@ -36,6 +36,12 @@ def motor(high=24.0):
     return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 200)
 
 
+@cache
+def sliding():
+    """A law with its reference built in, which counts its periods."""
+    return record(rival("FS", "SMC"), 1e-3, 200, reference="built in")
+
+
 def built(code, folder):
     """The block as a program."""
     for name, text in simulink(code).items():
@@ -53,7 +59,7 @@ def simulated(block, rows, *arguments):
     return np.frombuffer(run.stdout).reshape(len(rows), -1), run.stderr.decode().split()
 
 
-@pytest.mark.parametrize("record_of", [paper, motor])
+@pytest.mark.parametrize("record_of", [paper, motor, sliding])
 def test_the_block_has_the_bits_of_the_simulation(record_of, tmp_path):
     run = record_of()
     block = built(c_code(run.law, "law"), tmp_path)

@@ -63,7 +63,7 @@ def linear_law(law: SampledLaw) -> LinearSystem:
                 f"`linear_law(law)` must have a linear law; of '{law.name}' '{label}' {reason}. Take `linearize` about "
                 "a point, or the law as C."
             )
-    J = np.array([result.gains for result in results])
+    J = np.array([result.gains for result in results]) + 0.0  # of which no zero is negative
     nx = law.memory.size
     inputs = law.readings + Layout(tuple(replace(e, name=f"{e.name}{WANTED}") for e in law.references.entries))
     matrices: dict[str, Any] = {"D": J[nx:, nx:]}
@@ -92,7 +92,7 @@ def as_control(law: SampledLaw) -> str:
     lines += [f"START = {law.memory.default.tolist()!r}  # of the states", "", "law = control.ss(", "    A, B, C, D,"]
     lines += [f"    {law.period!r},"]
     for port in ("inputs", "outputs", "states"):
-        names = [name.replace(".", "_") for name in getattr(system, port).labels]
+        names = [*getattr(system, port).labels]
         lines += [f"    {port}={names!r}," if names else ""]
     return "\n".join(line for line in [*lines, f"    name={_word(law.name)!r},", ")"] if line is not None) + "\n"
 
