@@ -197,6 +197,7 @@ LINEAR = {
     "PID2 with a delay": lambda: pid().digital(0.01, delay=2),
     "PID of an arm, without a name of its own for each joint": lambda: rival("FS", "PID").digital(1e-3),
     "LQG": lambda: lqg().digital(0.1),
+    "PID2 about a point": lambda: pid(u0=3.0, y0=1.0).digital(0.01, delay=True),
     "a gain without a memory": lambda: ClosedLoop(
         MOTOR, controller=wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=2.0), reference=STEP
     ).digital(0.01),
@@ -210,14 +211,27 @@ def test_the_matrices_in_python_control_are_the_law(name):
     system = scope["law"]
     assert system.dt == law.period
     assert system.nstates == law.memory.size
-    v = np.random.default_rng(4).normal(size=(law.readings.size + law.references.size, 30))
+    v = np.random.default_rng(4).normal(size=(system.ninputs, 30))
+    v[law.readings.size + law.references.size :] = 1.0  # of a law with constant terms
     theirs = control.forced_response(system, inputs=v, initial_state=scope["START"]).outputs
     z, ours = law.memory.default, []
-    for y, r in zip(v[: law.readings.size].T, v[law.readings.size :].T, strict=True):
+    for y, r in zip(
+        v[: law.readings.size].T, v[law.readings.size : law.readings.size + law.references.size].T, strict=True
+    ):
         z, u = (np.array(part).ravel() for part in law.F(0, z, y, r, law.parameters.default))
         ours.append(u)
     theirs = np.reshape(theirs, (system.noutputs, -1)).T
     np.testing.assert_allclose(theirs, ours, rtol=1e-12, atol=1e-12 * np.abs(ours).max())
+
+
+def test_constant_terms_are_an_input_that_is_one():
+    law = pid(u0=3.0).digital(0.01).law()
+    system = linear_law(law, constants="input")
+    assert system.inputs.names == ("omega", "omega_ref", "one")
+    np.testing.assert_array_equal(system.D[:, -1], [3.0])
+    held = loadmat(io.BytesIO(mat_of(law)))
+    assert held["inputs_names"].ravel()[-1].item() == "one"
+    np.testing.assert_array_equal(held["D"], system.D)
 
 
 def test_the_linear_law_has_the_names_and_units_of_its_signals():

@@ -40,6 +40,14 @@ def motor():
 
 
 @cache
+def unlimited():
+    """The same law without limits."""
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0)
+    return record(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)), 0.01, 20)
+
+
+@cache
 def sliding():
     """A law with its reference built in, which counts its periods."""
     return record(rival("FS", "SMC"), 1e-3, 200, reference="built in")
@@ -141,6 +149,14 @@ def test_parameters_that_can_be_set_are_parameters_of_the_node(programs):
     code, _, said = managed(program, run, rows_of(run), "controller_Kp=50.0,60.0")
     assert code == 3
     assert "The parameter controller_Kp has 1 numbers; got 2." in said
+
+
+@needs_gcc
+def test_a_controller_of_single_precision_rounds_what_it_reads(programs):
+    run = unlimited()
+    _, commands, _ = managed(programs(unlimited, precision="single"), run, rows_of(run))
+    np.testing.assert_array_equal(commands, commands.astype(np.float32))
+    np.testing.assert_allclose(commands[:5], run.commands[:5], rtol=1e-4)
 
 
 def test_the_files_of_the_package_agree_in_its_name():

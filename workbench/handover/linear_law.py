@@ -11,16 +11,18 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.expressions import evaluated
-from workbench.core.layout import Layout
+from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arm_equations import harmless
 from workbench.handover.export_folder import MARK
 from workbench.notation.program import NAMES
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, one_of
 from workbench.validation.signatures import door
 
 WANTED = "_ref"  # behind the name of a reference, as in `LinearLaw`
+ONE = "one"  # the input that is 1
+PORTS = ("inputs", "outputs", "states")
 SIGNALS = ("z", "y", "r")
 
 
@@ -44,28 +46,38 @@ class _Affine:
 
 
 @door
-def linear_law(law: SampledLaw) -> LinearSystem:
+def linear_law(law: SampledLaw, *, constants: str = "refused") -> LinearSystem:
     """The law as x+ = A x + B v, u = C x + D v with its period, where x is the memory and v readings and references.
 
     A reference has the ending '_ref'. The numbers of parameters are their defaults.
+
+    Parameters
+    ----------
+    constants
+        "refused", or "input" for one more input 'one', which is 1 at all times, where the law has constant terms, as
+        about an operating point.
 
     Raises
     ------
     ValueError
         If the law is not linear: the message names the first result that is not, and the operation that it takes.
     """
+    allowed = one_of("linear_law(constants=...)", constants, ("refused", "input")) == "input"
     results = _affine(law)
     labels = [f"{name} at the next instant" for name in law.memory.labels] + [*law.commands.labels]
     for label, result in zip(labels, results, strict=True):
-        reason = result.reason or (result.constant and f"has the constant term {result.constant:g}")
-        if reason:
+        constant = "" if allowed or not result.constant else f"has the constant term {result.constant:g}"
+        if result.reason or constant:
             raise ValueError(
-                f"`linear_law(law)` must have a linear law; of '{law.name}' '{label}' {reason}. Take `linearize` about "
-                "a point, or the law as C."
+                f"`linear_law(law)` must have a linear law; of '{law.name}' '{label}' {result.reason or constant}. "
+                + ("Take it as C, or `linearize` the loop." if result.reason else "Take `constants='input'`.")
             )
     J = np.array([result.gains for result in results]) + 0.0  # of which no zero is negative
     nx = law.memory.size
     inputs = law.readings + Layout(tuple(replace(e, name=f"{e.name}{WANTED}") for e in law.references.entries))
+    offsets = np.array([result.constant for result in results])
+    if offsets.any():
+        J, inputs = np.column_stack([J, offsets]), inputs + Layout((Entry(ONE, np.array(1.0)),))
     matrices: dict[str, Any] = {"D": J[nx:, nx:]}
     if nx:
         matrices |= {"A": J[:nx, :nx], "B": J[:nx, nx:], "C": J[nx:, :nx]}
@@ -74,8 +86,11 @@ def linear_law(law: SampledLaw) -> LinearSystem:
 
 @door
 def as_control(law: SampledLaw) -> str:
-    """The text of a module with the linear law as `law`, a `StateSpace` of python-control; see `linear_law`."""
-    system = linear_law(law)
+    """The text of a module with the linear law as `law`, a `StateSpace` of python-control; see `linear_law`.
+
+    A law with constant terms has the input 'one'.
+    """
+    system = linear_law(law, constants="input")
     nx, nu, ny = system.states.size, system.inputs.size, system.outputs.size
     shapes = {"A": (nx, nx), "B": (nx, nu), "C": (ny, nx), "D": (ny, nu)}
     head = [f'"""{harmless(law.name)}: a linear law that runs once in {law.period!r} s.', ""]
@@ -89,9 +104,10 @@ def as_control(law: SampledLaw) -> str:
             if matrix is not None and matrix.size
             else f"{letter} = np.zeros({shape})"
         ]
+    lines += [f"# The input '{ONE}' is 1 at all times."] if ONE in system.inputs else []
     lines += [f"START = {law.memory.default.tolist()!r}  # of the states", "", "law = control.ss(", "    A, B, C, D,"]
     lines += [f"    {law.period!r},"]
-    for port in ("inputs", "outputs", "states"):
+    for port in PORTS:
         names = [*getattr(system, port).labels]
         lines += [f"    {port}={names!r}," if names else ""]
     return "\n".join(line for line in [*lines, f"    name={_word(law.name)!r},", ")"] if line is not None) + "\n"
@@ -101,8 +117,8 @@ def as_control(law: SampledLaw) -> str:
 def mat_of(law: SampledLaw) -> bytes:
     """A law as a file for MATLAB and Octave.
 
-    A linear law has A, B, C, D; every law its period Ts, the names of its signals, its parameters and the start of its
-    memory. `note` says which.
+    A linear law has A, B, C, D, and where it has constant terms the last input 'one'; every law its period Ts, the
+    names of its signals, its parameters and the start of its memory. `note` says which.
     """
     from scipy.io import savemat
 
@@ -113,8 +129,9 @@ def mat_of(law: SampledLaw) -> bytes:
         if port in ("memory", "parameters"):
             held[port] = layout.default
     try:
-        system = linear_law(law)
+        system = linear_law(law, constants="input")
         held |= {letter: np.asarray(part) for letter in "ABCD" if (part := getattr(system, letter)) is not None}
+        held |= {f"{port}_names": np.array(getattr(system, port).labels, dtype=object) for port in PORTS}
         held["note"] = f"A, B, C and D of '{law.name}', its period Ts, its names and the start of its memory."
     except ValueError as error:
         held["note"] = f"No matrices: {error}"
