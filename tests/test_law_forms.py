@@ -1,9 +1,11 @@
 """A law in other forms: a module of Python, a CasADi function, the matrices of a linear one."""
 
+import ast
 import io
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import casadi as ca
 import control
@@ -16,12 +18,14 @@ from test_sampled_law import digital, gallery
 
 import workbench as wb
 from studies.paper.laws import RIVALS, proposed_repaired, rival
-from workbench.core import LinearSystem, block, layout, parameter
+from workbench.core import Entry, Layout, LinearSystem, block, layout, parameter
 from workbench.design.riccati import lqg as lqg_design
 from workbench.handover.c_code import c_code
 from workbench.handover.casadi_law import casadi_law
 from workbench.handover.linear_law import as_control, linear_law, mat_of
 from workbench.handover.python_law import python_law
+from workbench.handover.ros2 import ros2
+from workbench.handover.simulink import simulink
 from workbench.loop import AbstractController, ClosedLoop, LinearLaw
 
 LOOPS = {"AOSMC-RGS": lambda: proposed_repaired("FS"), **{name: lambda name=name: rival("FS", name) for name in RIVALS}}
@@ -133,6 +137,19 @@ def test_the_module_of_python_gives_what_is_safe_where_a_number_is_not_finite(tm
     assert [flags for *_, flags in told] == [0, 1, 2, 0]
     assert told[1][0] == told[2][0] == of(run.law.commands, np.array([3.0]))
     assert told[0][1] == told[1][1] == told[2][1]  # the memory waits
+
+
+def test_text_from_outside_stays_text_in_every_form():
+    law = record(pid(), 0.01, 1).law
+    bad = 'x"""\nimport os\n*/ // --> \\ $name %s {0}'
+    odd = Layout((Entry('o"mega', np.zeros(1), bad),))
+    for each in (law.named(bad), replace(law, notes=(bad,)), replace(law, readings=odd)):
+        for text in (python_law(each), casadi_law(each), as_control(each)):
+            assert not [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.alias) and node.name == "os"]
+        for files in (ros2(c_code(each, "law")), simulink(c_code(each, "law"))):
+            for name, text in files.items():
+                assert name in ("law.c", "law.h", "src/law.c", "src/law.h") or "\nimport os" not in text
+                assert text.count("/*") == text.count("*/"), name
 
 
 @needs_compiler

@@ -145,7 +145,7 @@ class _Variables:
             for entry in port.entries:
                 names = self.names[letter][port.slice(entry.name)]
                 if self.used.intersection(names):
-                    value = f'{mapping}["{entry.name}"]'
+                    value = f"{mapping}[{_quoted(entry.name)}]"
                     lines.append(f"{', '.join(names)}{',' * (len(names) == 1 and entry.shape != ())} = {value}")
         return lines
 
@@ -172,10 +172,14 @@ def _table(name: str, port: Layout, values: Array | None = None) -> list[str]:
     flat = port.default if values is None else values
     rows = [(e, _numbers(e, [literal(float(x)) for x in flat[port.slice(e.name)]])) for e in port.entries]
     return (
-        [f"{name} = {{", *(f'    "{e.name}": {text},{_unit(e)}' for e, text in rows), "}"]
+        [f"{name} = {{", *(f"    {_quoted(e.name)}: {text},{_unit(e)}" for e, text in rows), "}"]
         if rows
         else [f"{name} = {{}}"]
     )
+
+
+def _quoted(name: str) -> str:
+    return f'"{name}"' if re.fullmatch(r"[\w.\[\]]+", name, re.ASCII) else repr(name)
 
 
 def _unit(entry: Entry) -> str:
@@ -183,7 +187,7 @@ def _unit(entry: Entry) -> str:
 
 
 def _mapping(port: Layout, texts: list[str]) -> str:
-    parts = (f'"{e.name}": {_numbers(e, texts[port.slice(e.name)])}' for e in port.entries)
+    parts = (f"{_quoted(e.name)}: {_numbers(e, texts[port.slice(e.name)])}" for e in port.entries)
     return f"{{{', '.join(parts)}}}"
 
 

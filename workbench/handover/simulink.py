@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from string import Template
 
 from workbench.core.layout import Entry, Layout
+from workbench.handover.arm_equations import harmless
 from workbench.handover.c_code import CCode
-from workbench.handover.c_names import comment, members
+from workbench.handover.c_names import members
 from workbench.handover.export_folder import MARK
 from workbench.validation.refusals import require
 from workbench.validation.signatures import door
@@ -194,7 +195,7 @@ def simulink(code: CCode) -> dict[str, str]:
         "name": code.name,
         "upper": code.name.upper(),
         "mark": MARK,
-        "title": comment(law.name),
+        "title": harmless(law.name),
         "ports": "\n".join(_about(code, parameters)),
         "inputs": str(len(inputs)),
         "outputs": str(len(law.commands.entries) + 1),
@@ -235,7 +236,7 @@ def _about(code: CCode, parameters: Layout) -> Iterable[str]:
 
 def _said(entry: Entry) -> str:
     unit = f" [{entry.unit}]" if entry.unit else ""
-    return comment(f"{entry.name}{unit}, {entry.size} number{'s' * (entry.size != 1)}")
+    return harmless(f"{entry.name}{unit}, {entry.size} number{'s' * (entry.size != 1)}")
 
 
 def _widths(entries: Iterable[Entry]) -> str:
