@@ -35,6 +35,7 @@ _ROOMS = {
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",
+    "handover.export": "export",
     "report.loop_page": "live",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
