@@ -25,6 +25,7 @@ from workbench.validation.signatures import door
 VERSIONS = ("2.0", "3.0")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the first date that an archive can hold: the same for all files
 DESCRIPTION = "modelDescription.xml"
+OWN_FILES = "model", "instance", "fmi2", "fmi3"  # which the files of a law must not be called
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +63,9 @@ class Fmu:
                 entry = zipfile.ZipInfo(path, EPOCH)
                 entry.create_system = 3
                 entry.external_attr = 0o644 << 16
-                archive.writestr(entry, self.files[path], zipfile.ZIP_DEFLATED, 9)
+                # as it stands, the description tells without unpacking who has written the file
+                packed = zipfile.ZIP_STORED if path == DESCRIPTION else zipfile.ZIP_DEFLATED
+                archive.writestr(entry, self.files[path], packed, 9)
         return stream.getvalue()
 
     @door
@@ -74,8 +77,10 @@ class Fmu:
         ValueError
             If the path has another ending, is a folder, or cannot be written.
         """
-        if not isinstance(path, str | Path) or Path(path).suffix != ".fmu" or Path(path).is_dir():
-            raise ValueError(f"`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got '{path}'.")
+        if Path(path).suffix != ".fmu" or Path(path).is_dir():
+            raise ValueError(
+                f"`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got '{path}'."
+            )
         target = Path(path)
         draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
         try:
@@ -93,7 +98,8 @@ class Fmu:
 
     def __repr__(self) -> str:
         roles = [variable.role for variable in self.variables if variable.role != FIXED]
-        counts = ", ".join(f"{roles.count(role)} {role}s" for role in dict.fromkeys(roles))
+        numbers = {role: roles.count(role) for role in dict.fromkeys(roles)}
+        counts = ", ".join(f"{n} {role}{'' if n == 1 else 's'}" for role, n in numbers.items())
         has = f"sources alone: {self.without_library}" if self.without_library else self._library
         return f"<Fmu '{self.name}', FMI {self.version}: {counts}, steps of {self.step:g} s; {has}>"
 
@@ -111,7 +117,7 @@ def fmu(
     h: float | None = None,
     compiler: str | None = None,
 ) -> Fmu:
-    """The FMU for co-simulation of a law, a plant or a closed loop, with its sources in C and the library of this platform.
+    """The FMU for co-simulation of a law, a plant or a closed loop: sources in C and the library of this platform.
 
     A law has inputs 'y.q' for its readings and 'r.q' for its references, and outputs 'u.tau': after a step the
     commands for the readings that were set before it. Parameters can be changed between steps; 'start.q' is a state at
@@ -145,8 +151,8 @@ def fmu(
     """
     version = one_of("fmu(version=...)", version, VERSIONS)
     call = compiler_of(compiler)
-    model = model_of(what, check_name("fmu(name=...)", getattr(what, "name", "model") if name is None else name), h)
-    identifier = prefix_of(re.sub(r"[^A-Za-z0-9]+", "_", f"fmu {model.name}" if not model.name[0].isascii() or not model.name[0].isalpha() else model.name).strip("_")[:LONGEST])
+    model = model_of(what, check_name("fmu(name=...)", what.name if name is None else name), h)
+    identifier = _identifier(model.name)
     unnamed = sources_of(model, identifier, version, "")
     compiled = compiled_files(unnamed)
     description = model_description(model, identifier, version, "", compiled)
@@ -160,3 +166,10 @@ def fmu(
     files |= {"sources/buildDescription.xml": build_description(identifier, compiled)} if version == "3.0" else {}
     fields = (token, model.step.h, model.variables, files, built.reason)
     return Fmu(model.name, version, identifier, *fields)
+
+
+def _identifier(name: str) -> str:
+    """The name of the library: an identifier of C that is like the model's name."""
+    letters = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
+    letters = f"{letters}_fmu" if letters.lower() in OWN_FILES else letters
+    return prefix_of((letters if letters[:1].isalpha() else f"fmu_{letters}".strip("_"))[:LONGEST])

@@ -60,7 +60,7 @@ def compiler_of(compiler: str | None) -> str:
     """The path of a compiler: of the first that is here, or of the one that is named; empty if there is none."""
     if compiler is None:
         return next(filter(None, map(shutil.which, COMPILERS)), "")
-    if not isinstance(compiler, str) or (compiler and shutil.which(compiler) is None):
+    if compiler and shutil.which(compiler) is None:
         raise LookupError(
             f"`fmu(compiler=...)` must be a C compiler on the path, or '' for an FMU of sources alone; got "
             f"{described(compiler)}."

@@ -10,7 +10,6 @@ from workbench.handover.fmi.model import FIXED, INPUT, OUTPUT, PARAMETER, Model,
 from workbench.handover.fmi.units import unit_of
 
 TOOL = "control-workbench"
-OPTIONS = "-std=c99 -O2 -ffp-contract=off"  # of a compiler that knows GCC's
 CAUSALITY = {INPUT: INPUT, PARAMETER: PARAMETER, FIXED: PARAMETER, OUTPUT: OUTPUT}
 CAPABILITIES = {
     "needsExecutionTool": "false",
@@ -65,7 +64,7 @@ def build_description(identifier: str, sources: Sequence[str]) -> bytes:
 
 def _text(root: ET.Element) -> bytes:
     ET.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="utf-8") + b"\n"
+    return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'.encode()
 
 
 def _units(root: ET.Element, model: Model) -> None:
@@ -87,8 +86,6 @@ def _variables(root: ET.Element, model: Model, two: bool) -> None:
         head["variability"] = _variability(model, variable)
         if variable.role != INPUT:
             head["initial"] = "calculated" if variable.role == OUTPUT else "exact"
-        if two and variable.role == INPUT:
-            head.pop("initial", None)
         _variable(variables, head, _real(variable), two)
 
 

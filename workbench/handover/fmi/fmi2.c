@@ -35,8 +35,8 @@ typedef struct {
 static void write_to_log(instance_t *instance, const char *sentence)
 {
     if (instance->logger != NULL) {
-        ((logger_t)instance->logger)(instance->environment, instance->name, fmi2Error, "logStatusError", "%s",
-                                     sentence);
+        /* Importers that cannot format must get a sentence too; none has a percent sign. */
+        ((logger_t)instance->logger)(instance->environment, instance->name, fmi2Error, "logStatusError", sentence);
     }
 }
 

@@ -68,7 +68,9 @@ class Model:
         still = replace(rule, rate=ca.SX(0, 1), update=rule.x, output=ca.SX(0, 1))
         update = ca.densify(self.output)
         graph = graph_of(
-            replace(self.step, states=self.step.states + self.outputs.prefixed("."), rule=still.extended(symbols, update))
+            replace(
+                self.step, states=self.step.states + self.outputs.prefixed("."), rule=still.extended(symbols, update)
+            )
         )
         return Graph(graph.nodes, graph.results[self.step.states.size :])
 
@@ -109,14 +111,8 @@ def model_of(what: SampledLaw | Ode | Sampled, name: str, h: float | None) -> Mo
         model = _of_law(what, name, h)
     elif isinstance(what, Ode):
         model = _of_equations(what, name, seconds("fmu(h=...)", _stated(h)))
-    elif isinstance(what, Sampled):
-        model = _of_sampled(what, name, seconds("fmu(h=...)", _stated(h)))
     else:
-        raise ValueError(
-            "`fmu(what=...)` takes a law of a computer, as `loop.digital(...).law()` is, a plant, as "
-            "`open_loop(plant)` is, or a closed loop, as `loop.digital(...)` or `loop.ode()` is; got "
-            f"{described(what)}."
-        )
+        model = _of_sampled(what, name, seconds("fmu(h=...)", _stated(h)))
     _refuse(model)
     return model
 

@@ -112,9 +112,13 @@ def _function(head: str, target: str, body: Body, ends: list[str]) -> list[str]:
     lines = ["const double time = (double)k; /* steps */", *body.lines, *results]
     unread = [f"(void){name};" for name in ("time", "x", "p") if not any(_reads(line, name) for line in lines[1:])]
     unread += [] if results else [f"(void){target};"]
-    return [f"static {head}{HEAD.format(target)}", "{", *(f"    {line}" for line in (*lines[:1], *unread)), *(
-        f"    {line}" for line in (*lines[1:], *ends)
-    ), "}"]
+    return [
+        f"static {head}{HEAD.format(target)}",
+        "{",
+        *(f"    {line}" for line in (*lines[:1], *unread)),
+        *(f"    {line}" for line in (*lines[1:], *ends)),
+        "}",
+    ]
 
 
 def _reads(line: str, name: str) -> bool:
@@ -132,7 +136,9 @@ def _law_functions(model: Model, law: SampledLaw, identifier: str) -> list[str]:
     lines += _copies(law.memory, "state.", "x", 0)
     lines += _copies(law.readings, "readings.", "p", q) + _copies(law.references, "references.", "p", q + y)
     lines += [] if law.memory.size else ["(void)x;"]
-    ports = ", ".join(f"&{port}" for port in ("state", "readings", "references", "commands") if f" {port};" in str(lines))
+    ports = ", ".join(
+        f"&{port}" for port in ("state", "readings", "references", "commands") if f" {port};" in str(lines)
+    )
     lines += [f"if ({identifier}_step({ports}) != (unsigned){identifier.upper()}_OK) {{", "    return 0;", "}"]
     lines += _copies(law.memory, "state.", "next", 0, back=True)
     lines += _copies(law.commands, "commands.", "next", law.memory.size, back=True)
@@ -154,7 +160,7 @@ def _law_functions(model: Model, law: SampledLaw, identifier: str) -> list[str]:
 
 def _copies(layout: Layout, struct: str, array: str, first: int, back: bool = False) -> list[str]:
     """Assignments from an array to the members of a struct, or back."""
-    names, lines = members(layout), []
+    names, lines = members(layout), list[str]()
     for entry in layout.entries:
         for i in range(entry.size):
             place = f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}"
