@@ -59,11 +59,11 @@ def examples() -> Iterator[Example]:
     yield from (of_computer(name, loops[name]) for name in COMPUTERS)
 
 
-def of_law(name: str, shown: Any) -> Example:
-    """The law of a computer, which wants what the loop wanted, on the readings that the loop had."""
+def of_law(name: str, shown: Any, reference: str = "input") -> Example:
+    """The law of a computer, which is handed the readings of its loop and, unless it has one, the reference."""
     loop, period = shown.loop, 2 * shown.h
     digital = loop.digital(period)
-    law = digital.law(truths=tuple(x for x in loop.plant.truths.names if x in loop.observer.reads))
+    law = digital.law(reference, truths=tuple(x for x in loop.plant.truths.names if x in loop.observer.reads))
     taken = Layout(tuple(Entry(path, np.zeros(value.numel())) for path, value in digital.taken.items()))
     values = ca.vertcat(*[ca.vec(value) for value in digital.taken.values()])
     step = digital.step(2).extended(taken, taken.symbols(), values)

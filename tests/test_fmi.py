@@ -62,17 +62,17 @@ folder, said, two = fmpy.extract(file), [], description.fmiVersion == "2.0"
 callbacks = fmi2CallbackFunctions()
 callbacks.logger = fmi2CallbackLoggerTYPE(lambda environment, name, status, category, text: said.append(text.decode()))
 
-def instance(name, token=description.guid):
+def instance(name, token=description.guid, start=0.0):
     kind = FMU2Slave if two else FMU3Slave
     unit = kind(guid=token, unzipDirectory=folder, instanceName=name,
                 modelIdentifier=description.coSimulation.modelIdentifier)
     if two:
         unit.instantiate(callbacks=callbacks)
-        unit.setupExperiment(startTime=0.0)
+        unit.setupExperiment(startTime=start)
         unit.enterInitializationMode()
     else:
         unit.instantiate(logMessage=lambda environment, status, category, text: said.append(text.decode()))
-        unit.enterInitializationMode(startTime=0.0)
+        unit.enterInitializationMode(startTime=start)
     return unit
 
 def put(unit, name, value):
@@ -126,6 +126,7 @@ else:
     a.enterInitializationMode(startTime=0.0)
 put(a, "start.omega", 0.5), a.exitInitializationMode()
 told["another start"] = take(a, "omega")
+told["between steps"] = refused(instance, "d", start=0.5 * step)
 told["another token"] = refused(instance, "c", "{none}")
 pathlib.Path(target).write_text(json.dumps(told))
 """
@@ -157,11 +158,12 @@ def test_an_importer_computes_the_bits_of_the_simulation(tmp_path):
     arms, plants = of_arms(), of_plants()
     cases = (
         of_law("computed torque", arms["computed torque"]),
+        of_law("with a reference that it knows", plants["PID, DC motor"], "built in"),
         of_plant("quadruple tank", plants["LQG, quadruple tank P+"]),
         of_computer("cart-pole", plants["PID, cart-pole"]),
     )
     told = cross_checked(cases, tmp_path)
-    assert len(told) == 6
+    assert len(told) == 8
     assert all(each == {"equal": True, "findings": [], "rows": 501} for each in told), told
 
 
@@ -195,6 +197,7 @@ def test_instances_states_and_refusals_go_by_the_standard(version, tmp_path):
     assert told["a start"] == "'start.omega' can be set before the first step only."
     assert "value reference without a variable" in told["no variable"]
     assert "no finite number, and is undone" in told["beyond numbers"]
+    assert "must start at a whole number of steps" in told["between steps"]
     assert "differs" in told["another token"]
 
 

@@ -15,8 +15,8 @@ from pathlib import Path
 from workbench.core import Ode, Sampled, SampledLaw
 from workbench.handover.c_names import LONGEST, prefix_of
 from workbench.handover.fmi.binary import compiler_of, library
+from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
-from workbench.handover.fmi.model import FIXED, Variable, digest, model_of
 from workbench.handover.fmi.step_sources import compiled_files, sources_of
 from workbench.validation.refusals import name as check_name
 from workbench.validation.refusals import one_of
@@ -152,6 +152,11 @@ def fmu(
     version = one_of("fmu(version=...)", version, VERSIONS)
     call = compiler_of(compiler)
     model = model_of(what, check_name("fmu(name=...)", what.name if name is None else name), h)
+    return _assembled(model, version, call)
+
+
+def _assembled(model: Model, version: str, call: str) -> Fmu:
+    """The FMU of a model; its token is that of all that is written in it."""
     identifier = _identifier(model.name)
     unnamed = sources_of(model, identifier, version, "")
     compiled = compiled_files(unnamed)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
-from workbench.handover.fmi.model import FIXED, INPUT, OUTPUT, PARAMETER, Model, Variable
+from workbench.handover.fmi.co_simulation import FIXED, INPUT, OUTPUT, PARAMETER, Model, Variable
 from workbench.handover.fmi.units import unit_of
 
 TOOL = "control-workbench"

@@ -12,7 +12,7 @@ from workbench.handover.c_code import c_code
 from workbench.handover.c_functions import DOUBLE, definitions
 from workbench.handover.c_names import members
 from workbench.handover.c_source import GUARDS
-from workbench.handover.fmi.model import Model
+from workbench.handover.fmi.co_simulation import Model
 from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import graph_of
 
