@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.core import Ode, Sampled, SampledLaw
-from workbench.handover.c_names import LONGEST, prefix_of
+from workbench.handover.c99.c_names import LONGEST, prefix_of
 from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
