@@ -14,6 +14,8 @@ from workbench.handover.export_folder import write_files
 from workbench.validation.refusals import known, require
 from workbench.validation.signatures import door
 
+SUBSTEPS, STATES = 4, 10_000  # of the plant in a period; random states of which a bound is stated
+
 Files = Mapping[str, str | bytes]
 
 
@@ -136,9 +138,21 @@ def export(
     >>> [path.name for path in wb.export(loop.digital(1e-3), "c", "motor", name="motor_law")]
     ['motor_law.h', 'motor_law.c']
     """
+    if isinstance(law, Sampled) and options.get("precision") == "single":
+        options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
     alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
     writer = FORMS[known(form, FORMS, "forms of a law")]
     chosen = prefix_of(member(alone.name) if name is None else name)
     files = writer(Order(alone, chosen, options, interfaces))
     target = write_files(chosen if folder is None else folder, files)
     return [target / path for path in files]
+
+
+@door
+def loss_in_single_precision(sampled: Sampled, law: SampledLaw, periods: int = 1000) -> str:
+    """The sentence that says by how much a law in single precision differs, in a box around a run of its loop."""
+    from workbench.handover.recording import record
+    from workbench.handover.single.rounding_statement import box_of, stated_bound
+
+    run = record(sampled, law, periods, substeps=SUBSTEPS)
+    return stated_bound(law, *box_of(run.memory(0, periods - 1), run.y, run.r), samples=STATES).sentence

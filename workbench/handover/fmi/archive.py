@@ -148,6 +148,12 @@ def fmu(
     References
     ----------
     Modelica Association, Functional Mock-up Interface, versions 2.0.4 and 3.0.2.
+
+    Examples
+    --------
+    >>> motor = wb.fmu(wb.open_loop(wb.DCMotor()), "3.0", "motor", h=1e-3, compiler="")
+    >>> motor.step, [variable.name for variable in motor.variables if variable.role == "output"]
+    (0.001, ['omega', 'i'])
     """
     version = one_of("fmu(version=...)", version, VERSIONS)
     call = compiler_of(compiler)
