@@ -153,7 +153,7 @@ def fmu(
     --------
     >>> motor = wb.fmu(wb.open_loop(wb.DCMotor()), "3.0", "motor", h=1e-3, compiler="")
     >>> motor.step, [variable.name for variable in motor.variables if variable.role == "output"]
-    (0.001, ['omega', 'i'])
+    (0.001, ['omega'])
     """
     version = one_of("fmu(version=...)", version, VERSIONS)
     call = compiler_of(compiler)
