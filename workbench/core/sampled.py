@@ -156,8 +156,8 @@ class Sampled:
         is done in a period: the commands that act stay, and so does all that the computer keeps. Both are 0 unless set,
         and the loop then has the bits of the one without in the portable arithmetic.
 
-        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and what an integral
-        takes from a period counts as a period long. Disturbance and reference of the outputs are those of the true time.
+        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and an integral
+        counts each period as one period long. Disturbance and reference of the outputs are those of the true time.
 
         Raises
         ------
@@ -165,7 +165,7 @@ class Sampled:
             If this is no loop of blocks, as `ClosedLoop.digital` makes one, or its plant moves in discrete time.
         """
         self._refuse_one_clock()
-        flow, T, size = self.flow, self.period, self.states.size
+        flow, T, t = self.flow, self.period, self.flow.t
         settings = Layout(
             (
                 Entry("computer.jitter", np.zeros(()), "s", Bounds(0.0, T / 2)),
@@ -173,7 +173,7 @@ class Sampled:
             )
         )
         clock = Layout(tuple(Entry(f"computer.{name}", np.zeros(()), "s") for name in ("late", "later", "instant")))
-        p, z, w, t = settings.symbols(), clock.symbols(), ca.SX.sym("w", 4), flow.t
+        p, z, w = settings.symbols(), clock.symbols(), ca.SX.sym("w", 4)
         jitter, missed = ca.vertsplit(p)
         late, later, instant = ca.vertsplit(z)
         # of two normal numbers the sum of squares is exponential with mean 2, so that this is uniform in (0, 1]
