@@ -11,7 +11,7 @@ from workbench.core import Sampled
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.designs import Listed
+from workbench.study.uncertainty.designs import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, known, refusal, whole
@@ -101,13 +101,17 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
 
 
 @door
-def computer_sweep(name: str, run: Run, effects: Sequence[ComputerEffect], draws: int = 8) -> Sweep:
+def computer_sweep(
+    name: str, run: Run, effects: Sequence[ComputerEffect], starts: Sequence[Factor] = (), draws: int = 8
+) -> Sweep:
     """Runs without effect, with each at each of its levels by itself, and with all at what is declared.
 
     Parameters
     ----------
     run
-        Of a loop that `Sampled.disturbed` gave, with at least one metric.
+        Of a loop that `Sampled.disturbed` gave, with at least one metric; its seed draws the starts too.
+    starts
+        Numbers that differ from draw to draw, and are the same in the draws of that number of all kinds.
     draws
         Runs of each kind, each with its own noise.
 
@@ -119,20 +123,24 @@ def computer_sweep(name: str, run: Run, effects: Sequence[ComputerEffect], draws
     whole("computer_sweep(draws=...)", draws)
     if not effects:
         raise refusal("computer_sweep(effects=...)", "at least one effect", tuple(effects))
-    points = [np.zeros(len(effects))]
+    kinds = [np.zeros(len(effects))]
     for i, effect in enumerate(effects):
         for level in effect.levels:
-            points.append(np.zeros(len(effects)))
-            points[-1][i] = effect.coordinate(level)
-    points.append(np.array([effect.coordinate(effect.declared) for effect in effects]))
-    design = Listed(np.repeat(points, draws, axis=0))
-    return Sweep(name, replace(run, every=None), tuple(effect.factor for effect in effects), design)
+            kinds.append(np.zeros(len(effects)))
+            kinds[-1][i] = effect.coordinate(level)
+    kinds.append(np.array([effect.coordinate(effect.declared) for effect in effects]))
+    points = np.repeat(kinds, draws, axis=0)
+    if starts:
+        drawn = MonteCarlo(len(starts), draws, run.seed).points()
+        points = np.hstack([points, np.tile(drawn, (len(kinds), 1))])
+    factors = (*(effect.factor for effect in effects), *starts)
+    return Sweep(name, replace(run, every=None), factors, Listed(points))
 
 
 @dataclass(frozen=True, eq=False)
 @door
 class ComputerMargin:
-    """What an effect does to a metric: `ratios` (levels, draws) are the worst over its numbers, over those without it.
+    """The metric under an effect over that without it: `ratios` (levels, draws), the worst of the metric's numbers.
 
     A run that diverged has an infinite ratio.
     """
@@ -140,14 +148,16 @@ class ComputerMargin:
     effect: ComputerEffect
     ratios: Array
 
+    @door
     def largest(self, most: float) -> float:
         """The largest level up to which every run has at most `most` times the metric; the least if no level has."""
         good = np.asarray((self.ratios <= most).all(axis=1))
         count = good.size if good.all() else int(np.argmin(good))
         return (self.effect.least, *self.effect.levels)[count]
 
-    def open_end(self, most: float) -> bool:
-        """True if no level is beyond `most`."""
+    @door
+    def unbounded(self, most: float) -> bool:
+        """True if every level is within `most`."""
         return bool((self.ratios <= most).all())
 
     @property
@@ -158,11 +168,19 @@ class ComputerMargin:
         return float(self.ratios[self.effect.levels.index(self.effect.declared)].mean() - 1)
 
 
+@dataclass(frozen=True, eq=False)
 @door
-def computer_margins(
-    sample: Sample, effects: Sequence[ComputerEffect], metric: str
-) -> tuple[tuple[ComputerMargin, ...], Array]:
-    """The margins of each effect by a metric, and the ratios (draws,) with all of them at what is declared.
+class ComputerMargins:
+    """The margins of a loop by a metric: its values without effect and with all declared ones, (draws, numbers)."""
+
+    each: tuple[ComputerMargin, ...]
+    without: Array
+    declared: Array  # infinite where a run diverged
+
+
+@door
+def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: str) -> ComputerMargins:
+    """The margins of a loop for each effect by a metric.
 
     Parameters
     ----------
@@ -176,31 +194,38 @@ def computer_margins(
     ValueError
         If the sample is of other effects.
     """
+    names = tuple(effect.name for effect in effects)
     kinds = 2 + sum(len(effect.levels) for effect in effects)
     draws, rest = divmod(len(sample), kinds)
-    if rest or not draws or sample.factors != tuple(effect.name for effect in effects):
+    if rest or not draws or sample.factors[: len(names)] != names:
         raise ValueError(
             f"`computer_margins(sample, effects)` needs the sample of `computer_sweep` for the effects "
-            f"{', '.join(effect.name for effect in effects)}; got '{sample.name}' of {', '.join(sample.factors)}."
+            f"{', '.join(names)}; got '{sample.name}' of {', '.join(sample.factors)}."
         )
     numbers = [number for name, number, _ in sample.columns if name == metric] or [0]
     values = np.stack([sample.outputs(metric, number) for number in numbers], axis=-1)
-    ends = values.reshape(kinds, draws, len(numbers))
-    ratios = np.max(ends / ends[0].mean(axis=0), axis=-1)
-    ratios = np.where(np.isnan(ratios), np.inf, ratios)
-    margins, first = [], 1
+    values = np.where(np.isnan(values), np.inf, values).reshape(kinds, draws, len(numbers))
+    ratios, margins, first = worst_ratio(values, values[0]), [], 1
     for effect in effects:
         margins.append(ComputerMargin(effect, ratios[first : first + len(effect.levels)]))
         first += len(effect.levels)
-    return tuple(margins), ratios[-1]
+    return ComputerMargins(tuple(margins), values[0], values[-1])
 
 
 @door
-def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Sequence[ComputerMargin]]]) -> Table:
+def worst_ratio(values: Array, base: Array) -> Array:
+    """The largest ratio over the numbers of a metric, the last axis; infinite where a run diverged."""
+    with np.errstate(invalid="ignore"):
+        ratios = values / base
+    return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))
+
+
+@door
+def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> Table:
     """The margins of several loops, a row for each loop and effect."""
     rows: list[tuple[Cell, ...]] = []
     for loop, own in margins:
-        for one in own:
+        for one in own.each:
             ends = (_end(one, most) for most in (KEPT, STANDS))
             loss: Cell = 100 * one.loss if np.isfinite(one.loss) else "lost"
             rows.append((loop, one.effect.name, _level(one.effect, one.effect.declared), loss, *ends))
@@ -226,4 +251,4 @@ def _end(one: ComputerMargin, most: float) -> str:
     level = one.largest(most)
     if level == one.effect.least:
         return f"none: {_level(one.effect, one.effect.levels[0])} is too much"
-    return _level(one.effect, level) + (" or more" if one.open_end(most) else "")
+    return _level(one.effect, level) + (" or more" if one.unbounded(most) else "")
