@@ -91,7 +91,8 @@ def _readings(loop: Blocks, truths: tuple[str, ...]) -> Layout:
                 f"which no instrument of `{type(plant).__name__}` gives. Take an observer that estimates it, or name "
                 f"it as an input of the machine: `law(truths=('{entry.name}',))`."
             )
-    return observer.reads
+    there = plant.outputs + plant.truths
+    return Layout(tuple(there[name] for name in observer.reads.names))
 
 
 def _needed(states: Layout, x: ca.SX, after: Mapping[str, ca.SX], command: ca.SX) -> Layout:

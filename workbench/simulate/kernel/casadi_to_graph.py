@@ -7,7 +7,7 @@ operand does.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
 
 import casadi as ca
@@ -51,6 +51,23 @@ def _unknown(graph: Graph) -> tuple[str, int] | None:
             if place in graph.before([result]):
                 return graph.nodes[place].op.removeprefix(UNKNOWN), i
     return None
+
+
+def read_with(step: Step, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
+    """The graph of a step, as `read` has it, whose last results are those of the values (1, 1) that it makes anyway.
+
+    Beside it, for each value its place among the results, or None where the step has no use of it.
+    """
+    reader, rule = _Reader(), step.rule
+    read(step)  # refuses operations
+    results = reader.read(rule.parts)
+    own = len(reader.nodes.held)
+    symbols = [rule.h, rule.k, rule.t, rule.x, rule.p, rule.w]
+    found = reader.read(ca.Function("values", symbols, [ca.vertcat(ca.SX(0, 1), *map(ca.densify, values))]))
+    needed = set(Graph(tuple(reader.nodes.held), ()).before(results))
+    kept = [place for place in dict.fromkeys(found) if place in needed]
+    places = {place: len(results) + i for i, place in enumerate(kept)}
+    return Graph(tuple(reader.nodes.held[:own]), (*results, *kept)), [places.get(place) for place in found]
 
 
 class _Reader:

@@ -1,0 +1,149 @@
+"""A sampled law as C99: one header and one source, straight lines from the graph that every machine evaluates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.core import Layout, SampledLaw
+from workbench.handover.c_header import header_of
+from workbench.handover.c_names import member, members, prefix_of
+from workbench.handover.c_source import source_of
+from workbench.handover.export_folder import write_files
+from workbench.validation.refusals import Array, known, numbers, one_of, require
+from workbench.validation.signatures import door
+
+PRECISIONS, PARAMETERS = ("double", "single"), ("constant", "settable")
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class CCode:
+    """A law in C: its prefix, header and source.
+
+    Attributes
+    ----------
+    safe
+        The command where a flag is raised, (nu,).
+    warnings
+        Sentences for whoever reads the header.
+    """
+
+    name: str
+    law: SampledLaw
+    precision: str
+    settable: bool
+    safe: Array
+    warnings: tuple[str, ...] = ()
+    command: str = ""
+    header: str = field(init=False)
+    source: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "header", header_of(self))
+        object.__setattr__(self, "source", source_of(self))
+
+    @property
+    def real(self) -> str:
+        """The type of readings, references, commands and memory."""
+        return "float" if self.precision == "single" else "double"
+
+    @property
+    def files(self) -> dict[str, str]:
+        """The texts by the names of their files."""
+        return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
+
+    @property
+    def structs(self) -> dict[str, Layout]:
+        """The layouts of the structs by their names, those with members alone."""
+        law = self.law
+        ports = {"readings": law.readings, "references": law.references, "commands": law.commands}
+        ports |= {"parameters": law.parameters} if self.settable else {}
+        return {name: layout for name, layout in ports.items() if layout.size}
+
+    @door
+    def write(self, folder: str | Path) -> Path:
+        """Write header and source to a folder, all or nothing; the folder.
+
+        Raises
+        ------
+        ValueError
+            If the folder holds files that no export has written.
+        """
+        return write_files(folder, self.files)
+
+    def __repr__(self) -> str:
+        return f"<CCode '{self.name}': {self.precision}, {len(self.source.splitlines())} lines>"
+
+
+@door
+def c_code(
+    law: SampledLaw,
+    name: str | None = None,
+    *,
+    precision: str = "double",
+    parameters: str = "constant",
+    safe: Mapping[str, Any] | None = None,
+    warnings: tuple[str, ...] = (),
+    command: str = "",
+) -> CCode:
+    """A law as C99 without a library: NAME_init, NAME_reset and NAME_step over structs of readings and commands.
+
+    Parameters
+    ----------
+    name
+        The prefix, an identifier of C; that of the law unless given.
+    precision
+        "double" for the bits of the portable arithmetic, or "single" for reals of 32 bits.
+    parameters
+        "constant", or "settable" for a struct that can be changed between two instants.
+    safe
+        The command where a reading, a reference or a result is not finite, by name; zero, or the limit next to it.
+    warnings, command
+        Sentences, and the command that made the code, for the header.
+
+    Raises
+    ------
+    ValueError
+        If a name cannot be one of C, two names become one, or a safe command is beyond a limit.
+    LookupError
+        If `safe` names no command.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> sorted(wb.c_code(loop.digital(1e-3).law(), "motor_law").files)
+    ['motor_law.c', 'motor_law.h']
+    """
+    law = require("c_code(law=...)", law, SampledLaw)
+    prefix = prefix_of(member(law.name) if name is None else name)
+    one_of("c_code(precision=...)", precision, PRECISIONS)
+    settable = one_of("c_code(parameters=...)", parameters, PARAMETERS) == "settable"
+    for layout in (law.readings, law.references, law.commands, law.memory, law.parameters):
+        members(layout)
+    return CCode(prefix, law, precision, settable, _safe(law, safe or {}), tuple(warnings), command)
+
+
+def _safe(law: SampledLaw, safe: Mapping[str, Any]) -> Array:
+    """The safe command (nu,), within the limits."""
+    parts = []
+    for name in safe:
+        known(name, law.commands.names, "commands of the law")
+    for entry in law.commands.entries:
+        low, high = law.limits.get(entry.name, (-np.inf, np.inf))
+        call = f"c_code(safe={{'{entry.name}': ...}})"
+        value = numbers(call, safe[entry.name]) if entry.name in safe else np.clip(np.zeros(entry.shape), low, high)
+        value = np.asarray(value).reshape(entry.shape) if np.size(value) == entry.size else np.asarray(value)
+        if value.shape not in ((), entry.shape) or np.any(value < low) or np.any(value > high):
+            raise ValueError(
+                f"`{call}` must be a number, or one for each of {entry.size}, within the limits of the command, "
+                f"{low} to {high}; got {value}."
+            )
+        parts.append(np.broadcast_to(value, entry.shape).ravel(order="F"))
+    return np.concatenate(parts) if parts else np.zeros(0)

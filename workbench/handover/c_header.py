@@ -1,0 +1,157 @@
+"""The header of a law in C: all that whoever calls it must know."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from workbench import __version__
+from workbench.core import Entry, Layout, SampledLaw
+from workbench.handover.c_names import comment, members
+from workbench.handover.export_folder import MARK
+
+WIDTH = 100
+STRUCTS = {
+    "readings": "What the instruments read at the instant.",
+    "references": "What is wanted at the instant.",
+    "commands": "What acts on the plant from the instant to the next.",
+    "parameters": "Numbers of the law; NAME_init sets those it was designed with. Change them between two instants.",
+}
+FLAGS = {
+    "OK": (0, ""),
+    "BAD_READING": (1, "a reading is not finite: the safe command, and the memory as it was"),
+    "BAD_REFERENCE": (2, "a reference is not finite: the same"),
+    "BAD_COMMAND": (4, "a command or a number of the memory would not be finite: the same"),
+}
+
+
+def header_of(code: Any) -> str:
+    """The text of NAME.h."""
+    name, law = code.name, code.law
+    guard = f"{name.upper()}_H"
+    lines = [*block(about(code)), f"#ifndef {guard}", f"#define {guard}", "", "#include <stdint.h>", ""]
+    lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
+    lines += [
+        f"#define {name.upper()}_PERIOD {float(law.period)!r} /* s, from one call of {name}_step to the next */",
+        "",
+    ]
+    lines += [f"enum {{ /* flags of {name}_step, which may come together */"]
+    lines += [
+        f"    {name.upper()}_{flag} = {n},{f' /* {what} */' if what else ''}" for flag, (n, what) in FLAGS.items()
+    ]
+    lines[-1] = lines[-1].replace(",", "", 1)
+    lines += ["};", ""]
+    for struct, layout in code.structs.items():
+        real = "double" if struct == "parameters" else code.real
+        start = law.parameters.default if struct == "parameters" else None
+        lines += _struct(f"{name}_{struct}", STRUCTS[struct].replace("NAME", name), layout, real, start)
+    lines += [f"/* All that the law keeps from one instant to the next; {name}_init fills it. */", "typedef struct {"]
+    lines += [f"    {name}_parameters parameters;"] if code.settable and law.parameters.size else []
+    lines += ["    uint64_t k; /* number of the instant */"] if law.uses_time else []
+    lines += list(_members(law.memory, code.real))
+    lines += [f"    unsigned flags; /* those of the last {name}_step */", f"}} {name}_state;", ""]
+    lines += _functions(code)
+    lines += ["", "#ifdef __cplusplus", "}", "#endif", "", "#endif"]
+    return "\n".join(lines) + "\n"
+
+
+def about(code: Any) -> Iterator[str]:
+    """The lines of the comment at the head of both files."""
+    law: SampledLaw = code.law
+    yield f"{law.name}: a control law that runs once in {law.period:g} s."
+    yield ""
+    yield from _wrapped(f"Made by {MARK} {__version__}{f' with: {code.command}' if code.command else ''}.")
+    yield f"Fingerprint of its equations and numbers: {law.fingerprint[:16]}"
+    size = "32 bits (single precision)" if code.real == "float" else "64 bits (double precision)"
+    yield from _wrapped(f"Numbers of {size}, each product and each sum rounded by itself: the portable arithmetic.")
+    yield ""
+    for name, layout in (("reads", law.readings), ("follows", law.references), ("commands", law.commands)):
+        if layout.size:
+            yield from _wrapped(f"It {name} {', '.join(map(_quantity, layout.entries))}.")
+    for name, (low, high) in law.limits.items():
+        yield from _wrapped(f"Limits of {name}: {_numbers(low)} to {_numbers(high)} {law.commands[name].unit}.")
+    if law.delay:
+        waits = ", ".join(f"{name} {count}" for name, count in law.delay.items())
+        yield from _wrapped(
+            f"Delay: a command waits so many periods within the law ({waits}). What a call gives acts at once: hand it "
+            "to the actuator as the instant begins."
+        )
+    yield from _wrapped(f"Safe command, where a flag is raised: {safe_text(code)}.")
+    for note in (*law.notes, *code.warnings):
+        yield from _wrapped(f"Note: {note}.".replace("..", "."))
+
+
+def block(lines: Iterator[str] | list[str]) -> list[str]:
+    """A comment of several lines."""
+    return ["/*", *(f" * {comment(line)}".rstrip() for line in lines), " */"]
+
+
+def _wrapped(text: str) -> list[str]:
+    return textwrap.wrap(text, WIDTH, subsequent_indent="    ")
+
+
+def _quantity(entry: Entry) -> str:
+    size = f" ({', '.join(map(str, entry.shape))})" if entry.shape else ""
+    return f"{entry.name}{size}{f' [{entry.unit}]' if entry.unit else ''}"
+
+
+def _numbers(values: Any) -> str:
+    flat = np.unique(np.ravel(values))
+    return ", ".join(f"{x:g}" for x in (flat if len(flat) == 1 else np.ravel(values)))
+
+
+def safe_text(code: Any) -> str:
+    """The safe command in words."""
+    law = code.law
+    parts = law.commands.unpack(code.safe)
+    return ", ".join(f"{name} = {_numbers(part)} {law.commands[name].unit}".rstrip() for name, part in parts.items())
+
+
+def _struct(name: str, about: str, layout: Layout, real: str, start: Any = None) -> list[str]:
+    values: Mapping[str, Any] = {} if start is None else layout.unpack(start)
+    return [f"/* {comment(about)} */", "typedef struct {", *_members(layout, real, values), f"}} {name};", ""]
+
+
+def _members(layout: Layout, real: str, values: Mapping[str, Any] | None = None) -> Iterator[str]:
+    names = members(layout)
+    for entry in layout.entries:
+        size = f"[{entry.size}]" if entry.shape else ""
+        rows = f"{entry.shape[0]} x {entry.shape[1]}, column by column" if len(entry.shape) == 2 else ""
+        label = entry.name if member_differs(entry.name, names[entry.name]) else ""
+        value = _numbers(values[entry.name]) if values and entry.size <= 4 else ""
+        said = "; ".join(part for part in (f"{label} [{entry.unit}]" if entry.unit else label, rows, value) if part)
+        yield f"    {real} {names[entry.name]}{size};{f' /* {comment(said.strip())} */' if said else ''}"
+
+
+def member_differs(name: str, own: str) -> bool:
+    """True if the member of a struct has another name than its quantity."""
+    return name != own
+
+
+def _functions(code: Any) -> list[str]:
+    name, law = code.name, code.law
+    return [
+        f"/* Fill the state: the memory at its start{', the numbers of the design' if code.settable else ''}. */",
+        f"void {name}_init({name}_state *state);",
+        "",
+        f"/* Put the memory{' and the clock' if law.uses_time else ''} back to the start. */",
+        f"void {name}_reset({name}_state *state);",
+        "",
+        "/* One instant: from readings to commands. Returns the flags. */",
+        f"{prototype(code)};",
+    ]
+
+
+def prototype(code: Any) -> str:
+    """The declaration of NAME_step without its semicolon."""
+    name, structs = code.name, code.structs
+    inputs = [f"const {name}_{port} *{port}" for port in ("readings", "references") if port in structs]
+    arguments = [f"{name}_state *state", *inputs, f"{name}_commands *commands"]
+    line = f"unsigned {name}_step({', '.join(arguments)})"
+    if len(line) <= WIDTH:
+        return line
+    indent = " " * len(f"unsigned {name}_step(")
+    return f"unsigned {name}_step(" + f",\n{indent}".join(arguments) + ")"

@@ -1,0 +1,96 @@
+"""Names in C: the members of structs and the variables of a law, each for one thing."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+
+from workbench.core import Layout
+from workbench.validation.refusals import described
+from workbench.validation.signatures import door
+
+WORDS = """
+auto break case char const continue default do double else enum extern float for goto if inline int long register
+restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool _Complex
+_Imaginary asm bool class delete false friend namespace new operator private protected public template this throw
+true try typename using virtual explicit export mutable catch and or not xor main step errno
+"""
+KEYWORDS = frozenset(WORDS.split())
+# Names that the code itself uses.
+OWN = frozenset(("state", "readings", "references", "commands", "flags", "parameters", "k", "t", "done"))
+LONGEST = 40  # letters, so that a function's name is within the 63 that C99 tells apart
+IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@door
+def prefix_of(name: str) -> str:
+    """A name as the prefix of all that is visible in C; a ValueError if it cannot be one."""
+    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > LONGEST or name in KEYWORDS:
+        raise ValueError(
+            f"`name` must be an identifier of C of at most {LONGEST} letters, digits and '_' that begins with a letter "
+            f"and is no word of the language, as 'motor_law' is; got {described(name)}."
+        )
+    return name
+
+
+def member(name: str) -> str:
+    """The member of a struct for a quantity: 'plant.arm.links[0].mass' is plant_arm_links_0_mass."""
+    text = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_") or "x"
+    return f"x_{text}" if text[0].isdigit() or text in KEYWORDS else text
+
+
+@door
+def members(layout: Layout) -> dict[str, str]:
+    """The member of each quantity of a layout; a ValueError if two would be one."""
+    names = {name: member(name) for name in layout.names}
+    taken: dict[str, str] = {}
+    for name, own in names.items():
+        if own in taken:
+            raise ValueError(
+                f"Two quantities would be one member of a struct in C: '{taken[own]}' and '{name}' both become "
+                f"'{own}'. Rename one of them."
+            )
+        taken[own] = name
+    return names
+
+
+class Variables:
+    """Variables of a function, which are told apart by an ending."""
+
+    def __init__(self, taken: Iterable[str] = ()) -> None:
+        self.taken = {*KEYWORDS, *OWN, *taken}
+
+    def new(self, name: str) -> str:
+        """The name, or one like it that is not taken."""
+        variable = member(name)
+        if re.fullmatch(r"(w|turn|c)_\d+", variable):
+            variable = f"x_{variable}"
+        while variable in self.taken:
+            variable += "_"
+        self.taken.add(variable)
+        return variable
+
+    def entries(self, name: str, shape: tuple[int, ...]) -> list[str]:
+        """A variable for each number of a quantity, column by column: `K_12`, or `K_1_12` beyond nine."""
+        if not shape:
+            return [self.new(name)]
+        between = "_" if max(shape) > 9 else ""
+        order = indices(shape)
+        return [self.new(f"{name}_{between.join(str(i + 1) for i in index)}") for index in order]
+
+
+def indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """The indices of a quantity in their order in a vector: column by column."""
+    if len(shape) == 1:
+        return [(i,) for i in range(shape[0])]
+    return [(i, j) for j in range(shape[1]) for i in range(shape[0])]
+
+
+def comment(text: str) -> str:
+    """A text that ends no comment and begins none."""
+    return text.replace("*/", "* /").replace("/*", "/ *").replace("\\\n", "\n")
+
+
+def letter_of(name: str, symbols: Mapping[str, str]) -> str:
+    """The book's letter of a quantity: what its layout calls it, else the last part of its name."""
+    return symbols.get(name) or name.rpartition(".")[2]

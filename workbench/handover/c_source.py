@@ -1,0 +1,269 @@
+"""The source of a law in C: its stages in the order of the loop, in the book's letters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.core import Layout, SampledLaw
+from workbench.core.sampled_law import Stage
+from workbench.handover.c_body import ATOM, SIGNED, Body, Text
+from workbench.handover.c_calls import init_of, places_of, reset_of, step_of
+from workbench.handover.c_functions import DOUBLE, SINGLE, Real, definitions
+from workbench.handover.c_header import about, block, prototype
+from workbench.handover.c_names import Variables, comment, letter_of, members
+from workbench.handover.law_graph import StepGraph, graph_of_law
+from workbench.simulate.kernel.plan import PLAIN
+
+GUARDS = """#include <float.h>
+
+#if defined(__FAST_MATH__)
+#error "This law needs each operation rounded as IEEE 754 says: compile it without -ffast-math."
+#endif
+#if FLT_EVAL_METHOD != 0
+#error "This law needs operations of the width of their type: on x86 compile it with -msse2 -mfpmath=sse."
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize ("fp-contract=off")
+#elif defined(_MSC_VER)
+#pragma fp_contract (off)
+#endif"""
+SECTION = re.compile(r"^(Parameters|Attributes|Raises|References|Examples)$", re.MULTILINE)
+
+
+@dataclass(frozen=True, eq=False)
+class Writer:
+    """The parts of the source of one law: its graph, the body that grows, and the names of its variables."""
+
+    code: Any
+    law: SampledLaw
+    real: Real
+    graph: StepGraph
+    body: Body
+    variables: Variables
+
+
+def source_of(code: Any) -> str:
+    """The text of NAME.c."""
+    writer = _writer(code)
+    advance = _advance(writer)
+    parts = [*block(about(code)), f'#include "{code.name}.h"', "", GUARDS, ""]
+    for text in _definitions(writer):
+        parts += [text, ""]
+    parts += [*advance, "", *step_of(code), "", *reset_of(code), "", *init_of(code)]
+    return "\n".join(parts) + "\n"
+
+
+def _writer(code: Any) -> Writer:
+    law, real = code.law, SINGLE if code.precision == "single" else DOUBLE
+    graph = graph_of_law(law, code.settable)
+    variables = Variables()
+    names = dict[int, str]()
+    body = Body(graph.graph, code.name, real, graph.numbers, lambda place: texts[place], names)
+    body = replace(body, doubles=frozenset() if real is DOUBLE else frozenset((*graph.adjustable, *graph.timed)))
+    texts = _sources(code, graph, variables, body)
+    _name_values(law, graph, variables, names, texts)
+    body.prepare(graph.graph.results)
+    return Writer(code, law, real, graph, body, variables)
+
+
+def _sources(code: Any, graph: StepGraph, variables: Variables, body: Body) -> dict[int, Text]:
+    """The texts of the nodes without operands; a line for each reading and each kept number in a variable."""
+    law, texts = code.law, dict[int, Text]()
+    memory = _entries(variables, law.memory, "state->")
+    held = law.parameters.size
+    ports = _entries(variables, law.readings, "readings->")
+    ports += _entries(variables, law.references, "references->", "{}_ref")
+    own = _entries(variables, law.parameters, "state->parameters.")
+    for place, node in enumerate(graph.graph.nodes):
+        if node.op == "x":
+            texts[place] = Text(memory[node.entry][0], ATOM)
+        elif node.op == "p":
+            texts[place] = Text((ports[node.entry - held] if node.entry >= held else own[node.entry])[0], ATOM)
+        elif node.op == "k":
+            texts[place] = Text("(double)state->k", SIGNED)
+    needed = {texts[place].text for place in graph.graph.before(graph.graph.results) if place in texts}
+    body.lines.extend(_lines(body.real.type, "Readings and memory", [x for x in (*ports, *memory) if x[0] in needed]))
+    if code.settable:
+        body.lines.extend(_lines("double", "Parameters", [x for x in own if x[0] in needed]))
+    return texts
+
+
+def _lines(type_: str, title: str, entries: Iterable[tuple[str, str, str]]) -> list[str]:
+    lines = [f"const {type_} {name} = {source};" for name, source, _ in entries]
+    return ["", f"/* {title} */", *lines] if lines else []
+
+
+def _entries(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[tuple[str, str, str]]:
+    """A variable, its place in a struct and its label for each number of a layout."""
+    names, found = members(layout), []
+    symbols = {entry.name: entry.symbol for entry in layout.entries}
+    for entry in layout.entries:
+        own = variables.entries(form.format(letter_of(entry.name, symbols)), entry.shape)
+        for i, (variable, label) in enumerate(zip(own, entry.labels(), strict=True)):
+            found.append((variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
+    return found
+
+
+def _name_values(
+    law: SampledLaw, graph: StepGraph, variables: Variables, names: dict[int, str], texts: dict[int, Text]
+) -> None:
+    """Names for parameters that are numbers, and for the values of stages."""
+    names.update({place: texts[place].text for place in graph.numbers if graph.graph.nodes[place].op == "p"})
+    for stage, places in zip(law.stages, graph.values, strict=True):
+        for name, entries in places.items():
+            own = variables.entries(_value_name(stage, name, law), _shape(stage, name))
+            for place, variable in zip(entries, own, strict=True):
+                fresh = place is not None and place not in names and place not in graph.numbers
+                if fresh and graph.graph.nodes[place].operands:  # type: ignore[index]
+                    names[place] = variable  # type: ignore[index]
+
+
+def _value_name(stage: Stage, name: str, law: SampledLaw) -> str:
+    """The variable of a value of a stage: one of the memory is that of the next instant."""
+    if name in law.memory:
+        return f"{letter_of(name, {})}_next"
+    return name.rpartition(".")[2]
+
+
+def _shape(stage: Stage, name: str) -> tuple[int, ...]:
+    rows, columns = stage.values[name].shape
+    return (rows, columns) if columns > 1 else (rows,) if rows > 1 else ()
+
+
+def _advance(writer: Writer) -> list[str]:
+    """The function that makes the commands and the memory of the next instant."""
+    body, graph, code = writer.body, writer.graph, writer.code
+    _parameters(writer)
+    if graph.adjustable:
+        body.make([i for i in graph.adjustable if i in _used(writer)])
+    for stage, places in zip(writer.law.stages, graph.values, strict=True):
+        _stage(writer, stage, places)
+    body.make(graph.graph.results)
+    ends = [body.value(i) for i in graph.graph.results]
+    memory = [f"state->{x}" for x in places_of(writer.law.memory)]
+    commands = [f"commands->{x}" for x in places_of(writer.law.commands)]
+    variables = [_variable(writer, text) for text in ends]
+    body.primitives["finite", writer.real] = None
+    finite = [f"{code.name}_finite{writer.real.mark}({x})" for x in dict.fromkeys(variables) if not _plain(x)]
+    lines = [*body.lines, "", "/* Nothing is kept that is not finite. */"]
+    lines += [f"done = {_joined(finite)};" if finite else "done = 1;", "if (done) {"]
+    lines += [f"    {to} = {value};" for to, value in zip([*memory, *commands], variables, strict=True)]
+    lines += ["}", "return done;"]
+    head = prototype(code).replace(f"unsigned {code.name}_step", f"static int {code.name}_advance")
+    unread = [
+        f"(void){port};" for port in ("readings", "references") if port in code.structs and not _reads(lines, port)
+    ]
+    unread += [] if any("state->" in line for line in lines) else ["(void)state;"]
+    return [head, "{", *(_indented(line) for line in ["int done;", *unread, *lines]), "}"]
+
+
+def _indented(line: str) -> str:
+    return f"    {line}" if line else ""
+
+
+def _reads(lines: list[str], port: str) -> bool:
+    return any(f"{port}->" in line for line in lines)
+
+
+def _joined(texts: list[str]) -> str:
+    return " &&\n        ".join(texts)
+
+
+def _plain(text: str) -> bool:
+    return not text[0].isalpha()
+
+
+def _variable(writer: Writer, text: str) -> str:
+    """A result as a variable, for it is looked at twice."""
+    if re.fullmatch(r"\w+|-?[\d.e+-]+f?", text):
+        return text
+    name = writer.body._free()
+    writer.body.lines.append(f"const {writer.real.type} {name} = {text};")
+    return name
+
+
+def _used(writer: Writer) -> set[int]:
+    return set(writer.graph.graph.before(writer.graph.graph.results))
+
+
+def _parameters(writer: Writer) -> None:
+    """The lines of the numbers that have names, each with its path and unit."""
+    body, graph, law = writer.body, writer.graph, writer.law
+    units = [unit for entry in law.parameters.entries for unit in entry.units]
+    used = {i for place in _used(writer) if place not in graph.numbers for i in graph.graph.nodes[place].operands}
+    lines: list[str] = []
+    for place in sorted(i for i in used if i in graph.numbers and graph.numbers[i] not in PLAIN):
+        node = graph.graph.nodes[place]
+        if node.op == "p":
+            about = f"{law.parameters.labels[node.entry]}{f' [{units[node.entry]}]' if units[node.entry] else ''}"
+        elif paths := _depends(writer, place):
+            body.names[place] = f"c_{len(lines) + 1}"  # type: ignore[index]
+            about = f"of {', '.join(paths)}"
+        else:
+            continue
+        text = replace(body, names={}).constant(place, writer.real).text
+        lines.append(f"const {writer.real.type} {body.names[place]} = {text}; /* {comment(about)} */")
+    body.lines.extend(["", "/* Numbers of the law */", *lines] if lines else [])
+
+
+def _depends(writer: Writer, place: int) -> list[str]:
+    """The parameters of which a number is made."""
+    nodes, names = writer.graph.graph.nodes, writer.law.parameters
+    entries = [nodes[i].entry for i in writer.graph.graph.before([place]) if nodes[i].op == "p"]
+    return list(dict.fromkeys(names.labels[i] for i in sorted(entries)))
+
+
+def _stage(writer: Writer, stage: Stage, values: Mapping[str, tuple[int | None, ...]]) -> None:
+    """The lines of a stage below its title and its equations."""
+    body = writer.body
+    before = len(body.lines)
+    for name, places in values.items():
+        start = len(body.lines)
+        for place in places:
+            body.make([] if place is None else [place])
+        if len(body.lines) > start and (equation := _equation(writer.law, name)):
+            body.lines.insert(start, f"/* {comment(equation)} */")
+    lines = body.lines[before:]
+    del body.lines[before:]
+    if lines:
+        body.lines.extend(["", *_heading(stage), *lines])
+
+
+def _heading(stage: Stage) -> list[str]:
+    """The comment above a stage."""
+    end = SECTION.search(stage.equations)
+    equations = (stage.equations[: end.start()] if end else stage.equations).strip()
+    if not equations:
+        return [f"/* {comment(stage.title)} */"]
+    return block([stage.title, "", *equations.splitlines()])
+
+
+def _equation(law: SampledLaw, name: str) -> str:
+    """The printed equation of a value, with its number; of one of the memory that of its rate or its next value."""
+    letter = re.escape(letter_of(name, {}))
+    rate = name in law.memory
+    pattern = re.compile(rf"^\s*{letter}{chr(39) if rate else ''}(?:\[k\+1\])?\s+=\s.*\(\d+[a-z]?\)\s*$")
+    socket = "Observer" if name.startswith("observer.") else "Law"
+    for stage in law.stages:
+        if stage.title.startswith(socket):
+            for line in stage.equations.splitlines():
+                if pattern.match(line):
+                    return re.sub(r"\s{2,}", "  ", line.strip())
+    return ""
+
+
+def _definitions(writer: Writer) -> list[str]:
+    """The elementary functions that the body calls, of each format."""
+    texts = []
+    for real in (DOUBLE, SINGLE):
+        functions = [name for name, format_ in writer.body.functions if format_ is real]
+        primitives = {name for name, format_ in writer.body.primitives if format_ is real}
+        if real is writer.real:
+            primitives.add("finite")
+        texts += definitions(writer.code.name, real, functions, sorted(primitives))
+    return texts
