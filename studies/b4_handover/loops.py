@@ -125,7 +125,7 @@ def arm_lqg(period: float) -> ClosedLoop:
     opened = open_loop(Manipulator(ARM, q=POSE))
     point = operating_point(opened, {"q": POSE, "qd": (0.0, 0.0)})
     model = sample_system(linearize(opened, 0.0, point.x, u=point.u, at_rest=True), period)
-    costs = np.diag([1 / 0.01**2] * 2 + [0.0] * 2), np.diag([1 / 20.0**2] * 2)
+    costs = np.diag([1 / 0.05**2] * 2 + [0.0] * 2), np.diag([1 / 20.0**2] * 2)
     driven, heard = 0.5**2 * np.eye(2), np.diag([1e-4**2] * 2 + [1e-3**2] * 2)
     design = lqg(model, *costs, driven, heard, G=model.B)
     law = LinearLaw(design.controller, u0=point.u, v0=np.concatenate([POSE, (0.0, 0.0)]))
