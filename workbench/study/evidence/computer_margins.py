@@ -96,7 +96,7 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
         for name, path, most, declared, unit in ladders
     )
     shares = tuple(MOST_QUANTUM * level for level in LEVELS[1:])
-    own = ComputerEffect("coarser readings", coarse, shares, 1.0, "times the declared steps", 1.0, share=True)
+    own = ComputerEffect("coarser readings", coarse, shares, 1.0, "times", 1.0, share=True)
     return (own, *effects) if coarse else effects
 
 
@@ -226,13 +226,14 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
     rows: list[tuple[Cell, ...]] = []
     for loop, own in margins:
         for one in own.each:
-            ends = (_end(one, most) for most in (KEPT, STANDS))
+            effect, ends = one.effect, (_end(one, most) for most in (KEPT, STANDS))
             loss: Cell = 100 * one.loss if np.isfinite(one.loss) else "lost"
-            rows.append((loop, one.effect.name, _level(one.effect, one.effect.declared), loss, *ends))
+            declared: tuple[Cell, Cell] = (_level(effect, effect.declared), loss)
+            rows.append((loop, effect.name, *(declared if effect.declared > effect.least else (None, None)), *ends))
     columns = (
         Column("loop"),
         Column("effect"),
-        Column("declared"),
+        Column("declared", align="right"),
         Column("loss", "%", "right", digits=2),
         Column(f"within {100 * (KEPT - 1):.0f} % up to"),
         Column(f"within {STANDS:g} times up to"),
@@ -242,13 +243,13 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
 
 def _level(effect: ComputerEffect, level: float) -> str:
     if effect.unit == "s":
-        return f"{1e6 * level:.3g} µs"
-    return f"{100 * level:.3g} %" if effect.unit == "1" else f"{level:g} {effect.unit}"
+        return f"{1e3 * level:.3g} ms" if level >= 1e-3 else f"{1e6 * level:.3g} µs"
+    return f"{100 * level:.3g} %" if effect.unit == "1" else f"{level:g} {effect.unit}".strip()
 
 
 def _end(one: ComputerMargin, most: float) -> str:
-    """The largest level that is kept, and that no longer one was tried where that is so."""
+    """The largest level that is kept, or the least one tried if not even that is, or that no longer one was tried."""
     level = one.largest(most)
     if level == one.effect.least:
-        return f"none: {_level(one.effect, one.effect.levels[0])} is too much"
+        return f"less than {_level(one.effect, one.effect.levels[0])}"
     return _level(one.effect, level) + (" or more" if one.unbounded(most) else "")
