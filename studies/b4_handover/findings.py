@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from studies.b4_handover.loops import ERROR, SETTLED, Handed, handed
-from studies.b4_handover.margins import DRAWS, JITTER, MISSED, NEAR, QUIET, Losses, losses, margins, scans
+from studies.b4_handover.margins import DRAWS, JITTER, MISSED, NEAR, QUIET, Loss, Losses, losses, margins, scans
 from workbench.study import Results, Verdict
 from workbench.study.evidence.computer_margins import KEPT
 
@@ -25,9 +25,9 @@ def findings(results: Results) -> tuple[Verdict, ...]:
     return (loss_finding(results), precision_finding(results), clock_finding(results), period_finding())
 
 
-def percent(part: float) -> str:
-    """A part in per cent, with two digits."""
-    return f"{100 * part:.2g} %" if np.isfinite(part) else "a run that is lost"
+def percent(loss: Loss) -> str:
+    """A loss in per cent, with two digits."""
+    return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "lost"
 
 
 def all_losses(results: Results) -> dict[str, Losses]:
@@ -38,8 +38,8 @@ def all_losses(results: Results) -> dict[str, Losses]:
 def loss_finding(results: Results) -> Verdict:
     """All that leaving double precision and a perfect clock costs."""
     by = all_losses(results)
-    worst = max(by, key=lambda name: by[name].together)
-    within = [name for name, one in by.items() if one.together <= KEPT - 1]
+    worst = max(by, key=lambda name: by[name].together.value)
+    within = [name for name, one in by.items() if one.together.value <= KEPT - 1]
     each = "; ".join(f"{name} {percent(one.together)}" for name, one in by.items())
     return Verdict(
         "found",
@@ -55,12 +55,12 @@ def loss_finding(results: Results) -> Verdict:
 def precision_finding(results: Results) -> Verdict:
     """The part of single precision."""
     by = all_losses(results)
-    worst = max(by, key=lambda name: abs(by[name].single))
-    coarse = max(by, key=lambda name: abs(by[name].readings))
+    worst = max(by, key=lambda name: abs(by[name].single.value))
+    coarse = max(by, key=lambda name: abs(by[name].readings.value))
     return Verdict(
         "found",
-        f"Single precision by itself changes the error by at most {percent(abs(by[worst].single))} ({worst}); the steps of "
-        f"the readings change it by up to {percent(abs(by[coarse].readings))} ({coarse}).",
+        f"Single precision by itself changes the error most for {worst}, by {percent(by[worst].single)}; the steps of "
+        f"the readings most for {coarse}, by {percent(by[coarse].readings)}.",
         "Single precision: each operation of the law rounded to 24 bits, its memory and readings too, over double "
         "precision with the same readings. Steps of the readings: over exact ones, both in double precision.",
         estimand=f"{ESTIMAND}, with a perfect clock.",
@@ -83,8 +83,8 @@ def clock_finding(results: Results) -> Verdict:
         "found",
         f"{frail} keeps its error within {100 * (KEPT - 1):.0f} % up to {100 * missed[frail]:.3g} % missed periods, "
         f"{steady} up to {100 * missed[steady]:.3g} %.",
-        f"The largest level of each by itself at which no run is worse, missed periods and jitter in parts of the period: "
-        f"{listed}. Next to them: the table of margins.",
+        "The largest level of each by itself up to which no run is worse, missed periods and jitter in parts of the "
+        f"period: {listed}.",
         estimand=f"{ESTIMAND.replace(', mean over', ', each of')}, at rising levels; in double precision.",
         given=GIVEN,
         reversal="Misses that come in bursts: here each period is missed by itself.",
@@ -104,8 +104,8 @@ def period_finding() -> Verdict:
         if not short
         else f"The declared period is longer than sampling allows for {', '.join(short)}.",
         f"The longest period found: {listed}. Least room: {least}, {room[least]:.2f} times its own.",
-        estimand=f"Rising periods: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a quarter "
-        "of the declared period, with exact readings and commands a period late; one run each.",
+        estimand=f"Rising periods: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a "
+        "quarter of the declared period, with exact readings and commands a period late; one run each.",
         given=f"{GIVEN} LQG and EKF are designed anew for each period.",
         reversal="Larger gains, as an adaptive law finds from a start that is farther off.",
     )

@@ -9,7 +9,6 @@ from typing import Any
 
 import casadi as ca
 import numpy as np
-from control import sample_system
 
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
@@ -124,7 +123,7 @@ def arm_lqg(period: float) -> ClosedLoop:
     """LQG that holds the arm at a pose under the disturbance of the first scenario, designed for the period."""
     opened = open_loop(Manipulator(ARM, q=POSE))
     point = operating_point(opened, {"q": POSE, "qd": (0.0, 0.0)})
-    model = sample_system(linearize(opened, 0.0, point.x, u=point.u, at_rest=True), period)
+    model = linearize(opened, 0.0, point.x, u=point.u, at_rest=True).sample(period)
     costs = np.diag([1 / 0.05**2] * 2 + [0.0] * 2), np.diag([1 / 20.0**2] * 2)
     driven, heard = 0.5**2 * np.eye(2), np.diag([1e-4**2] * 2 + [1e-3**2] * 2)
     design = lqg(model, *costs, driven, heard, G=model.B)

@@ -27,7 +27,7 @@ from workbench.study.evidence.computer_margins import (
 )
 from workbench.validation.refusals import Array
 
-DRAWS = 8
+DRAWS = 16
 JITTER, MISSED = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods
 QUIET = 2.0  # times the total variation with the shortest period, at most, as in a9
 SHORTEST, RATIO, LONGEST = 1 / 4, 1.25, 40.0  # of the declared period: the scan over periods
@@ -85,37 +85,49 @@ def margins(results: Results, one: Handed, way: str = "double", metric: str = ER
 
 
 @dataclass(frozen=True)
+class Loss:
+    """The mean growth over the draws, in parts, with twice its standard error; infinite if a run was lost."""
+
+    value: float
+    error: float
+
+    @staticmethod
+    def of(values: Array, base: Array) -> Loss:
+        """Of (draws, numbers) over those of the same draws without it, the worst of the numbers in each."""
+        ratios = worst_ratio(values, base)
+        if np.isinf(ratios).any():
+            return Loss(np.inf, 0.0)
+        return Loss(float(ratios.mean() - 1), float(2 * ratios.std(ddof=1) / np.sqrt(ratios.size)))
+
+
+@dataclass(frozen=True)
 class Losses:
-    """The mean growth of the error of a loop, in parts of it: from exact readings to those of the instruments, and from
-    there by single precision, by jitter, by missed periods, and by these three together. Infinite where a run was lost.
+    """Of the error of a loop: from exact readings to those of the instruments, and from there by single precision, by
+    jitter, by missed periods, and by these three together; `noisier` is that of the commands' total variation, by the
+    three.
     """
 
-    readings: float
-    single: float
-    jitter: float
-    missed: float
-    together: float
-    noisier: float  # of the commands, in parts of their total variation, by the three together
+    readings: Loss
+    single: Loss
+    jitter: Loss
+    missed: Loss
+    together: Loss
+    noisier: Loss
 
 
 def losses(results: Results, one: Handed) -> Losses:
     """The losses of a loop at what is declared."""
     double, single, exact = (margins(results, one, way) for way in WAYS)
-    clock = {each.effect.name: each.loss for each in double.each}
+    clock = {each.effect.name: each.values[each.effect.levels.index(each.effect.declared)] for each in double.each[1:]}
     busy = [margins(results, one, way, TV) for way in ("double", "single")]
     return Losses(
-        loss(double.without, exact.without),
-        loss(single.without, double.without),
-        clock["jitter"],
-        clock["missed periods"],
-        loss(single.declared, double.without),
-        loss(busy[1].declared, busy[0].without),
+        Loss.of(double.without, exact.without),
+        Loss.of(single.without, double.without),
+        Loss.of(clock["jitter"], double.without),
+        Loss.of(clock["missed periods"], double.without),
+        Loss.of(single.declared, double.without),
+        Loss.of(busy[1].declared, busy[0].without),
     )
-
-
-def loss(values: Array, base: Array) -> float:
-    """The mean over draws of the worst ratio, less 1."""
-    return float(worst_ratio(values, base).mean() - 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +142,7 @@ class Scan:
     @property
     def good(self) -> Array:
         """True where the error is kept and the commands are quiet."""
-        return np.asarray((self.error <= KEPT) & (self.TV <= self.quiet))
+        return np.asarray((self.error <= KEPT) & (np.asarray(self.TV) <= self.quiet))
 
     @property
     def largest(self) -> float:
@@ -144,7 +156,7 @@ class Scan:
 
 
 def ends(one: Handed, period: float, delay: int, *, exact: bool) -> tuple[Array, Array]:
-    """Error and total variation with another period and delay, at about the same horizon; infinite if the run diverged."""
+    """Error and total variation with another period and delay, to about the same horizon; infinite if lost."""
     until = period * round(one.until / period)
     sampled = one.digital(period, delay, exact=exact)
     asked = (one.metrics[0], total_variation(period))

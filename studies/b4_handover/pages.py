@@ -8,9 +8,9 @@ import numpy as np
 
 from studies.b4_handover.findings import CLOCK, all_losses, findings
 from studies.b4_handover.loops import CARD, ERROR, SETTLED, handed
-from studies.b4_handover.margins import DRAWS, NEAR, QUIET, margins, scans
+from studies.b4_handover.margins import DRAWS, NEAR, QUIET, Loss, margins, scans
 from workbench.study import Figure, Paragraph, Results, Section, Table
-from workbench.study.document.document import Cell, Code, Column, Panel, Series
+from workbench.study.document.document import Cell, Code, Column, Measured, Panel, Series
 from workbench.study.evidence.computer_margins import KEPT, STANDS, computer_table
 
 
@@ -54,8 +54,8 @@ def handed_section() -> Section:
     words = (
         "Each law leaves with its observer, limits, memory and the queue of a command that is a period late, for the "
         "period that is stated; what is wanted comes in at each instant. The first four drive the arm of the paper "
-        "along its first scenario from a start on the reference, LQG holds it at a pose under the same disturbance, and "
-        "EKF and LQR balance a cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1, with the true "
+        "along its first scenario from a start on the reference, LQG holds it at a pose under the same disturbance, "
+        "and EKF and LQR balance a cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1, with the true "
         "disturbance, which no instrument gives, replaced by an observer of the momentum."
     )
     handed_table = Table("handed", "What is handed over, and to which computer.", columns, tuple(rows))
@@ -68,8 +68,8 @@ def margins_section(results: Results) -> Section:
     """Each effect by itself."""
     own = [(one.name, margins(results, one)) for one in handed()]
     caption = (
-        f"What the computer may do to each law: the loss at what is declared, and how far each effect may go before a run "
-        f"has more than {KEPT:g} and {STANDS:g} times the error."
+        "What the computer may do to each law: the loss at what is declared, and how far each effect may go before a "
+        f"run has more than {KEPT:g} and {STANDS:g} times the error."
     )
     late = scans().delays
     table = computer_table("margins", caption, own)
@@ -83,8 +83,8 @@ def margins_section(results: Results) -> Section:
     words = (
         "An instant comes late by a delay that is uniform up to the jitter, fresh each time, while law and reference "
         "count on the nominal time; in a missed period nothing is done, and command and memory stay. Readings grow "
-        f"coarser from the declared steps on. Each level has {DRAWS} runs from starts within {NEAR:g} of the loop's own, "
-        "each held against the run of the same start without the effect."
+        f"coarser from the declared steps on. Each level has {DRAWS} runs from starts within {NEAR:g} of the loop's "
+        "own, each held against the run of the same start without the effect."
     )
     return Section("The law's margin for what the computer does", (Paragraph(words), ladders(results), table, delays))
 
@@ -130,8 +130,8 @@ def periods_figure() -> Figure:
         series.append(Series("allowed", ends, np.full(2, bound), "bound"))
         panels.append(Panel(label, tuple(series), "period [ms]", xscale="log", yscale="log"))
     caption = (
-        "Error and total variation of the commands over the period, both over those of a quarter of the declared period, "
-        "with exact readings and commands that are a period late."
+        "Error and total variation of the commands over the period, both over those of a quarter of the declared "
+        "period, with exact readings and commands that are a period late."
     )
     return Figure("periods", caption, tuple(panels), columns=2)
 
@@ -149,11 +149,17 @@ def periods_section() -> Section:
         Column("room", "times", "right", digits=3),
     )
     notes = (
-        f"Allowed: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a quarter of the declared "
-        "period, at periods that rise by a quarter from one to the next, up to the first that is not; one run each.",
+        f"Allowed: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a quarter of the "
+        "declared period, at periods that rise by a quarter from one to the next, up to the first that is not; one run "
+        "each.",
     )
     table = Table("periods_table", "The longest period that sampling allows.", columns, tuple(rows), notes)
     return Section("The longest period", (table,))
+
+
+def shown(loss: Loss) -> Cell:
+    """A loss in per cent, as a cell."""
+    return Measured(100 * loss.value, 100 * loss.error) if np.isfinite(loss.value) else "lost"
 
 
 def losses_section(results: Results) -> Section:
@@ -163,14 +169,14 @@ def losses_section(results: Results) -> Section:
         own, base = all_losses(results)[one.name], margins(results, one).without.mean(axis=0)
         unit = one.made(one.period).plant.outputs[one.follows].unit
         parts = (own.readings, own.single, own.jitter, own.missed, own.together, own.noisier)
-        cells = (100 * part if np.isfinite(part) else "lost" for part in parts)
-        rows.append((one.name, f"{base.max():.3g} {unit}", *cells))
+        rows.append((one.name, f"{base.max():.3g} {unit}", *map(shown, parts)))
     heads = ("readings", "single", "jitter", "missed", "all three", "TV, all three")
-    columns = (Column("law"), Column(ERROR, align="right"), *(Column(head, "%", "right", digits=2) for head in heads))
+    columns = (Column("law"), Column(ERROR, align="right"), *(Column(head, "%", "right") for head in heads))
     notes = (
-        f"In per cent of the error, from {100 * SETTLED:.0f} % of the run on, the worst joint; mean over {DRAWS} starts, "
-        "paired. Readings: from exact ones to those with steps. The others are held against double precision and a perfect "
-        f"clock with the same readings: single precision; {CLOCK}; all three. Total variation (TV) is that of the commands.",
+        f"In per cent of the error, from {100 * SETTLED:.0f} % of the run on, the worst joint; the mean over {DRAWS} "
+        "starts, paired, with twice its standard error. Readings: from exact ones to those with steps. The others are "
+        f"held against double precision and a perfect clock with the same readings: single precision; {CLOCK}; all "
+        "three. TV: the total variation of the commands.",
     )
     table = Table("losses", "What is lost without double precision and a perfect clock.", columns, tuple(rows), notes)
     return Section("What is lost without double precision and a perfect clock", (table,))

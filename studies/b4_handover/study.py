@@ -1,4 +1,4 @@
-"""From the report to the machine: six laws as they run in a computer, bit by bit, and what that computer may do to them.
+"""From the report to the machine: six laws replayed bit by bit, and what a computer may do to each of them.
 
 Runs in about two minutes on two cores.
 """

@@ -166,12 +166,8 @@ class Sampled:
         """
         self._refuse_one_clock()
         flow, T, t = self.flow, self.period, self.flow.t
-        settings = Layout(
-            (
-                Entry("computer.jitter", np.zeros(()), "s", Bounds(0.0, T / 2)),
-                Entry("computer.missed", np.zeros(()), "1", Bounds(0.0, 1.0)),
-            )
-        )
+        kinds = (("jitter", "s", T / 2), ("missed", "1", 1.0))
+        settings = Layout(tuple(Entry(f"computer.{n}", np.zeros(()), unit, Bounds(0.0, b)) for n, unit, b in kinds))
         clock = Layout(tuple(Entry(f"computer.{name}", np.zeros(()), "s") for name in ("late", "later", "instant")))
         p, z, w = settings.symbols(), clock.symbols(), ca.SX.sym("w", 4)
         jitter, missed = ca.vertsplit(p)

@@ -140,12 +140,13 @@ def computer_sweep(
 @dataclass(frozen=True, eq=False)
 @door
 class ComputerMargin:
-    """The metric under an effect over that without it: `ratios` (levels, draws), the worst of the metric's numbers.
+    """A metric under an effect: `values` (levels, draws, numbers), infinite where a run diverged.
 
-    A run that diverged has an infinite ratio.
+    Of the values over those without the effect, `ratios` (levels, draws) are the worst of the metric's numbers.
     """
 
     effect: ComputerEffect
+    values: Array
     ratios: Array
 
     @door
@@ -207,8 +208,9 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
     values = np.where(np.isnan(values), np.inf, values).reshape(kinds, draws, len(numbers))
     ratios, margins, first = worst_ratio(values, values[0]), [], 1
     for effect in effects:
-        margins.append(ComputerMargin(effect, ratios[first : first + len(effect.levels)]))
-        first += len(effect.levels)
+        own = slice(first, first + len(effect.levels))
+        margins.append(ComputerMargin(effect, values[own], ratios[own]))
+        first = own.stop
     return ComputerMargins(tuple(margins), values[0], values[-1])
 
 
