@@ -1,23 +1,30 @@
 """The law of a loop alone: the same equations as in the loop, and what it refuses to be without."""
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
 from c_runs import differing, recorded
 
 import workbench as wb
-from docs.loops import of_arms, of_plants
-from studies.paper.laws import proposed_repaired
 from workbench.core import Sampled
 from workbench.handover.law_graph import graph_of_law
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.plan import Evaluation, graph_of
 
-GALLERY = {**of_arms(), **of_plants()}
+
+@cache
+def gallery():
+    """The loops of the gallery by their names."""
+    from docs.loops import of_arms, of_plants
+
+    return {**of_arms(), **of_plants()}
 
 
-def digital(shown, delay=True):
+def digital(name, delay=True):
     """A loop of the gallery in a computer, and its law with the truths that its observer uses as inputs."""
+    shown = gallery()[name]
     loop = shown.loop
     if isinstance(loop, Sampled):
         return loop, loop.law()
@@ -47,28 +54,28 @@ def evaluated(law, z, u, y, r):
 
 @pytest.mark.parametrize("name", ["AOSMC-RGS", "super-twisting", "RISE", "LQG, cart-pole", "PID, two masses"])
 def test_a_law_alone_has_the_bits_that_it_has_in_its_loop(name):
-    sampled, law = digital(GALLERY[name])
+    sampled, law = digital(name)
     y, r, u, z = recorded(sampled, law, 300)
     after = evaluated(law, z[:-1], u[:-1], y[1:], r[1:])
     assert differing(after, np.concatenate([z, u], axis=1)[1:]) == 0
 
 
 def test_a_law_with_its_reference_built_in_needs_time_and_no_reference():
-    sampled, _ = digital(GALLERY["SMC"])
+    sampled, _ = digital("SMC")
     law = sampled.law("built in", truths=())
     assert (law.references.size, law.uses_time) == (0, True)
     assert not sampled.law().uses_time
 
 
 def test_the_stages_of_a_law_name_values_that_its_graph_has():
-    _, law = digital(GALLERY["AOSMC-RGS"])
+    _, law = digital("AOSMC-RGS")
     places = {name: part for stage in graph_of_law(law).values for name, part in stage.items()}
     assert None not in places["s"] + places["tau"] + places["controller.K"]
     assert law.stages[0].title.startswith("Observer")
 
 
 def test_a_delay_is_part_of_the_law():
-    sampled, law = digital(GALLERY["SMC"])
+    sampled, law = digital("SMC")
     assert law.delay == {"tau": 1}
     assert "hold.next" in law.memory.names
     _, _, u, _ = recorded(sampled, law, 3)
@@ -76,6 +83,8 @@ def test_a_delay_is_part_of_the_law():
 
 
 def test_a_law_that_uses_the_truth_is_refused_unless_the_truth_is_an_input_by_name():
+    from studies.paper.laws import proposed_repaired
+
     sampled = proposed_repaired("FS").digital(1e-3)
     with pytest.raises(ValueError, match=r"uses the truth: `WithDisturbance` reads 'd'.*law\(truths=\('d',\)\)"):
         sampled.law()

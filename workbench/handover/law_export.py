@@ -1,0 +1,144 @@
+"""export: a sampled law in the form that another machine takes, as files in a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from workbench.core import Sampled, SampledLaw
+from workbench.handover.c_code import CCode, c_code
+from workbench.handover.c_names import member, prefix_of
+from workbench.handover.export_folder import write_files
+from workbench.validation.refusals import known, require
+from workbench.validation.signatures import door
+
+Files = Mapping[str, str | bytes]
+
+
+@dataclass(frozen=True)
+class Order:
+    """The law to be written, its name, and what was asked of it beside."""
+
+    law: SampledLaw
+    name: str
+    options: Mapping[str, Any]
+    interfaces: Mapping[str, str | Sequence[str]] | None
+
+    @property
+    def code(self) -> CCode:
+        """The law in C."""
+        return c_code(self.law, self.name, **self.options)
+
+
+def _c(order: Order) -> Files:
+    return order.code.files
+
+
+def _python(order: Order) -> Files:
+    from workbench.handover.python_law import python_law
+
+    return {f"{order.name}.py": python_law(order.law, order.name, safe=order.options.get("safe"))}
+
+
+def _casadi(order: Order) -> Files:
+    from workbench.handover.casadi_law import casadi_law
+
+    return {f"{order.name}_casadi.py": casadi_law(order.law, order.name)}
+
+
+def _control(order: Order) -> Files:
+    from workbench.handover.linear_law import as_control
+
+    return {f"{order.name}_control.py": as_control(order.law.named(order.name))}
+
+
+def _mat(order: Order) -> Files:
+    from workbench.handover.linear_law import mat_of
+
+    return {f"{order.name}.mat": mat_of(order.law.named(order.name))}
+
+
+def _simulink(order: Order) -> Files:
+    from workbench.handover.simulink import simulink
+
+    return {**order.code.files, **simulink(order.code)}
+
+
+def _ros2(order: Order) -> Files:
+    from workbench.handover.ros2 import ros2
+
+    return ros2(order.code, interfaces=order.interfaces)
+
+
+def _fmu(version: str) -> Callable[[Order], Files]:
+    def files(order: Order) -> Files:
+        from workbench.handover.fmi.archive import fmu
+
+        return {f"{order.name}.fmu": fmu(order.law, version, order.name).content()}
+
+    return files
+
+
+FORMS: Mapping[str, Callable[[Order], Files]] = {
+    "c": _c,
+    "python": _python,
+    "casadi": _casadi,
+    "control": _control,
+    "mat": _mat,
+    "simulink": _simulink,
+    "ros2": _ros2,
+    "fmi2": _fmu("2.0"),
+    "fmi3": _fmu("3.0"),
+}
+
+
+@door
+def export(
+    law: SampledLaw | Sampled,
+    form: str = "c",
+    folder: str | Path | None = None,
+    *,
+    name: str | None = None,
+    interfaces: Mapping[str, str | Sequence[str]] | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Write a law to a folder in a form for another machine; the paths of its files.
+
+    Parameters
+    ----------
+    law
+        The law of a loop, or a loop in a computer, `loop.digital(period)`, whose law it is.
+    form
+        "c" is C99 without a library; "python" a module without us and "casadi" one with CasADi alone; "control" a
+        linear law for python-control and "mat" one for MATLAB; "simulink" an S-function and "ros2" a controller of
+        ros2_control, around the C; "fmi2" and "fmi3" an FMU.
+    folder
+        The folder; one of the name of the law, here, unless given.
+    name
+        An identifier of C; that of the law unless given.
+    interfaces
+        Of `ros2`: the interface of the hardware for each number of a signal.
+    options
+        Of the C and all that is around it, see `c_code`: precision, parameters, safe, warnings, command.
+
+    Raises
+    ------
+    ValueError
+        If the law has no such form, as a law with limits is no linear one, or a file of somebody else is in the way.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> [path.name for path in wb.export(loop.digital(1e-3), "c", "motor", name="motor_law")]
+    ['motor_law.h', 'motor_law.c']
+    """
+    law = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
+    writer = FORMS[known(form, FORMS, "forms of a law")]
+    chosen = prefix_of(member(law.name) if name is None else name)
+    files = writer(Order(law, chosen, options, interfaces))
+    target = write_files(chosen if folder is None else folder, files)
+    return [target / path for path in files]

@@ -1,0 +1,23 @@
+"""Machines that run a law: this one's compilers, 64-bit ARM, two microcontrollers, a browser's engine, and NumPy.
+
+Read `contract` first, then `harness`, the program around a law's C, and `compilers`.
+"""
+
+from collections.abc import Mapping
+
+from workbench.handover.targets.array_target import ArrayTarget
+from workbench.handover.targets.browser import Browser
+from workbench.handover.targets.compilers import ARM_64, HERE
+from workbench.handover.targets.contract import AbstractTarget, CalledTarget, Figures
+from workbench.handover.targets.cortex_m import CORTEX_M4F, CORTEX_M7
+
+TARGETS: Mapping[str, AbstractTarget] = {
+    **{target.name.replace(" ", ""): target for target in HERE},
+    "arm64": ARM_64,
+    "cortex-m4f": CORTEX_M4F,
+    "cortex-m7": CORTEX_M7,
+    "browser": Browser("V8, Chrome's engine, in Node"),
+    "numpy": ArrayTarget("NumPy"),
+}
+
+__all__ = ["TARGETS", "AbstractTarget", "CalledTarget", "Figures"]

@@ -1,0 +1,69 @@
+"""This machine's NumPy: the graph of a law, one operation on all instants after the other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from workbench.handover.c_code import CCode
+from workbench.handover.recording import BLOCK, Recording, digest
+from workbench.handover.targets.contract import AbstractTarget, Figures
+from workbench.handover.targets.harness import Answers
+from workbench.handover.targets.programs import TargetError
+from workbench.simulate.kernel.arrays import Arrays
+from workbench.simulate.kernel.plan import Evaluation, graph_of
+from workbench.validation.refusals import Array
+
+@dataclass(frozen=True)
+class ArrayTarget(AbstractTarget):
+    """Each instant from the memory that was recorded before it: if all are equal, so are runs from the first on."""
+
+    name: str
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+        """Commands and memories, block by block."""
+        if code.real != "double":
+            raise TargetError("NumPy is the reference of single precision itself")
+        nz, shares = code.law.memory.size, list[Array]()
+        digests = []
+        for first in range(0, recording.periods, BLOCK):
+            last = min(first + BLOCK, recording.periods)
+            new = _instants(recording, first, last)
+            shares.append(new[:, nz:])
+            digests.append(digest(new[:, :nz]))
+        u, none = np.concatenate(shares), np.zeros(recording.periods, dtype=np.uint64)
+        return Answers(u, none, np.concatenate(digests), new[-1, :nz])
+
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+        """None of them."""
+        return Figures()
+
+
+def _instants(recording: Recording, first: int, last: int) -> Array:
+    """What the law makes of the instants, (last - first, nz + nu)."""
+    law, graph = recording.law, graph_of(recording.law.step)
+    numbers, count = graph.numbers(law.period), last - first
+    z = recording.memory(first, last)[:-1]
+    states = np.concatenate([z, np.zeros((count, law.commands.size))], axis=1)
+    p = np.broadcast_to(law.parameters.default, (count, law.parameters.size))
+    p = np.concatenate([p, recording.y[first:last], recording.r[first:last]], axis=1)
+    k = np.arange(first, last).astype(float)
+
+    def load(place: int) -> Any:
+        node = graph.nodes[place]
+        if place in numbers:
+            return np.float64(numbers[place])
+        return k if node.op == "k" else (states if node.op == "x" else p)[:, node.entry]
+
+    evaluation = Evaluation(graph, Arrays(fused=False), load)
+    with np.errstate(all="ignore"):
+        evaluation.make(range(len(graph.nodes)))
+        return np.stack([np.broadcast_to(evaluation.value(place), count) for place in graph.results], axis=1)

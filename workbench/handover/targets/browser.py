@@ -1,0 +1,118 @@
+"""A browser: the law as WebAssembly in V8, the engine of Chrome, which Node runs without a window."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.core import SampledLaw
+from workbench.handover.c_code import CCode
+from workbench.handover.recording import BLOCK, Recording, digest
+from workbench.handover.targets.contract import AbstractTarget, Figures
+from workbench.handover.targets.harness import ANSWERS, INPUTS, Answers
+from workbench.handover.targets.programs import TargetError, run
+from workbench.simulate.kernel.plan import Plan
+
+MODULE, NUMBERS, SIZES, SCRIPT = "law.wasm", "numbers", "sizes.json", "march.js"
+
+# One period a call, as readings and references are parameters of the march.
+MARCH = """\
+"use strict";
+const fs = require("fs");
+const sizes = JSON.parse(fs.readFileSync("sizes.json", "utf8"));
+const rooms = { runs: 1, constants: sizes.constants, p: sizes.p, scratch: sizes.lanes, table: sizes.table,
+                x: sizes.states, out: sizes.states };
+const at = {};
+let end = 1024;
+for (const [name, size] of Object.entries(rooms)) {
+  at[name] = end;
+  end += Math.ceil(8 * size / 64) * 64;
+}
+const memory = new WebAssembly.Memory({ initial: Math.floor(end / 65536) + 1 });
+const code = new WebAssembly.Module(fs.readFileSync("law.wasm"));
+const march = new WebAssembly.Instance(code, { env: { __linear_memory: memory } }).exports;
+const view = (name) => new Float64Array(memory.buffer, at[name], rooms[name]);
+const doubles = (bytes) => new Float64Array(bytes.buffer, bytes.byteOffset, bytes.byteLength / 8);
+const numbers = doubles(Buffer.from(new Uint8Array(fs.readFileSync("numbers")).buffer));
+let past = 0;
+for (const name of ["constants", "p", "x"]) {
+  view(name).set(numbers.subarray(past, past + rooms[name]));
+  past += rooms[name];
+}
+const p = view("p"), x = view("x"), width = sizes.inputs;
+const arrays = ["runs", "constants", "p", "scratch", "table", "x", "out"].map((name) => at[name]);
+const inputs = fs.openSync("inputs", "r"), answers = fs.openSync("answers", "w");
+const rows = new Float64Array(sizes.block * width), made = new Float64Array(sizes.block * sizes.states);
+for (let first = 0; first < sizes.periods; first += sizes.block) {
+  const count = Math.min(sizes.block, sizes.periods - first);
+  const bytes = new Uint8Array(rows.buffer, 0, 8 * count * width);
+  if (fs.readSync(inputs, bytes, 0, bytes.length) !== bytes.length) process.exit(3);
+  for (let i = 0; i < count; i++) {
+    for (const [place, column] of sizes.varied) p[place] = rows[i * width + column];
+    const k = BigInt(first + i);
+    if (sizes.table > 0) march.workbench_table(1n, k, at.constants, at.p, at.table);
+    march.workbench_piece(1n, 1n, 1n, k, 0n, 1n, 0n, ...arrays);
+    made.set(x, i * sizes.states);
+  }
+  const written = new Uint8Array(made.buffer, 0, 8 * count * sizes.states);
+  if (fs.writeSync(answers, written) !== written.length) process.exit(4);
+}
+"""
+
+
+@dataclass(frozen=True)
+class Browser(AbstractTarget):
+    """The march of a law's step with the bits of the portable arithmetic, as a live page runs it."""
+
+    name: str
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Node."""
+        return ("node",)
+
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+        """Commands and memories of a march that goes on from its own memory."""
+        law, nz = recording.law, recording.law.memory.size
+        if code.real != "double":
+            raise TargetError("a page computes in double precision alone")
+        _write(law, recording, folder)
+        run(["node", SCRIPT], folder, seconds)
+        rows = np.fromfile(folder / ANSWERS, dtype="<f8")
+        if rows.size != recording.periods * (nz + law.commands.size):
+            raise TargetError(f"Node has written {rows.size} numbers for {recording.periods} periods")
+        rows = rows.reshape(recording.periods, -1)
+        parts = (rows[first : first + BLOCK, :nz] for first in range(0, len(rows), BLOCK))
+        none = np.zeros(len(rows), dtype=np.uint64)
+        return Answers(rows[:, nz:], none, np.concatenate([digest(part) for part in parts]), rows[-1, :nz])
+
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+        """The bytes of the module."""
+        return Figures(code=(folder / MODULE).stat().st_size)
+
+
+def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
+    """The module, the numbers that it is handed, and the inputs."""
+    try:
+        from workbench.simulate.kernel import webassembly
+    except ImportError:
+        raise TargetError("nothing is compiled for a browser without llvmlite") from None
+    plan = Plan.of_step(law.step, ())
+    try:
+        (folder / MODULE).write_bytes(webassembly.compiled(plan))
+    except ValueError as error:
+        raise TargetError(str(error)) from error
+    outside = law.parameters.size
+    constants, chosen = plan.constants(law.period), list(plan.parameters)
+    numbers = [constants, law.step.parameters.default[chosen], law.memory.default, np.zeros(law.commands.size)]
+    (folder / NUMBERS).write_bytes(np.concatenate(numbers).astype("<f8").tobytes())
+    sizes = {"constants": len(constants), "p": len(chosen), "lanes": len(plan.lanes), "table": len(plan.table)}
+    sizes |= {"states": law.step.states.size, "inputs": law.readings.size + law.references.size}
+    varied = [(place, i - outside) for i, place in plan.parameters.items() if i >= outside]
+    head = {**sizes, "periods": recording.periods, "block": BLOCK, "varied": varied}
+    (folder / SIZES).write_text(json.dumps(head), encoding="utf-8")
+    (folder / SCRIPT).write_text(MARCH, encoding="utf-8")
+    recording.inputs.astype("<f8").tofile(folder / INPUTS)

@@ -1,0 +1,87 @@
+"""The contract of a target: a machine that runs a law over recorded readings and references."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from workbench.handover.c_code import CCode
+from workbench.handover.recording import Recording, Words
+from workbench.handover.targets.harness import Answers
+from workbench.validation.refusals import Array
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What a law takes of a target; None for what is not known there.
+
+    Attributes
+    ----------
+    instructions, most
+        The mean count of a period, and the largest of any one.
+    stack
+        Bytes along the deepest chain of calls from the step.
+    touched
+        Bytes of stack that calls were seen to change, those of the compiler's own routines among them.
+    code, data
+        Bytes of code with constants, and of data that changes, beside the state, which its owner holds.
+    smallest
+        Bytes of code at -Os.
+    """
+
+    instructions: float | None = None
+    most: int | None = None
+    stack: int | None = None
+    touched: int | None = None
+    code: int | None = None
+    data: int | None = None
+    smallest: int | None = None
+
+
+class AbstractTarget(ABC):
+    """A machine by its name, with the programs that it needs here."""
+
+    name: str
+
+    @property
+    @abstractmethod
+    def programs(self) -> tuple[str, ...]:
+        """The programs without which it does not run."""
+
+    @abstractmethod
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+        """What the law gives there for the inputs of a recording, in a folder of its own; a TargetError if nothing."""
+
+    @abstractmethod
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+        """What the law takes there, after `answers`; a TargetError if that cannot be found."""
+
+
+@dataclass(frozen=True)
+class CalledTarget(AbstractTarget):
+    """A function from readings (N, ny) and references (N, nr) to commands (N, nu) and digests of the memory (N,).
+
+    It begins with the memory at its start, goes on from its own, and may give None for digests that it cannot know.
+    """
+
+    name: str
+    call: Callable[[Array, Array], tuple[Array, Words | None]]
+    needs: tuple[str, ...] = ()
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Those that the function needs."""
+        return self.needs
+
+    def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
+        """The function's own."""
+        u, digests = self.call(recording.y, recording.r)
+        return Answers(u, np.zeros(len(u), dtype=np.uint64), digests, None)
+
+    def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
+        """None of them."""
+        return Figures()
