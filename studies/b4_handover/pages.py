@@ -8,6 +8,7 @@ import numpy as np
 
 from studies.b4_handover.findings import CLOCK, all_losses, findings
 from studies.b4_handover.loops import CARD, ERROR, SETTLED, handed
+from studies.b4_handover.machines import machine_findings, machines_section
 from studies.b4_handover.margins import DRAWS, NEAR, QUIET, Loss, margins, scans
 from workbench.study import Figure, Paragraph, Results, Section, Table
 from workbench.study.document.document import Cell, Code, Column, Measured, Panel, Series
@@ -17,8 +18,9 @@ from workbench.study.evidence.computer_margins import KEPT, STANDS, computer_tab
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
     return (
-        Section("What was found", (periods_figure(), *findings(results))),
+        Section("What was found", (periods_figure(), *machine_findings(), *findings(results))),
         handed_section(),
+        machines_section(),
         margins_section(results),
         periods_section(),
         losses_section(results),
@@ -27,7 +29,7 @@ def sections(results: Results) -> Sequence[Section]:
 
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
-    return tuple(str(one.statement) for one in findings(results))
+    return tuple(str(one.statement) for one in (*machine_findings(), *findings(results)))
 
 
 def handed_section() -> Section:
