@@ -106,8 +106,8 @@ def machines_section() -> Section:
     """The tables of the targets."""
     words = (
         "Each law's C, unchanged, is compiled for a machine with a small program around it that reads the recorded "
-        "inputs and writes commands, flags and a digest of the memory; each machine starts with the memory at its start and "
-        "goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the compilers "
+        "inputs and writes commands, flags and a digest of the memory; each machine starts with the memory at its start "
+        "and goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the compilers "
         "that are installed here. QEMU counts instructions and knows no cycles."
     )
     missing = [f"{name}: {r.reason}" for name, laws in by_target().items() if (r := next(iter(laws.values()))).reason]
