@@ -17,6 +17,7 @@ from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.plan import Evaluation, graph_of
 from workbench.validation.refusals import Array
 
+
 @dataclass(frozen=True)
 class ArrayTarget(AbstractTarget):
     """Each instant from the memory that was recorded before it: if all are equal, so are runs from the first on."""
