@@ -27,7 +27,7 @@ def findings(results: Results) -> tuple[Verdict, ...]:
 
 def percent(loss: Loss) -> str:
     """A loss in per cent, with two digits."""
-    return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "lost"
+    return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "a whole run"
 
 
 def all_losses(results: Results) -> dict[str, Losses]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from studies.b4_handover.loops import PERIODS, Handed, handed
 from studies.b4_handover.margins import scans
+from studies.b4_handover.operations import operations_finding
 from workbench.handover.replays import CLOCKS, Fit, Replay, TargetResult, fits, replay
 from workbench.handover.targets import TARGETS
 from workbench.study import Itemize, Paragraph, Section, Table, Verdict
@@ -49,7 +50,8 @@ def fit_of(one: Handed, key: str) -> Fit | None:
 
 def machine_findings() -> tuple[Verdict, ...]:
     """The findings of the replays."""
-    return (bits_finding(), *([fit_finding()] if any(fit_of(one, key) for one in handed() for key in CLOCKS) else []))
+    counted = any(fit_of(one, key) for one in handed() for key in CLOCKS)
+    return (bits_finding(), operations_finding(), *([fit_finding()] if counted else []))
 
 
 def bits_finding() -> Verdict:
@@ -106,9 +108,9 @@ def machines_section() -> Section:
     """The tables of the targets."""
     words = (
         "Each law's C, unchanged, is compiled for a machine with a small program around it that reads the recorded "
-        "inputs and writes commands, flags and a digest of the memory; each machine starts with the memory at its start "
-        "and goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the compilers "
-        "that are installed here. QEMU counts instructions and knows no cycles."
+        "inputs and writes commands, flags and a digest of the memory; each machine starts with the memory at its "
+        "start and goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the "
+        "compilers that are installed here. QEMU counts instructions and knows no cycles."
     )
     missing = [f"{name}: {r.reason}" for name, laws in by_target().items() if (r := next(iter(laws.values()))).reason]
     absent = (Paragraph("Not run here:"), Itemize(tuple(missing))) if missing else ()
