@@ -104,6 +104,7 @@ def figures(monkeypatch):
         for one in handed()
     }
     monkeypatch.setattr(findings, "all_losses", lambda results: held)
+    monkeypatch.setattr(findings, "sizes", lambda results, name: (1e-5, 1e-4, "rad"))
     for module in (findings, machines, pages):
         monkeypatch.setattr(module, "scans", lambda: margins.Scans(found, found))
     return held, found
@@ -225,6 +226,12 @@ def short():
         sweep = compile_sweep(computer_sweep(f"{one.key}_{way}", run, effects(one, way), starts(one), 3))
         samples.append(sweep.sample([sweep.chunk(0, sweep.size)]))
     return Results(samples=tuple(samples))
+
+
+def test_an_error_is_told_beside_the_step_of_its_reading(short):
+    error, step, unit = findings.sizes(short, PID)
+    assert (step, unit) == (2 * np.pi / 2**16, "rad")
+    assert error == pytest.approx(max(short.sample("pid_double").outputs(ERROR, joint)[:3].mean() for joint in (0, 1)))
 
 
 def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):

@@ -28,14 +28,16 @@ from workbench.study.provenance import Card, assumed
 
 CARD = Card(
     (
-        assumed("period of sliding laws", 2.5e-4, "s", "4 kHz: at 1 kHz their layer chatters, says a9", 1e-4, 1e-3),
+        assumed(
+            "period of sliding laws", 2.5e-4, "s", "4 kHz: a9 finds SMC quiet to 0.33 ms, a period late", 1e-4, 1e-3
+        ),
         assumed("period of the arm", 1e-3, "s", "1 kHz, a usual rate of robot controllers, as in a9", 2.5e-4, 4e-3),
         assumed("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
         assumed("steps of q", 2 * np.pi / 2**16, "rad", "an encoder of 16 bits on each joint, as in a9", 1e-6, 1e-3),
         assumed("steps of qd", 1e-3, "rad/s", "a filtered difference, in fixed point, as in a9", 0.0, 1e-2),
         assumed("steps of x", 1e-4, "m", "an encoder of 0.1 mm", 1e-6, 1e-3),
         assumed("steps of phi", 2 * np.pi / 2**14, "rad", "an encoder of 14 bits", 1e-6, 1e-2),
-        assumed("limit of tau", 150.0, "N m", "above what the laws ask for after the first instants", 50.0, 500.0),
+        assumed("limit of tau", 150.0, "N m", "above what any law asks for after the first instants", 50.0, 500.0),
         assumed("limit of F", 10.0, "N", "as in the README", 5.0, 50.0),
     )
 )

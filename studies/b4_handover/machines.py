@@ -83,20 +83,26 @@ def fit_finding() -> Verdict:
     worst, key, most = max(rows, key=lambda row: row[2].share)
     stacks = [r.figures.stack for one in replays().values() for r in one.results if r.figures.stack]
     listed = "; ".join(
-        f"{TARGETS[key].name.split(',')[0]} at {fit.clock / 1e6:g} MHz, {one.name}: {share(fit)}"
-        for one, key, fit in rows
+        f"{short(TARGETS[each].name)} at {clock / 1e6:g} MHz: "
+        f"{', '.join(f'{one.name} {share(fit)}' for one, at, fit in rows if at == each)}"
+        for each, clock in CLOCKS.items()
     )
     return Verdict(
         "found",
         f"By the count of instructions {sum(fit.fits for *_, fit in rows)} of {len(rows)} pairs of law and "
         f"microcontroller fit the longest period that sampling allows; the fullest is {worst.name} on "
-        f"{TARGETS[key].name.split(',')[0]}, with {share(most)} of it.",
+        f"{short(TARGETS[key].name)}, with {share(most)} of it.",
         f"{listed}. The deepest stack that is known, of any target and level, takes {max(stacks):,} bytes.",
         estimand="The mean count of a period under QEMU, at one instruction a cycle, over the longest period of the "
         "scan. Instructions are no cycles: waits for memory, and divisions, take more.",
         given="Double precision, which the Cortex-M4F has in software alone; gcc -O2.",
         reversal="More than so many cycles an instruction, other work of the same processor, or another clock.",
     )
+
+
+def short(name: str) -> str:
+    """The name of a target without its compiler, where it has but one."""
+    return name.split(",")[0]
 
 
 def share(fit: Fit) -> str:
@@ -127,10 +133,13 @@ def bits_table() -> Table:
         parts = ("periods", "bits", "differing", "memories", "flags")
         sums = (sum(getattr(result, part) for result in ran) for part in parts)
         first = "; ".join(f"{law}: {result.first}" for law, result in laws.items() if result.first)
-        rows.append((name, *sums, first or "none") if ran else (name, *(None,) * 5, "not run"))
+        rows.append((short(name), *sums, first or "none") if ran else (short(name), *(None,) * 5, "not run"))
     heads = ("periods", "bits compared", "differing in commands", "periods with another memory", "flags")
     columns = (Column("target"), *(Column(head, align="right") for head in heads), Column("first difference"))
-    notes = (f"Over all {len(replays())} laws. A flag is raised where a number is not finite.",)
+    notes = (
+        f"Over all {len(replays())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex under "
+        "QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
+    )
     return Table("bits", "Bits of commands and memories, against the portable arithmetic.", columns, tuple(rows), notes)
 
 
@@ -140,10 +149,10 @@ def counts_table() -> Table:
     rows = [
         (one.name, *(rounded(by_target()[name][one.name].figures.instructions) for name in names)) for one in handed()
     ]
-    columns = (Column("law"), *(Column(name.replace(", QEMU", ""), align="right") for name in names))
+    columns = (Column("law"), *(Column(short(name), align="right") for name in names))
     notes = (
-        "The mean: under Callgrind for this machine's compilers, under QEMU for the others. A Cortex-M4F has no double "
-        "precision in hardware, and calls routines of its compiler for each operation.",
+        "The mean: under Callgrind for this machine's compilers, under QEMU for the others, by gcc -O2. A Cortex-M4F has "
+        "no double precision in hardware, and calls routines of its compiler for each operation.",
     )
     return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
 
@@ -157,9 +166,7 @@ def sizes_table() -> Table:
             figures, fit = result.figures, fit_of(one, key)
             own: Cell = 100 * result.fit.share if result.fit else None
             longest: Cell = 100 * fit.share if fit else None
-            rows.append(
-                (one.name, TARGETS[key].name.split(",")[0], figures.stack, figures.code, figures.data, own, longest)
-            )
+            rows.append((one.name, short(TARGETS[key].name), figures.stack, figures.code, figures.data, own, longest))
     columns = (
         Column("law"),
         Column("machine"),
@@ -167,7 +174,7 @@ def sizes_table() -> Table:
         Column("of its period", "%", "right", digits=2),
         Column("of the longest", "%", "right", digits=2),
     )
-    clocks = " and ".join(f"{TARGETS[key].name.split(',')[0]} at {clock / 1e6:g} MHz" for key, clock in CLOCKS.items())
+    clocks = " and ".join(f"{short(TARGETS[key].name)} at {clock / 1e6:g} MHz" for key, clock in CLOCKS.items())
     notes = (
         f"Shares: the count of a period at one instruction a cycle, {clocks}, over the declared period and over the "
         "longest that sampling allows. Stack: the deepest chain of calls from the step, as the compiler tells; at most "
