@@ -137,8 +137,8 @@ def bits_table() -> Table:
     heads = ("periods", "bits compared", "differing in commands", "periods with another memory", "flags")
     columns = (Column("target"), *(Column(head, align="right") for head in heads), Column("first difference"))
     notes = (
-        f"Over all {len(replays())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex under "
-        "QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
+        f"Over all {len(replays())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex "
+        "under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
     )
     return Table("bits", "Bits of commands and memories, against the portable arithmetic.", columns, tuple(rows), notes)
 
@@ -151,8 +151,8 @@ def counts_table() -> Table:
     ]
     columns = (Column("law"), *(Column(short(name), align="right") for name in names))
     notes = (
-        "The mean: under Callgrind for this machine's compilers, under QEMU for the others, by gcc -O2. A Cortex-M4F has "
-        "no double precision in hardware, and calls routines of its compiler for each operation.",
+        "The mean: under Callgrind for this machine's compilers, under QEMU for the others, by gcc -O2. A Cortex-M4F "
+        "has no double precision in hardware, and calls routines of its compiler for each operation.",
     )
     return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
 
