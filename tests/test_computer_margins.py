@@ -13,6 +13,7 @@ from workbench.loop import ClosedLoop, LinearLaw
 from workbench.metrics import rmse
 from workbench.plants import DCMotor
 from workbench.simulate import simulate
+from workbench.simulate.kernel.noise import normals
 from workbench.study import Factor, Run, Uniform
 from workbench.study.evidence.computer_margins import (
     ComputerEffect,
@@ -152,6 +153,25 @@ def test_a_law_in_single_precision_is_that_of_floats_one_operation_after_the_oth
     assert (v == v.astype(np.float32)).all()
     plain = simulate(digital.step(1), until=4.0).x[0][:, names.slice("hold.v")].ravel()
     assert 0 < np.abs(plain - v).max() < 1e-3
+
+
+def test_a_law_in_single_precision_has_the_bits_of_the_other_road_to_it():
+    floats = pytest.importorskip("workbench.handover.single_precision")  # NumPy's floats, operation by operation
+    digital = LOOP.digital(T, NOISY, delay=True)
+    law, n = digital.law(), 400
+    loop = in_single_precision(digital, law)
+    run = simulate(loop.step(1), until=n * T, arithmetic="portable", seed=4)
+    x, k = run.x[0], np.arange(n)
+    names = run.step.states
+    symbols = [loop.k, loop.flow.x, loop.flow.p, loop.w]
+    taken = ca.Function("taken", symbols, [ca.vertcat(*(loop.taken[f"{port}.omega"] for port in "yr"))])
+    p = np.tile(loop.parameters.default[:, np.newaxis], (1, n))
+    w = normals(4, np.array([0]), k, loop.w.numel())[0].T
+    y, r = np.array(taken.map(n)(k[np.newaxis], x[:-1].T, p, w))
+    z = np.concatenate([x[:, names.slice(name)] for name in law.memory.names], axis=1)
+    after, _ = floats.single_precision(law, k, z[:-1], y[:, np.newaxis], r[:, np.newaxis])
+    assert (z[1:] == after.astype(float)).all()
+    assert np.ptp(z, axis=0).all()
 
 
 # Margins of a synthetic sample
