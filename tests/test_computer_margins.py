@@ -11,7 +11,11 @@ from workbench.core import Entry, Layout, Ode, Sampled
 from workbench.handover.single_precision_loop import in_single_precision, single
 from workbench.loop import ClosedLoop, LinearLaw
 from workbench.metrics import rmse
-from workbench.plants import DCMotor
+from workbench.observers import FullState
+from workbench.plants import DCMotor, Manipulator
+from workbench.robots import PlanarArm
+from workbench.robots.planar_arm import PointMass
+from workbench.signals import Hold, SineTorque
 from workbench.simulate import simulate
 from workbench.simulate.kernel.noise import normals
 from workbench.study import Factor, Run, Uniform
@@ -63,6 +67,23 @@ def test_a_late_instant_is_the_exact_flow_of_the_plant_over_its_own_span():
         theirs = (expm(A * span) @ [*x[k, states], held[k + 1]])[:2]
         np.testing.assert_allclose(x[k + 1, states], theirs, rtol=1e-7, atol=1e-9)  # RK4 at about 1 ms, poles at 10 1/s
         assert lateness[k + 1] == later[k]
+
+
+def test_what_acts_in_time_acts_at_the_true_time():
+    a, w, J = 0.7, 9.0, 0.8
+    arm = PlanarArm((PointMass(J, 1.0),), gravity=0.0)
+    free = ClosedLoop(
+        Manipulator(arm, [0.0], [0.0], disturbance=SineTorque([a], [w], [0.3])),
+        FullState(1),
+        wb.PID([0.0], [0.0], [0.0]),
+        Hold([0.0]),
+    )
+    digital = free.digital(T).disturbed()
+    run = simulate(digital.step(8), digital.parameters.pack({"computer.jitter": 0.5 * T}), until=4.0, seed=2)
+    # row k + 1 was reached at (k + 1) T and the lateness that row k + 1 has for the next instant
+    t = run.t[1:] + run.x[0, 1:, run.step.states.slice("computer.later")].ravel()
+    speed = run.x[0, 1:, run.step.states.slice("plant.qd")].ravel()
+    np.testing.assert_allclose(np.abs(speed), np.abs(a / (J * w) * (np.cos(0.3) - np.cos(w * t + 0.3))), atol=1e-9)
 
 
 def test_substeps_meet_the_exact_flow_with_the_fourth_order():
