@@ -8,8 +8,9 @@ from c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, rec
 from test_sampled_law import digital, gallery
 
 import workbench as wb
-from workbench.handover.c_code import c_code
-from workbench.handover.c_functions import DOUBLE, Lines, arguments_of, definitions, functions_of
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_functions import Lines, arguments_of, definitions, functions_of
+from workbench.handover.c99.c_primitives import DOUBLE
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.target_operations import Number
 
@@ -137,6 +138,7 @@ def test_a_result_that_is_not_finite_is_flagged_and_not_kept(tmp_path):
 
 
 FUNCTIONS = """
+#include <stdbool.h>
 #include <stdint.h>
 {texts}
 void each(int n, const double *a, const double *b, double *out)

@@ -35,7 +35,7 @@ _ROOMS = {
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",
-    "handover.c_code": "c_code",
+    "handover.c99.c_code": "c_code",
     "handover.law_export": "export",
     "report.loop_page": "live",
 }

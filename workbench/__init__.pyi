@@ -6,7 +6,7 @@ from workbench.core import Layout, Ode, Sampled, SampledLaw, Signals, block, ini
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
-from workbench.handover.c_code import c_code
+from workbench.handover.c99.c_code import c_code
 from workbench.handover.law_export import export
 from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer

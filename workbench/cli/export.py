@@ -63,7 +63,7 @@ def _safe(text: str) -> tuple[str, float]:
 
 
 def _warnings(sampled: Sampled) -> tuple[str, ...]:
-    """What whoever runs the law must know of its period."""
+    """The sentences that whoever runs the law must know of its period."""
     from workbench.simulate import simulate
 
     step = sampled.step(4)

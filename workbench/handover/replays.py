@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Sampled
-from workbench.handover.c_code import CCode, c_code
+from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, Words, record
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
