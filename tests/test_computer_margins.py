@@ -8,7 +8,8 @@ from scipy.stats import kstest
 
 import workbench as wb
 from workbench.core import Entry, Layout, Ode, Sampled
-from workbench.handover.single_precision_loop import in_single_precision, single
+from workbench.handover.single.single_precision import single_precision
+from workbench.handover.single.single_precision_loop import in_single_precision, single
 from workbench.loop import ClosedLoop, LinearLaw
 from workbench.metrics import rmse
 from workbench.observers import FullState
@@ -177,7 +178,6 @@ def test_a_law_in_single_precision_is_that_of_floats_one_operation_after_the_oth
 
 
 def test_a_law_in_single_precision_has_the_bits_of_the_other_road_to_it():
-    floats = pytest.importorskip("workbench.handover.single_precision")  # NumPy's floats, operation by operation
     digital = LOOP.digital(T, NOISY, delay=True)
     law, n = digital.law(), 400
     loop = in_single_precision(digital, law)
@@ -190,7 +190,7 @@ def test_a_law_in_single_precision_has_the_bits_of_the_other_road_to_it():
     w = normals(4, np.array([0]), k, loop.w.numel())[0].T
     y, r = np.array(taken.map(n)(k[np.newaxis], x[:-1].T, p, w))
     z = np.concatenate([x[:, names.slice(name)] for name in law.memory.names], axis=1)
-    after, _ = floats.single_precision(law, k, z[:-1], y[:, np.newaxis], r[:, np.newaxis])
+    after, _ = single_precision(law, k, z[:-1], y[:, np.newaxis], r[:, np.newaxis])
     assert (z[1:] == after.astype(float)).all()
     assert np.ptp(z, axis=0).all()
 

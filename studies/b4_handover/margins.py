@@ -11,7 +11,7 @@ import numpy as np
 
 from studies.b4_handover.loops import ERROR, SEED, TV, Handed, handed
 from workbench.core import Sampled
-from workbench.handover.single_precision_loop import in_single_precision
+from workbench.handover.single.single_precision_loop import in_single_precision
 from workbench.metrics import measured, total_variation
 from workbench.metrics.accumulators import final_values
 from workbench.simulate import simulate
