@@ -162,8 +162,8 @@ def _advance(writer: Writer) -> list[str]:
         f"(void){port};" for port in ("readings", "references") if port in code.structs and not _reads(lines, port)
     ]
     unread += [] if any("state->" in line for line in lines) else ["(void)state;"]
-    body = [*unread, *lines] if unread or lines[0] else lines[1:]
-    return [head, "{", *map(_indented, body), "}"]
+    text = [*unread, *lines] if unread or lines[0] else lines[1:]
+    return [head, "{", *(_indented(line) for line in text), "}"]
 
 
 def _indented(line: str) -> str:
