@@ -40,12 +40,9 @@ def handed_section() -> Section:
         limits = ", ".join(f"±{high:g} {law.commands[name].unit}" for name, (_, high) in one.limit.items())
         late = max(law.delay.values(), default=0)
         steps = ", ".join(f"{value:.2g} {law.readings[name].unit}" for name, value in one.quantum.items())
-        rows.append(
-            (one.name, one.given, 1e3 * one.period, late, limits, steps, law.memory.size, Code(law.fingerprint[:12]))
-        )
+        rows.append((one.name, 1e3 * one.period, late, limits, steps, law.memory.size, Code(law.fingerprint[:12])))
     columns = (
         Column("law"),
-        Column("given"),
         Column("period", "ms", "right"),
         Column("delay", "periods", "right"),
         Column("limits"),
@@ -60,7 +57,9 @@ def handed_section() -> Section:
         "and EKF and LQR balance a cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1, with the true "
         "disturbance, which no instrument gives, replaced by an observer of the momentum."
     )
-    handed_table = Table("handed", "What is handed over, and to which computer.", columns, tuple(rows))
+    given = "; ".join(f"{one.name}: {one.given}" for one in handed())
+    caption = "What is handed over, and to which computer."
+    handed_table = Table("handed", caption, columns, tuple(rows), (f"Given: {given}.",))
     return Section(
         "What is handed over", (Paragraph(words), handed_table, CARD.table("assumed", "card", "What is assumed."))
     )
