@@ -183,9 +183,10 @@ def _blocks(job: Job, periods: int) -> Iterator[Array]:
         if not finite.all():
             at = int(np.argmin(finite))
             state = job.step.states.labels[int(np.argmin(np.isfinite(rows[at])))]
+            k = begin + at - 1
             raise ValueError(
-                f"`record(...)` needs a run that stays finite: '{job.step.flow.name}' diverges in period "
-                f"{begin + at - 1}, in '{state}' first. Take at most {begin + at - 1} periods, or a loop that is stable."
+                f"`record(...)` needs a run that stays finite: '{job.step.flow.name}' diverges in period {k}, in "
+                f"'{state}' first. Take at most {k} periods, or a loop that is stable."
             )
         x = rows[-1]
         yield rows

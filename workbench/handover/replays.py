@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -20,6 +20,8 @@ from workbench.validation import refusals
 from workbench.validation.refusals import Array, known, seconds
 from workbench.validation.signatures import door
 
+COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason", "doubt")  # of a row
+ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take
 CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
 
@@ -125,18 +127,15 @@ class Replay:
         ran = [result for result in self.results if result.ran]
         return bool(ran) and all(result.equal for result in ran)
 
-    HEADS = ("target", "periods", "bits", "differing", "instructions", "most", "stack", "code", "data")
+    HEADS = ("target", "periods", "bits", "differing", "memories", "instructions", "most", "stack", "code", "data")
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as rows of a table, None for what is not known."""
         rows = []
         for result in self.results:
-            figures = result.figures
-            row = {"target": result.target, "periods": result.periods, "bits": result.bits}
-            row |= {"differing": result.differing, "first": result.first, "instructions": figures.instructions}
-            row |= {"most": figures.most, "stack": figures.stack, "touched": figures.touched, "code": figures.code}
-            row |= {"data": figures.data, "smallest": figures.smallest}
-            rows.append({**row, "share": result.fit.share if result.fit else None, "reason": result.reason})
+            named = {name: getattr(result, name) for name in COLUMNS}
+            share = {"share": result.fit.share if result.fit else None}
+            rows.append(named | asdict(result.figures) | share)
         return rows
 
     def text(self) -> str:
@@ -179,8 +178,7 @@ def replay(
 ) -> Replay:
     """The law of a loop on several machines, over what its computer is handed in the portable arithmetic.
 
-    All start with the memory at its start, and go on from their own. As long as commands are equal, the loop around a
-    machine is this loop, readings and all.
+    Each goes on from its own memory. As long as commands are equal, the loop around a machine is this loop.
 
     Parameters
     ----------
@@ -192,10 +190,8 @@ def replay(
         Runge-Kutta steps of the plant in a period.
     reference, truths
         As of `Sampled.law`.
-    seed
-        Of the noise.
-    limit
-        The seconds that one program of a target may take.
+    seed, limit
+        Of the noise; and the seconds that one program of a target may take.
     progress
         Told the name of each target before it runs.
 
@@ -240,7 +236,7 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: fl
             result = replace(result, figures=target.figures(code, recording, folder, limit))
         except TargetError as error:
             result = replace(result, doubt=f"figures are lacking, as {error}")
-        if result.first and not _differ(answers.u, recording.u).any():
+        if result.first.endswith(ANOTHER):
             result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
     count = result.figures.instructions
@@ -275,7 +271,7 @@ def _first(recording: Recording, answers: Answers, other: Words, k: int) -> str:
     if other[k].any():
         i = int(np.argmax(other[k] != 0))
         return _words(k, recording.law.commands.labels[i], answers.u[k, i], recording.u[k, i])
-    return f"period {k} leaves another memory"
+    return f"period {k} {ANOTHER}"
 
 
 def _words(k: int, signal: str, number: Any, wanted: Any) -> str:

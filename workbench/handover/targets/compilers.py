@@ -62,7 +62,7 @@ class CompiledProgram(AbstractTarget):
         return Figures(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest)
 
     def _steps(self, code: CCode, rows: Array, folder: Path, seconds: float) -> float:
-        """The instructions within the law's own code, each a line of the emulator's log; those of `init` are no part."""
+        """The instructions in the law's own code, each a line of the emulator's log, without those of `init`."""
         symbols = [line.split() for line in run([f"{self.tools}nm", "-S", PROGRAM], folder, seconds).splitlines()]
         own = [(int(words[0], 16), int(words[1], 16)) for words in symbols if words[-1].startswith(f"{code.name}_")]
         if len(own) == 0:

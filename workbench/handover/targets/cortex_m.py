@@ -180,7 +180,7 @@ class Microcontroller(AbstractTarget):
         run(["qemu-system-arm", *board, *hosting, *options, "-kernel", PROGRAM], folder, seconds)
 
     def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
-        """Instructions of blocks of calls less those of the same loop without the law, and the stack that they touch."""
+        """Instructions of blocks of calls less those of the loop without the law, and the stack that they touch."""
         rows = recording.inputs[:COUNTED]
         harness.write_inputs(code, rows, folder, counted=True)
         self._emulate(folder, seconds, "-icount", "shift=0")
