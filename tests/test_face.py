@@ -14,12 +14,12 @@ import pytest
 import workbench as wb
 
 HEAVY = ("casadi", "control", "matplotlib", "numpy", "pandas", "scipy", "workbench.core")
-LONGEST = 0.1  # s, beyond the start of Python
+LONGEST = 0.1  # s of the processor, beyond the start of Python
 
 
 def test_the_face_is_there_at_once_and_loads_nothing():
     code = (
-        "import sys, time; start = time.perf_counter(); import workbench; took = time.perf_counter() - start; "
+        "import sys, time; start = time.process_time(); import workbench; took = time.process_time() - start; "
         f"print(took < {LONGEST}, [name for name in {HEAVY} if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

@@ -14,7 +14,7 @@ from typing import Any
 __version__ = "0.1.0"
 
 _ROOMS = {
-    "core": "Layout Ode Sampled Signals block initial layout option parameter rk4",
+    "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4",
     "loop": "ClosedLoop Controller Instruments Observer Plant Reference open_loop",
     "robots": "named paper_arm",
     "robots.urdf": "read_urdf",
@@ -35,7 +35,8 @@ _ROOMS = {
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",
-    "handover.export": "export",
+    "handover.c_code": "c_code",
+    "handover.law_export": "export",
     "report.loop_page": "live",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}

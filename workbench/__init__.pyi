@@ -2,10 +2,12 @@
 
 from workbench.cli.script import load
 from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
-from workbench.core import Layout, Ode, Sampled, Signals, block, initial, layout, option, parameter, rk4
+from workbench.core import Layout, Ode, Sampled, SampledLaw, Signals, block, initial, layout, option, parameter, rk4
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
+from workbench.handover.c_code import c_code
+from workbench.handover.law_export import export
 from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
@@ -103,6 +105,7 @@ __all__ = [
     "Regulator",
     "Run",
     "Sampled",
+    "SampledLaw",
     "Saturation",
     "Section",
     "Signals",
@@ -124,8 +127,10 @@ __all__ = [
     "UnscentedKalmanFilter",
     "WayPoints",
     "block",
+    "c_code",
     "effort",
     "equilibria",
+    "export",
     "initial",
     "layout",
     "lead_lag",

@@ -14,6 +14,7 @@ from workbench import __version__
 from workbench.cli.derive import derive
 from workbench.cli.doctor import doctor
 from workbench.cli.errors import leave, let_go_of_output, sentence
+from workbench.cli.export import export
 from workbench.cli.live import live
 from workbench.cli.report import report
 from workbench.cli.results import results
@@ -28,7 +29,7 @@ def cli() -> None:
     """Equations in, verdicts and numbers out: design, check and compare control laws."""
 
 
-for verb in (run, live, report, status, results, derive, verify, doctor):
+for verb in (run, live, report, status, results, export, derive, verify, doctor):
     cli.add_command(verb)
 
 

@@ -145,13 +145,11 @@ def _functions(code: Any) -> list[str]:
     ]
 
 
-def prototype(code: Any) -> str:
-    """The declaration of NAME_step without its semicolon."""
+def prototype(code: Any, returns: str = "unsigned", verb: str = "step") -> str:
+    """The declaration of NAME_step, or of another function with its arguments, without a semicolon."""
     name, structs = code.name, code.structs
     inputs = [f"const {name}_{port} *{port}" for port in ("readings", "references") if port in structs]
     arguments = [f"{name}_state *state", *inputs, f"{name}_commands *commands"]
-    line = f"unsigned {name}_step({', '.join(arguments)})"
-    if len(line) <= WIDTH:
-        return line
-    indent = " " * len(f"unsigned {name}_step(")
-    return f"unsigned {name}_step(" + f",\n{indent}".join(arguments) + ")"
+    head = f"{returns} {name}_{verb}("
+    line = f"{head}{', '.join(arguments)})"
+    return line if len(line) <= WIDTH else head + f",\n{' ' * len(head)}".join(arguments) + ")"

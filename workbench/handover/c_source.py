@@ -154,7 +154,7 @@ def _advance(writer: Writer) -> list[str]:
     lines += [f"done = {_joined(finite)};" if finite else "done = 1;", "if (done) {"]
     lines += [f"    {to} = {value};" for to, value in zip([*memory, *commands], variables, strict=True)]
     lines += ["}", "return done;"]
-    head = prototype(code).replace(f"unsigned {code.name}_step", f"static int {code.name}_advance")
+    head = prototype(code, "static int", "advance")
     unread = [
         f"(void){port};" for port in ("readings", "references") if port in code.structs and not _reads(lines, port)
     ]

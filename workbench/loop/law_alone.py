@@ -63,13 +63,22 @@ def law_alone(
         command,
         update,
         _stages(loop, ref if built_in else None, answer),
-        {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())},
+        _limits(loop, instruments),
         {name: periods for name, periods in queue.periods.items() if periods},
         (
             *wiring.notes(loop),
             *((f"{', '.join(truths)}: an input that no instrument of the plant gives",) * bool(truths)),
         ),
     )
+
+
+def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Any, Any]]:
+    """The limits of commands: those that the law has itself, and those of the instruments."""
+    law, own = loop.controller, {}
+    low, high = getattr(law, "low", None), getattr(law, "high", None)
+    if low is not None and high is not None and len(law.drives.entries) == 1:
+        own[law.drives.names[0]] = (low, high)
+    return own | {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())}
 
 
 def _after(answer: Answer) -> dict[str, ca.SX]:

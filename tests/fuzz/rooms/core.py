@@ -20,6 +20,7 @@ T, X, P, W, H, K = ca.SX.sym("t"), ca.SX.sym("x"), ca.SX.sym("p"), ca.SX(0, 1), 
 ROLES = LOOP.roles
 LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
 STATES, PARAMETERS = Layout((Entry("x", 1.0),)), Layout((Entry("k", 2.0),))
+READINGS, COMMANDS, Y = Layout((Entry("y", 1.0),)), Layout((Entry("u", 1.0),)), ca.SX.sym("y")
 
 
 def plain() -> type:
@@ -71,6 +72,11 @@ def calls() -> dict[str, Any]:
         "grouped": partial(core.grouped, {"a": ROLES, "b": ROLES}),
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
+        "SampledLaw": partial(
+            core.SampledLaw, "law", 0.1, STATES, READINGS, core.Layout(), COMMANDS, PARAMETERS, K, X, Y, W, P, -P * Y, X + Y,
+            (core.Stage("Law", {"u": -P * Y}),), {"u": (-1.0, 1.0)}, {"u": 1}, ("a note",),
+        ),
+        "Stage": partial(core.Stage, "Law", {"u": X}, "u = x"),
         "Step": partial(
             core.Step, 0.1, flow.states, flow.parameters, flow.outputs, flow.rule, flow.flow, flow.amplification, 1
         ),

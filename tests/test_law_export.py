@@ -1,0 +1,94 @@
+"""The verb `export` and `wb.export`: from a file to a header, and one clear sentence where that cannot be."""
+
+import subprocess
+import sys
+
+import pytest
+from c_runs import COMPILERS, WARNINGS, needs_compiler
+
+import workbench as wb
+
+FILE = """
+import workbench as wb
+
+motor = wb.DCMotor()
+law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+computer = loop.digital(0.01, wb.Instruments.of(motor, limit={"v": (-12.0, 12.0)}), delay=True)
+case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=1.0, h=1e-3))
+study = wb.Study("mine", "T", "Q?", "M.", sections=lambda results: [], cases=(case,))
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "motor.py").write_text(FILE)
+    return tmp_path
+
+
+def workbench(folder, *words):
+    command = [sys.executable, "-m", "workbench", *words]
+    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
+
+
+@needs_compiler
+def test_a_header_in_one_command(folder):
+    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--name", "motor_law", "--out", "code")
+    assert (done.returncode, done.stdout) == (0, "Written: code/motor_law.h, code/motor_law.c.\n")
+    header = (folder / "code" / "motor_law.h").read_text()
+    command = "with: workbench export motor.py --loop computer --name motor_law --out code."
+    assert command in " ".join(header.replace(" * ", " ").split())
+    assert "Limits of v: -12 to 12 V." in header
+    subprocess.run([COMPILERS[0], *WARNINGS, "-c", "motor_law.c"], cwd=folder / "code", check=True, timeout=60)
+
+
+def test_a_case_of_a_study_at_a_period(folder):
+    done = workbench(folder, "export", "motor.py", "--case", "speed: PI", "--period", "0.005", "--name", "pi")
+    assert done.returncode == 0, done.stderr
+    assert "#define PI_PERIOD 0.005" in (folder / "pi" / "pi.h").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("motor.py",), "'loop' is in continuous time: say how often the computer runs it, as `--period 0.001`."),
+        (("nothing.py",), "There is no study file 'nothing.py'."),
+        (("motor.py", "--loop", "computer", "--name", "int"), "`name` must be an identifier of C"),
+        (("motor.py", "--loop", "computer", "--safe", "v"), "`--safe` must be a command and a number"),
+        (("motor.py", "--loop", "computer", "--safe", "v=13"), "within the limits of the command"),
+        (("motor.py", "--loop", "computer", "--safe", "w=0"), "'w'"),
+        (("motor.py", "--loop", "computer", "--truth", "d"), "'d'"),
+        (("motor.py", "--loop", "lop", "--period", "0.1"), "'lop'"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_nothing_is_written(folder, words, sentence):
+    done = workbench(folder, "export", *words)
+    assert done.returncode == 2
+    assert sentence in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert [path.name for path in folder.iterdir() if path.name != "__pycache__"] == ["motor.py"]
+
+
+def test_a_period_at_which_the_loop_is_lost_is_exported_with_a_warning(folder):
+    done = workbench(folder, "export", "motor.py", "--loop", "loop", "--period", "2", "--name", "slow")
+    assert done.returncode == 0
+    assert "Warning: in a simulation of the loop with this law, every 2 s, a number is not finite" in done.stderr
+    assert "Note: in a simulation of the loop" in (folder / "slow" / "slow.h").read_text()
+
+
+def test_a_folder_that_is_not_ours_is_left_as_it_is(folder):
+    (folder / "code").mkdir()
+    (folder / "code" / "law.c").write_text("int mine;")
+    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--name", "law", "--out", "code")
+    assert done.returncode == 2
+    assert "'code/law.c' was not written by an export" in done.stderr
+    assert (folder / "code" / "law.c").read_text() == "int mine;"
+    assert [path.name for path in (folder / "code").iterdir()] == ["law.c"]
+
+
+def test_an_unknown_form_is_refused_with_the_nearest():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=1.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    with pytest.raises(LookupError, match=r"'fmi'.*Did you mean 'fmi"):
+        wb.export(loop.digital(0.1), "fmi")

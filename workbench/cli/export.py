@@ -1,0 +1,87 @@
+"""The verb `export`: the law of a loop in a file, in the form that another machine takes."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from workbench.cli.errors import aside, one_sentence
+
+if TYPE_CHECKING:
+    from workbench.core import Sampled
+
+PATH = click.Path(path_type=Path)
+FORMS = ("c", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
+PERIODS = 2000  # of the run that tells whether the loop holds at its period
+
+
+@click.command()
+@click.argument("file", type=PATH)
+@click.option("--form", type=click.Choice(FORMS), default="c", show_default=True, help="C99, or another form.")
+@click.option("--loop", help="The loop by its name in FILE; 'loop', or the last one, if not given.")
+@click.option("--case", help="Or the case of its study, as 'scenario: law'.")
+@click.option("--period", type=float, help="The period in s of the computer that runs the law of a continuous loop.")
+@click.option("--delay", is_flag=True, help="A command of such a loop waits a period.")
+@click.option("--name", help="The prefix of all names, an identifier of C; that of the law if not given.")
+@click.option("--out", type=PATH, help="The folder; one of the name of the law, here, if not given.")
+@click.option("--precision", type=click.Choice(("double", "single")), default="double", show_default=True)
+@click.option("--settable", is_flag=True, help="Numbers of the law that can be set between two instants.")
+@click.option("--built-in", is_flag=True, help="The reference of the loop within the law, and not as an input.")
+@click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
+@click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
+def export(file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Any) -> None:
+    """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
+    with one_sentence(file):
+        safe = dict(_safe(text) for text in asked["safe"])
+        from workbench.cli.loops import sampled_of
+        from workbench.handover.law_export import export as written
+
+        chosen, sampled = sampled_of(file, loop, asked["period"], asked["delay"], case)
+        law = sampled.law("built in" if asked["built_in"] else "input", asked["truths"])
+        warnings = _warnings(sampled)
+        for warning in warnings:
+            aside(f"Warning: {warning}.")
+        options: dict[str, Any] = {"safe": safe, "warnings": warnings, "command": _command()}
+        options |= {"precision": asked["precision"], "parameters": "settable" if asked["settable"] else "constant"}
+        paths = written(law, form, out, name=asked["name"], **options)
+        aside(f"'{chosen}', every {law.period:g} s.")
+        click.echo(f"Written: {', '.join(map(str, paths))}.")
+
+
+def _safe(text: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    try:
+        if not (name and equals):
+            raise ValueError
+        return name, float(value)
+    except ValueError:
+        raise ValueError(f"`--safe` must be a command and a number, as `--safe tau=0`; got '{text}'.") from None
+
+
+def _warnings(sampled: Sampled) -> tuple[str, ...]:
+    """What whoever runs the law must know of its period."""
+    from workbench.simulate import simulate
+
+    step = sampled.step(4)
+    until = min(PERIODS * sampled.period, step.flow.horizon)
+    run = simulate(step, until=max(int(until / sampled.period), 1) * sampled.period)
+    if not run.diverged.any():
+        return ()
+    return (
+        f"in a simulation of the loop with this law, every {sampled.period:g} s, a number is not finite "
+        f"after {float(run.diverged_at[0]):g} s: the period is too long, or the loop is unstable",
+    )
+
+
+def _command() -> str:
+    """The command, with no more of this machine's folders than the user typed."""
+    return shlex.join(["workbench", *map(_plain, sys.argv[1:])])
+
+
+def _plain(word: str) -> str:
+    path = Path(word)
+    return path.name if path.is_absolute() else word
