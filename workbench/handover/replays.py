@@ -20,7 +20,7 @@ from workbench.validation import refusals
 from workbench.validation.refusals import Array, known, seconds
 from workbench.validation.signatures import door
 
-COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason", "doubt")  # of a row
+COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take
 CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
@@ -86,8 +86,6 @@ class TargetResult:
         The first difference: period, signal and both values; empty if there is none.
     reason
         The sentence that says why it did not run; empty if it did.
-    doubt
-        The sentence that says which figures are lacking and why.
     """
 
     target: str
@@ -100,7 +98,6 @@ class TargetResult:
     figures: Figures = Figures()  # noqa: RUF009
     fit: Fit | None = None
     reason: str = ""
-    doubt: str = ""
 
     @property
     def ran(self) -> bool:
@@ -148,7 +145,7 @@ class Replay:
             words = [word.rjust(width) for word, width in zip(row[1:], widths[1:], strict=True)]
             lines.append("  ".join([row[0].ljust(widths[0]), *words]))
         for result in self.results:
-            sentences = [result.first, str(result.fit) if result.fit else "", result.doubt]
+            sentences = [result.first, str(result.fit) if result.fit else "", result.figures.doubt]
             sentences.append(f"not run: {result.reason}" * bool(result.reason))
             lines += [f"{result.target}: {sentence}." for sentence in sentences if sentence]
         return "\n".join(lines)
@@ -235,7 +232,7 @@ def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: fl
         try:
             result = replace(result, figures=target.figures(code, recording, folder, limit))
         except TargetError as error:
-            result = replace(result, doubt=f"figures are lacking, as {error}")
+            result = replace(result, figures=Figures(doubt=f"figures are lacking: {error}"))
         if result.first.endswith(ANOTHER):
             result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
     clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)

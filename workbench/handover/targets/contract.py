@@ -31,6 +31,8 @@ class Figures:
         Bytes of code with constants, and of data that changes, beside the state, which its owner holds.
     smallest
         Bytes of code at -Os.
+    doubt
+        The sentence that says which of them are lacking and why.
     """
 
     instructions: float | None = None
@@ -40,6 +42,7 @@ class Figures:
     code: int | None = None
     data: int | None = None
     smallest: int | None = None
+    doubt: str = ""
 
 
 class AbstractTarget(ABC):
