@@ -23,7 +23,7 @@ from workbench.validation.signatures import door
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take
-CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
+CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m4f-libgcc": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
 
 
 @dataclass(frozen=True)
