@@ -19,6 +19,7 @@ from workbench.handover.recording import BLOCK, digest, record
 from workbench.handover.replays import compare, fits, replay
 from workbench.handover.targets import TARGETS, CalledTarget
 from workbench.handover.targets.compilers import CompiledProgram
+from workbench.handover.targets.programs import lacking
 
 PERIODS = 10_000
 
@@ -101,6 +102,17 @@ def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
     assert 100 < result.figures.instructions <= result.figures.most
     assert result.figures.stack <= result.figures.touched
     assert result.fit.fits
+
+
+@needs_gcc
+def test_single_precision_has_the_bits_of_numpys_floats():
+    pytest.importorskip("workbench.handover.single_precision")
+    here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not lacking(TARGETS[key].programs)]
+    done = replay(arm_law(), periods=500, precision="single", targets=[*here, "numpy"])
+    assert [result.equal for result in done.results] == [True] * len(here) + [False]
+    assert done.results[0].bits == 32 * 500 * (2 + done.recording.law.memory.size)
+    assert done.results[-1].reason == "NumPy is the reference of single precision itself"
+    assert done.recording.u.dtype == np.float32
 
 
 @needs_aarch64

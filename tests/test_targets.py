@@ -10,8 +10,7 @@ from test_c_code import motor_law
 from workbench.handover.c_code import c_code
 from workbench.handover.recording import record
 from workbench.handover.replays import compare
-from workbench.handover.targets import TARGETS
-from workbench.handover.targets import cortex_m, harness
+from workbench.handover.targets import TARGETS, cortex_m, harness
 from workbench.handover.targets.compilers import CompiledProgram
 from workbench.handover.targets.programs import TargetError, run
 from workbench.handover.targets.size import code_and_data, deepest

@@ -20,6 +20,7 @@ PATH = click.Path(path_type=Path)
 @click.option("--delay", is_flag=True, help="A command of such a loop waits a period.")
 @click.option("--periods", type=int, default=10_000, show_default=True, help="How many are replayed.")
 @click.option("--substeps", type=int, default=1, show_default=True, help="Steps of the plant in a period.")
+@click.option("--precision", type=click.Choice(["double", "single"]), default="double", show_default=True)
 @click.option("--target", "targets", multiple=True, help="A machine, as gcc-O2, arm64, cortex-m4f; all if not given.")
 @click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
 def replay(
@@ -30,6 +31,7 @@ def replay(
     delay: bool,
     periods: int,
     substeps: int,
+    precision: str,
     targets: tuple[str, ...],
     truths: tuple[str, ...],
 ) -> None:
@@ -50,6 +52,7 @@ def replay(
             targets=targets or None,
             substeps=substeps,
             truths=truths,
+            precision=precision,
             progress=lambda target: aside(f"{target} ..."),
         )
         click.echo(f"'{chosen}': {result.text()}")

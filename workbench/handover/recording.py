@@ -40,6 +40,8 @@ class Recording:
         FNV-1a of the memory behind each instant, (N,).
     starts
         The states of the loop before every block of instants.
+    rows
+        The memory before each instant and behind the last one, (N + 1, nz), where it cannot be made again.
     """
 
     law: SampledLaw
@@ -49,6 +51,7 @@ class Recording:
     digests: Words
     starts: Array
     job: Job
+    rows: Array | None = None
 
     @property
     def periods(self) -> int:
@@ -80,10 +83,12 @@ class Recording:
             raise ValueError(
                 f"`memory(first, last)` takes instants in this order from 0 to {self.periods}; got {first} and {last}."
             )
+        if self.rows is not None:
+            return self.rows[first : last + 1]
         block = min(first // BLOCK, len(self.starts) - 1)
-        rows = [_marched(self.job, self.starts[block], block * BLOCK, last - block * BLOCK)]
+        x = _marched(self.job, self.starts[block], block * BLOCK, last - block * BLOCK)
         places = _places(self.job.step.states, self.law.memory.names, "")
-        return np.asarray(rows[0][first - block * BLOCK :, places])
+        return np.asarray(x[first - block * BLOCK :, places])
 
 
 @door
@@ -135,6 +140,32 @@ def record(
         digests.append(digest(x[1:, kept]))
     y, r, u = (np.concatenate(parts) for parts in zip(*shares, strict=True))
     return Recording(law, y, r, u, np.concatenate(digests), np.stack(starts), job)
+
+
+@door
+def single(recording: Recording) -> Recording:
+    """The same readings and references, rounded, and what the law makes of them in single precision, as floats.
+
+    Raises
+    ------
+    ValueError
+        If a command or a number of the memory is not finite there.
+    """
+    from workbench.handover.single_precision import single_precision
+
+    law = recording.law
+    y, r = (np.asarray(part, dtype=np.float32) for part in (recording.y, recording.r))
+    z, u = [law.memory.default.astype(np.float32)], list[Array]()
+    for k in range(recording.periods):
+        new = single_precision(law, k, z[-1:], y[k : k + 1], r[k : k + 1])
+        if not (np.isfinite(new.z_next).all() and np.isfinite(new.u).all()):
+            raise ValueError(
+                f"`single(recording)` needs numbers that stay finite: '{law.name}' makes one that is not in period {k}."
+            )
+        z.append(new.z_next[0])
+        u.append(new.u[0])
+    rows, commands = np.stack(z), np.stack(u)
+    return replace(recording, y=y, r=r, u=commands, digests=digest(rows[1:]), rows=rows)
 
 
 def digest(rows: Array) -> Words:

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Sampled
 from workbench.handover.c_code import CCode, c_code
-from workbench.handover.recording import Recording, Words, record
+from workbench.handover.recording import Recording, Words, record, single
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError, lacking
@@ -23,7 +23,11 @@ from workbench.validation.signatures import door
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take
-CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m4f-libgcc": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
+CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
+    "cortex-m4f": 168e6,
+    "cortex-m4f-libgcc": 168e6,
+    "cortex-m7": 480e6,
+}
 
 
 @dataclass(frozen=True)
@@ -138,7 +142,8 @@ class Replay:
     def text(self) -> str:
         """The results for a terminal."""
         law = self.recording.law
-        lines = [f"{law.name}, every {law.period:g} s: {self.recording.periods:,} periods, in the portable arithmetic"]
+        arithmetic = "the portable arithmetic" if self.code.real == "double" else "single precision"
+        lines = [f"{law.name}, every {law.period:g} s: {self.recording.periods:,} periods, in {arithmetic}"]
         cells = [self.HEADS, *(_cells(row, self.HEADS) for row in self.rows() if not row["reason"])]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.HEADS))]
         for row in cells:
@@ -170,6 +175,7 @@ def replay(
     reference: str = "input",
     truths: tuple[str, ...] = (),
     seed: int = 0,
+    precision: str = "double",
     limit: float = LIMIT,
     progress: Callable[[str], None] | None = None,
 ) -> Replay:
@@ -187,8 +193,10 @@ def replay(
         Runge-Kutta steps of the plant in a period.
     reference, truths
         As of `Sampled.law`.
-    seed, limit
-        Of the noise; and the seconds that one program of a target may take.
+    seed
+        Of the noise.
+    precision, limit
+        "double", or "single" for the law alone; and the seconds that one program of a target may take.
     progress
         Told the name of each target before it runs.
 
@@ -202,8 +210,9 @@ def replay(
     limit = seconds("replay(limit=...)", limit)
     chosen = [_target(target) for target in (TARGETS if targets is None else targets)]
     law = sampled.law(reference, truths)
-    code = c_code(law, name)
+    code = c_code(law, name, precision=precision)
     recording = record(sampled, law, periods, substeps=substeps, seed=seed)
+    recording = single(recording) if code.real == "float" else recording
     results = []
     for target in chosen:
         if progress is not None:
