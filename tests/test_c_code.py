@@ -137,6 +137,7 @@ def test_a_result_that_is_not_finite_is_flagged_and_not_kept(tmp_path):
 
 
 FUNCTIONS = """
+#include <stdbool.h>
 #include <stdint.h>
 {texts}
 void each(int n, const double *a, const double *b, double *out)

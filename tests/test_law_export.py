@@ -1,7 +1,11 @@
 """The verb `export` and `wb.export`: from a file to a header, and one clear sentence where that cannot be."""
 
+import inspect
+import re
+import shutil
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from c_runs import COMPILERS, WARNINGS, needs_compiler
@@ -92,3 +96,14 @@ def test_an_unknown_form_is_refused_with_the_nearest():
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     with pytest.raises(LookupError, match=r"'fmi'.*Did you mean 'fmi"):
         wb.export(loop.digital(0.1), "fmi")
+
+
+def test_the_three_lines_of_the_readme_lead_from_a_study_to_a_header(tmp_path):
+    root = Path(__file__).parent.parent
+    text = (root / "README.md").read_text(encoding="utf-8")
+    lines = re.search(r"(    import workbench as wb\n    loop = wb\.load.*\n    wb\.export.*\n)", text)[1]
+    (tmp_path / "studies").mkdir()
+    shutil.copy(root / "studies" / "own_law.py", tmp_path / "studies")
+    (tmp_path / "three.py").write_text(inspect.cleandoc(lines))
+    subprocess.run([sys.executable, "three.py"], cwd=tmp_path, check=True, timeout=120)
+    assert "#define PI_LAW_PERIOD 0.01" in (tmp_path / "pi_law" / "pi_law.h").read_text()

@@ -2,6 +2,7 @@
 
 import keyword
 import math
+from dataclasses import replace
 
 import casadi as ca
 import numpy as np
@@ -85,6 +86,20 @@ def test_the_functions_that_are_called_are_listed_as_they_are_spelled():
 def test_a_branch_and_an_unknown_function_are_refused_by_name(expression, word):
     with pytest.raises(ValueError, match=word):
         straight_line({"f": expression}, {}, PYTHON)
+
+
+TRUTHS = {"lt": "{} < {}", "le": "{} <= {}", "eq": "{} == {}", "ne": "{} != {}"}
+LOGIC = {"and": "{} and {}", "or": "{} or {}", "not": "not {}", "if_else_zero": "{1} if {0} else 0.0"}
+
+
+@given(states)
+def test_a_language_that_says_how_writes_truths_and_what_is_chosen_by_them(state):
+    language = replace(PYTHON, choices=TRUTHS | LOGIC)
+    between = ca.logic_and(x < y, ca.logic_or(x == 0, ca.logic_not(z <= y)))
+    expressions = [ca.if_else(between, y, -z), ca.floor(x) + ca.fmod(y, 0.7), (x != y) * 2.0 + ca.if_else(x < 1, z, 0)]
+    theirs = computed(straight_line({"b": ca.vertcat(*expressions)}, {}, language), state)
+    ours = ca.Function("f", [ca.vertcat(*SYMBOLS)], expressions)(state)
+    np.testing.assert_array_equal([float(value) for value in ours], [float(row[0]) for row in theirs["b"]])
 
 
 def test_a_constant_that_is_not_finite_is_refused():

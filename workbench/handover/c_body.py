@@ -15,12 +15,12 @@ from workbench.simulate.kernel.plan import COMPARISONS, PLAIN
 WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
 CHOICE, LOGIC, ORDER, SUM, PRODUCT, SIGNED, ATOM = range(7)  # how tightly a text holds together
 FORMS = {
-    "add": ("{} + {}", SUM, (SUM, PRODUCT)),
-    "sub": ("{} - {}", SUM, (SUM, PRODUCT)),
+    "add": ("{} + {}", SUM, (SUM, SIGNED)),
+    "sub": ("{} - {}", SUM, (SUM, SIGNED)),
     "mul": ("{} * {}", PRODUCT, (PRODUCT, SIGNED)),
     "div": ("{} / {}", PRODUCT, (PRODUCT, SIGNED)),
-    "fma": ("({} * {}) + {}", SUM, (PRODUCT, SIGNED, PRODUCT)),
-    "fms": ("({} * {}) - {}", SUM, (PRODUCT, SIGNED, PRODUCT)),
+    "fma": ("({} * {}) + {}", SUM, (PRODUCT, SIGNED, SIGNED)),
+    "fms": ("({} * {}) - {}", SUM, (PRODUCT, SIGNED, SIGNED)),
     "fnma": ("{2} - ({0} * {1})", SUM, (PRODUCT, SIGNED, SUM)),
     "neg": ("-{}", SIGNED, (ATOM,)),
     "lt": ("{} < {}", ORDER, (SUM, SUM)),
@@ -44,8 +44,9 @@ class Text(NamedTuple):
     tightness: int
 
     def within(self, least: int) -> str:
-        """The text where it must hold together so tightly."""
-        return self.text if self.tightness >= least else f"({self.text})"
+        """The text where it must hold together so tightly; a product in a sum has parentheses of its own."""
+        plain = self.tightness >= least and not (least == SUM and self.tightness == PRODUCT)
+        return self.text if plain else f"({self.text})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +135,7 @@ class Body:
             self.texts[place] = Text(
                 f"{self.texts[place].within(ATOM)} ? {real.literal(1)} : {real.literal(0)}", CHOICE
             )
-        type_ = "int" if truth and place not in self.names else real.type
+        type_ = "bool" if truth and place not in self.names else real.type
         self.lines.append(f"const {type_} {name} = {self.texts[place].text};")
         self.texts[place] = Text(name, ATOM)
 
@@ -204,6 +205,6 @@ class Body:
             return Text(self.names[place], ATOM)
         if not math.isfinite(value):
             self.primitives["number", real] = None
-            return Text(f"{self.prefix}_number{real.mark}({word_text(real, real.pattern(value))})", ATOM)
+            return Text(f"{self.prefix}_number{real.mark}({word_text(real.pattern(value))})", ATOM)
         text = real.literal(value)
         return Text(text, SIGNED if text.startswith("-") else ATOM)

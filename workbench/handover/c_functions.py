@@ -60,7 +60,7 @@ PRIMITIVES = {
     both.word = w;
     return both.number;
 }""",
-    "finite": """static int ${name}_finite$mark($real x)
+    "finite": """static bool ${name}_finite$mark($real x)
 {
     return (x - x) == $zero;
 }""",
@@ -86,30 +86,37 @@ static $real ${name}_sqrt$mark($real x)
 {
     const $real scaled = (x < $smallest) ? (x * $up) : x;
     const $word pattern = ${name}_bits$mark(scaled);
-    const int exponent = (int)(pattern >> $digits) - $bias;
-    const int odd = exponent & 1;
+    const int exponent = (int)(pattern >> ${digits}u) - $bias;
+    const unsigned odd = (unsigned)exponent & 1u;
+    const int half = (exponent - (int)odd) / 2;
     $word rest = ((pattern & $mantissa) | $hidden) << odd;
     $word root = 0u;
     $word sum = 0u;
-    $word digit = $hidden << 1;
-    int i;
-    if (!(x > $zero) || !${name}_finite$mark(x)) {
-        return ((x < $zero) || (x != x)) ? ${name}_number$mark($not_a_number) : x;
-    }
-    rest <<= 1;
-    for (i = 0; i < $digits + 2; ++i) {
-        const $word trial = sum + digit;
-        if (trial <= rest) {
-            sum = trial + digit;
-            rest -= trial;
-            root += digit;
+    $word digit = $hidden << 1u;
+    $real result = x;
+    if ((x > $zero) && ${name}_finite$mark(x)) {
+        int i;
+        rest <<= 1u;
+        for (i = 0; i < $steps; ++i) {
+            const $word trial = sum + digit;
+            if (trial <= rest) {
+                sum = trial + digit;
+                rest -= trial;
+                root += digit;
+            }
+            rest <<= 1u;
+            digit >>= 1u;
         }
-        rest <<= 1;
-        digit >>= 1;
+        root += (rest != 0u) ? (root & 1u) : 0u;
+        root = (root >> 1u) + (($word)half << ${digits}u) + $offset;
+        result = ${name}_number$mark(root);
+        result = (x < $smallest) ? (result * $down) : result;
+    } else if ((x < $zero) || (x != x)) {
+        result = ${name}_number$mark($not_a_number);
+    } else {
+        /* zero and infinity are their own roots */
     }
-    root += (rest != 0u) ? (root & 1u) : 0u;
-    root = (root >> 1) + (($word)((exponent - odd) / 2 + $bias - 1) << $digits);
-    return (x < $smallest) ? (${name}_number$mark(root) * $down) : ${name}_number$mark(root);
+    return result;
 }""",
 }
 NEEDS = {
@@ -143,6 +150,19 @@ TEXTS = {
     "lshr": "{} >> {}",
     "signed": "(REAL)(INTEGER){}",
 }
+ABOUT = {
+    "sin": "The sine; not a number beyond 1e12 rad.",
+    "cos": "The cosine; not a number beyond 1e12 rad.",
+    "turn": "Sine and cosine of one angle; not a number beyond 1e12 rad.",
+    "exp": "The exponential; zero below -708, infinite above 709.",
+    "log": "The natural logarithm.",
+    "tanh": "The hyperbolic tangent.",
+    "atan2": "The angle of the point (x, y).",
+    "fmod": "The remainder of x / y, with the sign of x.",
+    "fmin": "The smaller number; of a number and what is none, the number.",
+    "fmax": "The larger number; of a number and what is none, the number.",
+    "sign": "1, -1, or x itself where it is zero.",
+}
 KINDS = dict.fromkeys(("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "nonzero"), TRUTH)
 KINDS |= dict.fromkeys(("bits", "word_add", "word_mul", "word_and", "word_or", "word_xor", "shl", "lshr"), WORD)
 
@@ -167,7 +187,7 @@ class Lines:
             text = text.replace("INTEGER", self.real.signed)
         kind = KINDS.get(operation, NUMBER)
         name = f"{'vwt'[(NUMBER, WORD, TRUTH).index(kind)]}{len(self.lines)}"
-        type_ = {NUMBER: self.real.type, WORD: self.real.word, TRUTH: "int"}[kind]
+        type_ = {NUMBER: self.real.type, WORD: self.real.word, TRUTH: "bool"}[kind]
         self.lines.append(f"const {type_} {name} = {text};")
         return name
 
@@ -175,18 +195,18 @@ class Lines:
         """A number."""
         if not math.isfinite(value):
             self.calls.add("number")
-            return f"{self.prefix}_number{self.real.mark}({word_text(self.real, self.real.pattern(value))})"
+            return f"{self.prefix}_number{self.real.mark}({word_text(self.real.pattern(value))})"
         text = self.real.literal(value)
         return f"({text})" if text.startswith("-") else text
 
     def word(self, value: int) -> str:
         """A whole number of so many bits."""
-        return word_text(self.real, value % (1 << self.real.bits))
+        return word_text(value % (1 << self.real.bits))
 
 
-def word_text(real: Real, value: int) -> str:
+def word_text(value: int) -> str:
     """A word as C reads it: hexadecimal, but for a small one."""
-    return f"UINT{real.bits}_C({value if value < 4096 else hex(value)})"
+    return f"{value if value < 4096 else hex(value)}u"
 
 
 def arguments_of(name: str) -> tuple[str, ...]:
@@ -226,16 +246,18 @@ def _primitive(prefix: str, real: Real, name: str) -> str:
         integer=real.signed,
         bias=bias,
         digits=real.digits,
+        steps=real.digits + 2,
+        offset=word_text((bias - 1) << real.digits),
         zero=real.literal(0.0),
         one=real.literal(1.0),
         whole=real.literal(2.0**real.digits),
         smallest=real.literal(2.0 ** (1 - bias)),
         up=real.literal(2.0**up),
         down=real.literal(2.0 ** -(up // 2)),
-        sign=word_text(real, 1 << (real.bits - 1)),
-        hidden=word_text(real, 1 << real.digits),
-        mantissa=word_text(real, (1 << real.digits) - 1),
-        not_a_number=word_text(real, real.pattern(math.nan)),
+        sign=word_text(1 << (real.bits - 1)),
+        hidden=word_text(1 << real.digits),
+        mantissa=word_text((1 << real.digits) - 1),
+        not_a_number=word_text(real.pattern(math.nan)),
     )
 
 
@@ -277,4 +299,5 @@ def _function(prefix: str, real: Real, name: str, calls: set[str]) -> str:
     lines = [f"    {line}" for line in [*machine.lines, *ends]]
     arguments = ", ".join(f"{real.type} {argument}" for argument in names)
     head = [f"typedef struct {{ {real.type} sine; {real.type} cosine; }} {returns};", ""] if name == "turn" else []
+    head += [f"/* {ABOUT[name]} */"]
     return "\n".join([*head, f"static {returns} {prefix}_{name}{real.mark}({arguments})", "{", *lines, "}"])

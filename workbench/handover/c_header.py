@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
+from workbench.core.port import ANY
 from workbench.handover.c_names import comment, members
 from workbench.handover.export_folder import MARK
 
@@ -95,7 +96,12 @@ def _wrapped(text: str) -> list[str]:
 
 def _quantity(entry: Entry) -> str:
     size = f" ({', '.join(map(str, entry.shape))})" if entry.shape else ""
-    return f"{entry.name}{size}{f' [{entry.unit}]' if entry.unit else ''}"
+    return f"{entry.name}{size}{f' [{unit_of(entry)}]' if unit_of(entry) else ''}"
+
+
+def unit_of(entry: Entry) -> str:
+    """The unit of a quantity; none where nobody told it."""
+    return "" if entry.unit == ANY else entry.unit
 
 
 def _numbers(values: Any) -> str:
@@ -122,7 +128,9 @@ def _members(layout: Layout, real: str, values: Mapping[str, Any] | None = None)
         rows = f"{entry.shape[0]} x {entry.shape[1]}, column by column" if len(entry.shape) == 2 else ""
         label = entry.name if member_differs(entry.name, names[entry.name]) else ""
         value = _numbers(values[entry.name]) if values and entry.size <= 4 else ""
-        said = "; ".join(part for part in (f"{label} [{entry.unit}]" if entry.unit else label, rows, value) if part)
+        said = "; ".join(
+            part for part in (f"{label} [{unit_of(entry)}]" if unit_of(entry) else label, rows, value) if part
+        )
         yield f"    {real} {names[entry.name]}{size};{f' /* {comment(said.strip())} */' if said else ''}"
 
 

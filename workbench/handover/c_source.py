@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from workbench.core import Layout, SampledLaw
+from workbench.core.port import ANY
 from workbench.core.sampled_law import Stage
 from workbench.handover.c_body import ATOM, SIGNED, Body, Text
 from workbench.handover.c_calls import init_of, places_of, reset_of, step_of
@@ -18,6 +19,7 @@ from workbench.handover.law_graph import StepGraph, graph_of_law
 from workbench.simulate.kernel.plan import PLAIN
 
 GUARDS = """#include <float.h>
+#include <stdbool.h>
 
 #if defined(__FAST_MATH__)
 #error "This law needs each operation rounded as IEEE 754 says: compile it without -ffast-math."
@@ -151,15 +153,15 @@ def _advance(writer: Writer) -> list[str]:
     body.primitives["finite", writer.real] = None
     finite = [f"{code.name}_finite{writer.real.mark}({x})" for x in dict.fromkeys(variables) if not _plain(x)]
     lines = [*body.lines, "", "/* Nothing is kept that is not finite. */"]
-    lines += [f"done = {_joined(finite)};" if finite else "done = 1;", "if (done) {"]
+    lines += [f"const bool done = {_joined(finite)};" if finite else "const bool done = true;", "if (done) {"]
     lines += [f"    {to} = {value};" for to, value in zip([*memory, *commands], variables, strict=True)]
     lines += ["}", "return done;"]
-    head = prototype(code, "static int", "advance")
+    head = prototype(code, "static bool", "advance")
     unread = [
         f"(void){port};" for port in ("readings", "references") if port in code.structs and not _reads(lines, port)
     ]
     unread += [] if any("state->" in line for line in lines) else ["(void)state;"]
-    return [head, "{", *(_indented(line) for line in ["int done;", *unread, *lines]), "}"]
+    return [head, "{", *(_indented(line) for line in [*unread, *lines]), "}"]
 
 
 def _indented(line: str) -> str:
@@ -200,7 +202,8 @@ def _parameters(writer: Writer) -> None:
     for place in sorted(i for i in used if i in graph.numbers and graph.numbers[i] not in PLAIN):
         node = graph.graph.nodes[place]
         if node.op == "p":
-            about = f"{law.parameters.labels[node.entry]}{f' [{units[node.entry]}]' if units[node.entry] else ''}"
+            unit = units[node.entry] if units[node.entry] != ANY else ""
+            about = f"{law.parameters.labels[node.entry]}{f' [{unit}]' if unit else ''}"
         elif paths := _depends(writer, place):
             body.names[place] = f"c_{len(lines) + 1}"  # type: ignore[index]
             about = f"of {', '.join(paths)}"

@@ -69,7 +69,7 @@ def split(
     numbers = _numbers(graph, known, step.h, parameters)
     same = _same(graph, numbers)
     named = tuple({name: tuple(i if i is None else same[i] for i in part) for name, part in s.items()} for s in named)
-    graph = Graph(tuple(_seen(node, same) for node in graph.nodes), tuple(same[i] for i in graph.results))
+    graph = Graph(_seen(graph, same), tuple(same[i] for i in graph.results))
     adjustable = tuple(groups["parameter"]) if settable else ()
     return StepGraph(graph, numbers, adjustable, tuple(groups["time"]), tuple(groups["state"]), named)
 
@@ -103,7 +103,7 @@ def _numbers(graph: Graph, known: set[int], h: float, parameters: np.ndarray) ->
 
 def _same(graph: Graph, numbers: Mapping[int, float]) -> list[int]:
     """For each node the first that has its bits, as the numbers are known: equal operations on equal values, a product
-    with one, and a choice whose condition is known.
+    with one, a difference from zero, and a choice whose condition is known.
     """
     same: list[int] = []
     first: dict[tuple[object, ...], int] = {}
@@ -111,6 +111,8 @@ def _same(graph: Graph, numbers: Mapping[int, float]) -> list[int]:
         given, other = [same[i] for i in node.operands], place
         if node.op == "mul" and 1.0 in [numbers.get(i) for i in given]:
             other = given[1] if numbers.get(given[0]) == 1.0 else given[0]
+        elif node.op == "sub" and numbers.get(given[1], -1.0).hex() == (0.0).hex():
+            other = given[0]
         elif node.op == "if_else" and given[0] in numbers:
             other = given[1] if numbers[given[0]] != 0.0 else given[2]
         elif node.operands and place not in numbers:
@@ -120,5 +122,14 @@ def _same(graph: Graph, numbers: Mapping[int, float]) -> list[int]:
     return same
 
 
-def _seen(node: Node, same: list[int]) -> Node:
-    return node._replace(operands=tuple(same[i] for i in node.operands))
+def _seen(graph: Graph, same: list[int]) -> tuple[Node, ...]:
+    """The nodes with each operand as the first that has its bits, and no choice twice by one condition."""
+    nodes: list[Node] = []
+    for node in graph.nodes:
+        operands = [same[i] for i in node.operands]
+        for branch in (1, 2) if node.op == "if_else" else ():
+            inner = nodes[operands[branch]]
+            if inner.op == "if_else" and inner.operands[0] == operands[0]:
+                operands[branch] = inner.operands[branch]
+        nodes.append(node._replace(operands=tuple(operands)))
+    return tuple(nodes)

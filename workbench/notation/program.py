@@ -10,7 +10,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import count
 from typing import TypeVar
 
@@ -39,8 +39,11 @@ SIGNS = {
 }
 WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 # Functions, by the names that they have in C.
-CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax pow"
+CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
+# Truths and what is chosen by them, which each language writes in its own way.
+CHOSEN = "lt le eq ne and or not if_else_zero"
+CHOICES = {getattr(ca, f"OP_{name.upper()}"): name for name in CHOSEN.split()}
 
 
 @dataclass(frozen=True)
@@ -106,11 +109,15 @@ def _nodes(function: ca.Function, names: list[str]) -> tuple[list[Operation], di
 @dataclass(frozen=True)
 @door
 class Dialect:
-    """A language: its spelling of functions that C calls otherwise, its reserved words, and the length of a line."""
+    """A language: its spelling of functions that C calls otherwise, its reserved words, and the length of a line.
+
+    `choices` are the forms of the operations of `CHOICES`, by their names there, of a language that is to have them.
+    """
 
     spelled: Mapping[str, str]
     reserved: frozenset[str]
     width: int
+    choices: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -217,6 +224,8 @@ def _composed(node: Operation, inputs: Mapping[str, str], texts: list[_Text], di
     if node.code in SIGNS:
         form, tightness, least = SIGNS[node.code]
         return _Text(form.format(*(x.within(t) for x, t in zip(operands, least, strict=True))), tightness)
+    if (choice := CHOICES.get(node.code, "")) in dialect.choices:
+        return _Text(f"({dialect.choices[choice].format(*(x.within(ATOM) for x in operands))})", ATOM)
     return _Text(f"{_spelled(node, dialect)}({', '.join(x.text for x in operands)})", ATOM)
 
 

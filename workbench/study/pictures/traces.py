@@ -57,6 +57,9 @@ def traces(
     return Figure(name, caption, tuple(panels), columns=len(panels))
 
 
+ONE_RUN = "Bold: below all others in this one run of each law, which does not say which law is better."
+
+
 def _styles(name: str, outcomes: Sequence[Outcome]) -> list[int]:
     """One for each outcome, as its case has it unless an earlier one does."""
     if len(outcomes) > STYLES:
@@ -123,8 +126,9 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
         lines = [curve(o, signal, place, whole, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
         panels.append(Panel(f"{label} [{raised(unit)}]" if unit else label, tuple(lines)))
     figure = Figure("loops", f"{signal} of each law at its own numbers.", tuple(panels), columns=min(2, len(panels)))
+    title = "Metrics of {} of each law at its own numbers."
     tables = (
-        side_by_side(f"loops_{place}", f"Metrics of {label} of each law at its own numbers.", outcomes, joint=place)
+        side_by_side(f"loops_{place}", title.format(label), outcomes, joint=place, notes=(ONE_RUN,))
         for place, label in enumerate(labels)
     )
     return Section(heading, (Paragraph(about), figure, *tables))

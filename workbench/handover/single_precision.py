@@ -1,0 +1,181 @@
+"""A sampled law in single precision: the same graph with 32-bit floats, for many rows at once.
+
+What depends on numbers alone, on parameters or on the number of the instant is made in doubles and rounded once; all
+that depends on memory, readings or references is made in floats, one operation after the other, none of them fused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from workbench.core import SampledLaw
+from workbench.handover.law_graph import StepGraph, graph_of_law, split
+from workbench.handover.single_functions import FUNCTIONS
+from workbench.simulate.kernel import arrays
+from workbench.simulate.kernel.elementary_functions import Angle
+from workbench.simulate.kernel.plan import Evaluation
+from workbench.simulate.kernel.target_operations import Value
+from workbench.validation.refusals import Array, described
+from workbench.validation.signatures import door
+
+OPERATIONS: Mapping[str, Callable[..., Value]] = {
+    **{name: operation for name, operation in arrays.FUNCTIONS.items() if name != "fma"},
+    "nonzero": lambda word: word != np.uint32(0),
+    "bits": lambda number: np.asarray(number).view(np.uint32),
+    "number": lambda word: np.asarray(word).view(np.float32),
+    "signed": lambda word: np.asarray(word).view(np.int32).astype(np.float32),
+}
+
+
+@dataclass(frozen=True)
+class Singles:
+    """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
+
+    fused: bool = False
+
+    def do(self, operation: str, *operands: Value) -> Value:
+        """The result."""
+        return OPERATIONS[operation](*operands)
+
+    def constant(self, value: float) -> Value:
+        """A float."""
+        return np.float32(value)
+
+    def word(self, value: int) -> Value:
+        """32 bits."""
+        return np.uint32(value % 2**32)
+
+
+class Rows(NamedTuple):
+    """The arguments of a law, one row each: instants (B,), memory (B, nz), readings (B, ny), references (B, nr)."""
+
+    k: Array
+    z: Array
+    y: Array
+    r: Array
+
+    @property
+    def inputs(self) -> Array:
+        """All but the instants, side by side."""
+        return np.concatenate([self.z, self.y, self.r], axis=1)
+
+
+class Singly(NamedTuple):
+    """Memory (B, nz) and commands (B, nu) of a law in single precision, as floats."""
+
+    z_next: np.ndarray
+    u: np.ndarray
+
+
+@door
+def single_precision(
+    law: SampledLaw,
+    k: float | ArrayLike,
+    z: ArrayLike,
+    y: ArrayLike,
+    r: ArrayLike | None = None,
+    p: ArrayLike | None = None,
+) -> Singly:
+    """z+ = g(k, z, y, r, p) and u = c(k, z, y, r, p) of a law in single precision, row by row.
+
+    Parameters
+    ----------
+    k
+        Numbers of the instants, (B,) or one for all.
+    z, y, r
+        Memory (B, nz), readings (B, ny) and references (B, nr; none for a law without).
+    p
+        Parameters (np,), those of the law unless given.
+
+    Raises
+    ------
+    ValueError
+        If an array has another shape than the law's layout says.
+    """
+    rows = rows_of("single_precision", law, k, z, y, r)
+    graph = step_graph(law, p)
+    with np.errstate(all="ignore"):
+        results = evaluated(law, graph, rows)
+    nz = law.memory.size
+    return Singly(results[:, :nz], results[:, nz:])
+
+
+def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
+    """The graph of a law with these parameters (np,), or its own."""
+    if p is None:
+        return graph_of_law(law)
+    held = np.asarray(p, float)
+    if held.shape != (law.parameters.size,):
+        wanted = f"({law.parameters.size},), one for each parameter of '{law.name}'"
+        raise ValueError(f"The parameters of a law must have the shape {wanted}; it is {held.shape}.")
+    return split(law.step, held)
+
+
+def rows_of(call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None) -> Rows:
+    """The arguments of a law as rows of doubles, or a refusal that names the call and the shape."""
+    layouts = {"z": law.memory, "y": law.readings, "r": law.references}
+    count = len(np.atleast_2d(np.asarray(y, float)))
+    arrays_ = {"z": z, "y": y, "r": np.zeros((count, 0)) if r is None else r}
+    held = {name: np.asarray(value, float) for name, value in arrays_.items()}
+    for name, layout in layouts.items():
+        if held[name].shape != (count, layout.size):
+            raise ValueError(
+                f"`{call}({name}=...)` must have the shape ({count}, {layout.size}): one row for each of y, with one "
+                f"number for each of {', '.join(layout.labels) or 'nothing'}; it is {held[name].shape}."
+            )
+    instants = np.asarray(k, float)
+    if instants.shape not in ((), (1,), (count,)) or not np.all((instants >= 0) & (instants == np.floor(instants))):
+        raise ValueError(
+            f"`{call}(k=...)` must be a whole number from 0 on, or {count} of them, one for each row; it is "
+            f"{described(k)}."
+        )
+    return Rows(np.broadcast_to(instants, (count,)), *held.values())
+
+
+def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
+    """The results [z+; u] (B, nz + nu) in floats."""
+    early = timed(graph, rows.k)
+    nodes, place_of, inputs = graph.graph.nodes, input_place(law), rows.inputs
+
+    def load(place: int) -> Value:
+        if place in early:
+            return np.asarray(early[place]).astype(np.float32)
+        return inputs[:, place_of(nodes[place].op, nodes[place].entry)].astype(np.float32)
+
+    evaluation = Evaluation(graph.graph, Singles(), load)
+    angles: dict[int, Angle] = {}
+    needed = set(graph.graph.before(graph.graph.results))
+    for place in (i for i in graph.moving if i in needed):
+        op, operands, *_ = nodes[place]
+        if op in ("sin", "cos"):
+            (of,) = operands
+            angles[of] = angles.get(of) or FUNCTIONS["angle"](evaluation.number(of))
+            evaluation.numbers[place] = FUNCTIONS["sine_or_cosine"](angles[of], int(op == "cos"))
+        elif op in FUNCTIONS:
+            evaluation.numbers[place] = FUNCTIONS[op](*map(evaluation.number, operands))
+        else:
+            evaluation.make([place])
+    results = [np.broadcast_to(evaluation.value(place), rows.k.shape) for place in graph.graph.results]
+    return np.stack(results, axis=1).astype(np.float32, casting="no")
+
+
+def timed(graph: StepGraph, k: Array) -> dict[int, Value]:
+    """The values, in doubles, of the nodes that depend on numbers and on the number of the instant alone."""
+
+    def load(place: int) -> Value:
+        return np.float64(graph.numbers[place]) if place in graph.numbers else k
+
+    evaluation = Evaluation(graph.graph, arrays.Arrays(False), load)
+    evaluation.make(graph.timed)
+    return {place: evaluation.value(place) for place in (*graph.numbers, *graph.timed)}
+
+
+def input_place(law: SampledLaw) -> Callable[[str, int], int]:
+    """Where an input of the graph of a law stands among memory, readings and references."""
+    parameters, memory = law.parameters.size, law.memory.size
+    return lambda op, entry: entry if op == "x" else memory + entry - parameters
