@@ -7,9 +7,9 @@ from compilers import needs_llvmlite
 from targets_here import needs_aarch64, needs_clang, needs_cortex_m, needs_gcc, needs_valgrind
 from test_c_code import motor_law
 
+from workbench.handover.bit_comparison import compare
 from workbench.handover.c_code import c_code
 from workbench.handover.recording import record
-from workbench.handover.replays import compare
 from workbench.handover.targets import TARGETS, cortex_m, harness
 from workbench.handover.targets.compilers import CompiledProgram
 from workbench.handover.targets.programs import TargetError, run

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -154,8 +155,8 @@ def single(recording: Recording) -> Recording:
     from workbench.handover.single_precision import single_precision
 
     law = recording.law
-    y, r = (np.asarray(part, dtype=np.float32) for part in (recording.y, recording.r))
-    z, u = [law.memory.default.astype(np.float32)], list[Array]()
+    y, r = (_floats(part) for part in (recording.y, recording.r))
+    z, u = [_floats(law.memory.default)], list[Any]()
     for k in range(recording.periods):
         new = single_precision(law, k, z[-1:], y[k : k + 1], r[k : k + 1])
         if not (np.isfinite(new.z_next).all() and np.isfinite(new.u).all()):
@@ -166,6 +167,10 @@ def single(recording: Recording) -> Recording:
         u.append(new.u[0])
     rows, commands = np.stack(z), np.stack(u)
     return replace(recording, y=y, r=r, u=commands, digests=digest(rows[1:]), rows=rows)
+
+
+def _floats(numbers: Array) -> Any:
+    return numbers.astype(np.float32)
 
 
 def digest(rows: Array) -> Words:
