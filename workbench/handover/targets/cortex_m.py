@@ -26,7 +26,7 @@ from workbench.handover.targets.soft_doubles import SOFT_DOUBLES, SOFT_DOUBLES_F
 PREFIX = "arm-none-eabi-"
 INSTRUCTIONS_A_TICK = 40  # of a timer at 25 MHz
 PROGRAM, LAYOUT = "law.elf", "board.ld"
-STANDARD = ("-std=c99", "-Wall", "-Wextra", "-mthumb", "-mfloat-abi=hard", "-ffreestanding", "-O2")
+STANDARD = ("-std=c99", "-Wall", "-Wextra", "-mthumb", "-mfloat-abi=hard", "-O2")
 
 BOARD = """\
 ENTRY(reset)

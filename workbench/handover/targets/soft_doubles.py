@@ -21,6 +21,13 @@ IN_CORE_REGISTERS double __wrap___aeabi_dadd(double a, double b);
 IN_CORE_REGISTERS double __wrap___aeabi_dsub(double a, double b);
 IN_CORE_REGISTERS double __wrap___aeabi_drsub(double a, double b);
 
+static uint64_t bits_of(double x)
+{
+    uint64_t word;
+    memcpy(&word, &x, sizeof word);
+    return word;
+}
+
 static uint32_t exponent_of(uint64_t word)
 {
     const uint32_t field = (uint32_t)(word >> 52) & 0x7FFu;
@@ -51,36 +58,44 @@ static uint64_t difference_of(uint64_t big, uint64_t small)
     return (big & (UINT64_C(1) << 63)) | (((uint64_t)(exponent_of(big) - below - 1u) << 52) + whole);
 }
 
-double __wrap___aeabi_dadd(double a, double b)
+/* Kept apart, so that a usual sum saves no registers for it. */
+IN_CORE_REGISTERS __attribute__((noinline)) static double rare_sum(double a, double b)
 {
-    uint64_t x, y, z;
-    uint32_t p, q;
+    const uint64_t x = bits_of(a);
+    const uint64_t y = bits_of(b);
+    const uint32_t p = exponent_of(x);
+    const uint32_t q = exponent_of(y);
+    uint64_t word;
     double sum;
-    memcpy(&x, &a, sizeof x);
-    memcpy(&y, &b, sizeof y);
-    p = exponent_of(x);
-    q = exponent_of(y);
-    if (((x ^ y) >> 63) != 0u) {
-        if ((p == q + 33u) && (p != 0x7FFu)) {
-            z = difference_of(x, y);
-            memcpy(&sum, &z, sizeof sum);
-            return sum;
-        }
-        if ((q == p + 33u) && (q != 0x7FFu)) {
-            z = difference_of(y, x);
-            memcpy(&sum, &z, sizeof sum);
-            return sum;
-        }
+    if ((p == (q + 33u)) && (p != 0x7FFu)) {
+        word = difference_of(x, y);
+    } else if ((q == (p + 33u)) && (q != 0x7FFu)) {
+        word = difference_of(y, x);
+    } else {
+        return __real___aeabi_dadd(a, b);
+    }
+    memcpy(&sum, &word, sizeof sum);
+    return sum;
+}
+
+IN_CORE_REGISTERS double __wrap___aeabi_dadd(double a, double b)
+{
+    const uint32_t x = (uint32_t)(bits_of(a) >> 32);
+    const uint32_t y = (uint32_t)(bits_of(b) >> 32);
+    const int32_t apart = (int32_t)((x >> 20) & 0x7FFu) - (int32_t)((y >> 20) & 0x7FFu);
+    /* 34 is 33 where the smaller number is subnormal */
+    if (((x ^ y) >= 0x80000000u) && ((apart == 33) || (apart == -33) || (apart == 34) || (apart == -34))) {
+        return rare_sum(a, b);
     }
     return __real___aeabi_dadd(a, b);
 }
 
-double __wrap___aeabi_dsub(double a, double b)
+IN_CORE_REGISTERS double __wrap___aeabi_dsub(double a, double b)
 {
     return __wrap___aeabi_dadd(a, -b);
 }
 
-double __wrap___aeabi_drsub(double a, double b)
+IN_CORE_REGISTERS double __wrap___aeabi_drsub(double a, double b)
 {
     return __wrap___aeabi_dadd(b, -a);
 }
