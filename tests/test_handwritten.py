@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studies.paper.laws import proposed_repaired
-from workbench.handover.c_code import c_code
+from workbench.handover.c99.c_code import c_code
 
 HANDWRITTEN = Path(__file__).parent.parent / "studies/performance/handwritten"
 needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed: apt-get install gcc")

@@ -52,6 +52,14 @@ def test_a_case_of_a_study_at_a_period(folder):
     assert "#define PI_PERIOD 0.005" in (folder / "pi" / "pi.h").read_text()
 
 
+def test_a_header_in_single_precision_states_what_it_loses(folder):
+    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--precision", "single", "--name", "law")
+    assert done.returncode == 0, done.stderr
+    header = " ".join((folder / "law" / "law.h").read_text().replace(" * ", " ").split())
+    assert re.search(r"single precision .* at most [\d.e-]+ V", header), header
+    assert "float omega;" in header
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [

@@ -20,12 +20,12 @@ import workbench as wb
 from studies.paper.laws import RIVALS, proposed_repaired, rival
 from workbench.core import Entry, Layout, LinearSystem, block, layout, parameter
 from workbench.design.riccati import lqg as lqg_design
-from workbench.handover.c_code import c_code
-from workbench.handover.casadi_law import casadi_law
-from workbench.handover.linear_law import as_control, linear_law, mat_of
-from workbench.handover.python_law import python_law
-from workbench.handover.ros2 import ros2
-from workbench.handover.simulink import simulink
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.programs.casadi_law import casadi_law
+from workbench.handover.programs.linear_law import as_control, linear_law, mat_of
+from workbench.handover.programs.python_law import python_law
+from workbench.handover.wrappers.ros2 import ros2
+from workbench.handover.wrappers.simulink import simulink
 from workbench.loop import AbstractController, ClosedLoop, LinearLaw
 
 LOOPS = {"AOSMC-RGS": lambda: proposed_repaired("FS"), **{name: lambda name=name: rival("FS", name) for name in RIVALS}}

@@ -34,7 +34,7 @@ from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.export import to_csv
+from workbench.study.run_tables import to_csv
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform

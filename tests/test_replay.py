@@ -15,8 +15,9 @@ import workbench as wb
 from studies.paper.laws import rival
 from workbench.cli.replay import replay as verb
 from workbench.handover.bit_comparison import compare, fits
-from workbench.handover.c_code import c_code
-from workbench.handover.c_functions import SINGLE, functions_of
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_functions import functions_of
+from workbench.handover.c99.c_primitives import SINGLE
 from workbench.handover.recording import BLOCK, digest, record
 from workbench.handover.replays import replay
 from workbench.handover.targets import TARGETS, CalledTarget

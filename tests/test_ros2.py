@@ -13,9 +13,9 @@ from law_forms import record
 
 import workbench as wb
 from studies.paper.laws import proposed_repaired, rival
-from workbench.handover.c_code import c_code
+from workbench.handover.c99.c_code import c_code
 from workbench.handover.export_folder import write_files
-from workbench.handover.ros2 import ros2
+from workbench.handover.wrappers.ros2 import ros2
 
 STUBS = Path(__file__).parent / "ros2_stubs"
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")

@@ -6,9 +6,9 @@ import pytest
 from recorded_laws import LOOPS, by_hand, recorded
 
 from studies.paper.laws import rival
-from workbench.handover.rounding_bounds import rounding_bound
-from workbench.handover.rounding_rules import CLOSE
-from workbench.handover.rounding_statement import (
+from workbench.handover.single.rounding_bounds import rounding_bound
+from workbench.handover.single.rounding_rules import CLOSE
+from workbench.handover.single.rounding_statement import (
     box_of,
     ceiling,
     commanded,
@@ -16,7 +16,7 @@ from workbench.handover.rounding_statement import (
     stated_bound,
     stated_bound_of_run,
 )
-from workbench.handover.single_precision import single_precision
+from workbench.handover.single.single_precision import single_precision
 
 UNIT = 2.0**-24
 

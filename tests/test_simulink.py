@@ -12,8 +12,8 @@ from law_forms import record
 
 import workbench as wb
 from studies.paper.laws import proposed_repaired, rival
-from workbench.handover.c_code import c_code
-from workbench.handover.simulink import simulink
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.wrappers.simulink import simulink
 
 STUBS = Path(__file__).parent / "simulink_stubs"
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-Werror")

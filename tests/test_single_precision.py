@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from recorded_laws import LOOPS, by_hand, recorded
 
-from workbench.handover.c_code import c_code
-from workbench.handover.c_functions import SINGLE, definitions, functions_of
-from workbench.handover.c_names import members
-from workbench.handover.rounding_rules import STATED
-from workbench.handover.single_functions import FUNCTIONS, LARGEST_ANGLE
-from workbench.handover.single_precision import Singles, single_precision
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_functions import definitions, functions_of
+from workbench.handover.c99.c_names import members
+from workbench.handover.c99.c_primitives import SINGLE
+from workbench.handover.single.rounding_rules import STATED
+from workbench.handover.single.single_functions import FUNCTIONS, LARGEST_ANGLE
+from workbench.handover.single.single_precision import Singles, single_precision
 from workbench.simulate.kernel.target_operations import Number
 
 COUNT = 1_000_000

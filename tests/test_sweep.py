@@ -17,7 +17,7 @@ from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
-from workbench.study import cost, export
+from workbench.study import cost, run_tables
 from workbench.study.compiled import compile_sweep
 from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
@@ -309,9 +309,9 @@ def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
 
 def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypatch):
     found = sample(tmp_path, sweep(every=0.5))
-    whole = export.to_csv(found)
-    monkeypatch.setattr(export, "BLOCK", 7)
-    assert export.to_csv(found) == whole
+    whole = run_tables.to_csv(found)
+    monkeypatch.setattr(run_tables, "BLOCK", 7)
+    assert run_tables.to_csv(found) == whole
     table = pd.read_csv(io.BytesIO(whole))
     np.testing.assert_array_equal(table["IAE[e] [rad s]"], found.over_time("IAE").ravel())
     assert len(table) == 50 * 4
@@ -326,8 +326,8 @@ def test_the_time_to_write_many_short_runs_is_foreseen():
 def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
     found = sample(tmp_path, sweep())
     names = tuple(f"=HYPERLINK({i},x)" for i in range(len(found.factors)))
-    told = export.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
-    head, numbers = export.to_csv(found).split(b"\r\n", 1)
+    told = run_tables.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
+    head, numbers = run_tables.to_csv(found).split(b"\r\n", 1)
     assert told.split(b"\r\n", 1)[1] == numbers
     (read,) = csv.reader([told.decode().split("\r\n")[0]], strict=True)
     assert len(read) == len(head.split(b","))

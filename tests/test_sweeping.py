@@ -15,9 +15,9 @@ from scipy.io import loadmat
 
 from workbench.cli.script import load
 from workbench.study import cost, execution
-from workbench.study.export import table_of
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
+from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 
 SWEPT = """

@@ -21,7 +21,7 @@ from workbench.study.document.document import (
     Section,
     Table,
 )
-from workbench.study.export import spreadsheet_text
+from workbench.study.run_tables import spreadsheet_text
 
 LAW_AND_RMSE = (Column("law"), Column("RMSE", "rad"))
 PLAIN = Column("x")

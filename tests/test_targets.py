@@ -8,7 +8,7 @@ from targets_here import needs_aarch64, needs_clang, needs_cortex_m, needs_gcc, 
 from test_c_code import motor_law
 
 from workbench.handover.bit_comparison import compare
-from workbench.handover.c_code import c_code
+from workbench.handover.c99.c_code import c_code
 from workbench.handover.recording import record
 from workbench.handover.targets import TARGETS, cortex_m, harness
 from workbench.handover.targets.compilers import CompiledProgram

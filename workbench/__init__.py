@@ -35,8 +35,10 @@ _ROOMS = {
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",
-    "handover.c_code": "c_code",
+    "handover.c99.c_code": "c_code",
+    "handover.fmi.archive": "fmu",
     "handover.law_export": "export",
+    "handover.replays": "replay",
     "report.loop_page": "live",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}

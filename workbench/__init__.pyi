@@ -6,8 +6,10 @@ from workbench.core import Layout, Ode, Sampled, SampledLaw, Signals, block, ini
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
-from workbench.handover.c_code import c_code
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
+from workbench.handover.replays import replay
 from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
@@ -131,6 +133,7 @@ __all__ = [
     "effort",
     "equilibria",
     "export",
+    "fmu",
     "initial",
     "layout",
     "lead_lag",
@@ -150,6 +153,7 @@ __all__ = [
     "place",
     "plot",
     "read_urdf",
+    "replay",
     "rk4",
     "rmse",
     "settling_time",

@@ -39,12 +39,15 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
         safe = dict(_safe(text) for text in asked["safe"])
         from workbench.cli.loops import sampled_of
         from workbench.handover.law_export import export as written
+        from workbench.handover.law_export import loss_in_single_precision
 
         chosen, sampled = sampled_of(file, loop, asked["period"], asked["delay"], case)
         law = sampled.law("built in" if asked["built_in"] else "input", asked["truths"])
         warnings = _warnings(sampled)
         for warning in warnings:
             aside(f"Warning: {warning}.")
+        if asked["precision"] == "single":
+            warnings = (*warnings, loss_in_single_precision(sampled, law))
         options: dict[str, Any] = {"safe": safe, "warnings": warnings, "command": _command()}
         options |= {"precision": asked["precision"], "parameters": "settable" if asked["settable"] else "constant"}
         paths = written(law, form, out, name=asked["name"], **options)
@@ -63,7 +66,7 @@ def _safe(text: str) -> tuple[str, float]:
 
 
 def _warnings(sampled: Sampled) -> tuple[str, ...]:
-    """What whoever runs the law must know of its period."""
+    """The sentences that whoever runs the law must know of its period."""
     from workbench.simulate import simulate
 
     step = sampled.step(4)

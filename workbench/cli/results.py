@@ -29,12 +29,12 @@ def results(folder: Path, digests: bool, form: str) -> None:
 
 def _write(folder: Path, form: str) -> Iterator[str]:
     """Write the single cases and the runs of each complete sweep to files; a line names each, or a missing one."""
-    from workbench.study import export
+    from workbench.study import run_tables
     from workbench.study.ledger.store import TABLE, contents
 
-    cases = (folder / export.CASES).is_file()
+    cases = (folder / run_tables.CASES).is_file()
     if cases:
-        yield f"{export.write_cases(folder, form)}: the single cases, one row a metric and number."
+        yield f"{run_tables.write_cases(folder, form)}: the single cases, one row a metric and number."
     try:
         held, about = contents(folder)
     except LookupError:
@@ -42,8 +42,8 @@ def _write(folder: Path, form: str) -> Iterator[str]:
             raise
         return
     tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in about.sweeps}
-    samples = [export.sample_of(table) for table in tables.values() if table is not None]
+    samples = [run_tables.sample_of(table) for table in tables.values() if table is not None]
     for sample in samples:
-        yield f"{export.write(sample, folder / 'runs', form)}: {sample.note}."
+        yield f"{run_tables.write(sample, folder / 'runs', form)}: {sample.note}."
     for name in (name for name, table in tables.items() if table is None):
         yield f"{name} is not complete: `workbench status {folder}` says how far it is."

@@ -55,7 +55,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
 
         from workbench.cli.progress import runs_shown, shown
         from workbench.report import folder
-        from workbench.study import case_runs, export, writeup
+        from workbench.study import case_runs, run_tables, writeup
         from workbench.study.execution import Order, execute
         from workbench.study.live.live_data import live_data
 
@@ -76,6 +76,8 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 findings = writeup.headlines(study, results)
             with of_the_study(file, study.sections):
                 page = writeup.document(study, results, command=script.command(place, out, asked["samples"]))
-                folder.write(page, target, export.tables(results), live_data(study, results, page, script.shown(place)))
+                folder.write(
+                    page, target, run_tables.tables(results), live_data(study, results, page, script.shown(place))
+                )
         click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
         gc.freeze()  # nothing more is freed before the process ends, which frees all

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
 
 from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
-from workbench.core.layout import Layout, layouts_to_html
+from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
@@ -144,6 +146,71 @@ class Sampled:
         rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output)
         layouts = (flow.states, flow.parameters, flow.outputs)
         return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
+
+    @door
+    def disturbed(self) -> Sampled:
+        """The same loop with a computer that is late, and that misses periods, by two more parameters.
+
+        The instant k comes d_k late, at k period + d_k, with d_k uniform in [0, `computer.jitter`], at most half of the
+        period, and d_0 = 0; law and reference still count on k period. With the probability `computer.missed` nothing
+        is done in a period: the commands that act stay, and so does all that the computer keeps. Both are 0 unless set,
+        and the loop then has the bits of the one without in the portable arithmetic.
+
+        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and an integral
+        counts each period as one period long. Disturbance and reference of the outputs are those of the true time.
+
+        Raises
+        ------
+        ValueError
+            If this is no loop of blocks, as `ClosedLoop.digital` makes one, or its plant moves in discrete time.
+        """
+        self._refuse_one_clock()
+        flow, T, t = self.flow, self.period, self.flow.t
+        kinds = (("jitter", "s", T / 2), ("missed", "1", 1.0))
+        settings = Layout(tuple(Entry(f"computer.{n}", np.zeros(()), unit, Bounds(0.0, b)) for n, unit, b in kinds))
+        clock = Layout(tuple(Entry(f"computer.{name}", np.zeros(()), "s") for name in ("late", "later", "instant")))
+        p, z, w = settings.symbols(), clock.symbols(), ca.SX.sym("w", 4)
+        jitter, missed = ca.vertsplit(p)
+        late, later, instant = ca.vertsplit(z)
+        # of two normal numbers the sum of squares is exponential with mean 2, so that this is uniform in (0, 1]
+        lateness, luck = (ca.exp(-(w[i] * w[i] + w[i + 1] * w[i + 1]) / 2) for i in (0, 2))
+        # nominal time runs through each period as if it were `period` long: x' = pace f(true time, x, p)
+        pace = 1 + (later - late) / T
+        true = t + late + (later - late) / T * (t - instant)
+        rate, output = ca.substitute([flow.rate, flow.output], [t], [true])
+        jump = ca.vertcat(self.jump, flow.x[self.jump.numel() :, 0])
+        own = [i for name in self.states.names if not name.startswith("plant.") for i in self.states.indices(name)]
+        for i in own:
+            jump[i] = ca.if_else(luck < missed, flow.x[i], jump[i])
+        return replace(
+            self,
+            flow=replace(
+                flow,
+                states=flow.states + clock,
+                parameters=flow.parameters + settings,
+                x=ca.vertcat(flow.x, z),
+                p=ca.vertcat(flow.p, p),
+                rate=ca.vertcat(pace * rate, ca.SX.zeros(clock.size, 1)),
+                output=output,
+            ),
+            w=ca.vertcat(self.w, w),
+            jump=ca.vertcat(jump, later, jitter * lateness, self.k * T),
+        )
+
+    def _refuse_one_clock(self) -> None:
+        """Refuse a loop whose computer is not told apart, or whose plant moves by the clock of the computer."""
+        if self.law_of is None:
+            raise ValueError(
+                f"`Sampled.disturbed()` needs a loop that `ClosedLoop.digital` has made; '{self.name}' was made of "
+                "equations alone, in which plant and computer are not told apart."
+            )
+        for name in self.states.names:
+            rows = self.states.slice(name)
+            if name.startswith("plant.") and not ca.is_equal(self.jump[rows], self.flow.x[rows]):
+                raise ValueError(
+                    f"`Sampled.disturbed()` needs a plant in continuous time; '{name}' of '{self.name}' moves at the "
+                    "instants themselves, which cannot come late for it."
+                )
 
     @cached_property
     def fingerprint(self) -> str:

@@ -7,8 +7,8 @@ The room knows `Dynamics` and how a formula is printed, and nothing of robots or
 from collections.abc import Callable, Mapping
 
 from workbench.core import Dynamics
-from workbench.handover.arm_code import as_c, as_casadi, as_python
-from workbench.handover.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
+from workbench.handover.arms.arm_code import as_c, as_casadi, as_python
+from workbench.handover.arms.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
 
 FORMS: Mapping[str, Callable[[Dynamics], str]] = {
     "text": as_text,

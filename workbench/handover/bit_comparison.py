@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import Recording, Words
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers

@@ -8,11 +8,13 @@ from pathlib import Path
 from typing import Any
 
 from workbench.core import Sampled, SampledLaw
-from workbench.handover.c_code import CCode, c_code
-from workbench.handover.c_names import member, prefix_of
+from workbench.handover.c99.c_code import CCode, c_code
+from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
 from workbench.validation.refusals import known, require
 from workbench.validation.signatures import door
+
+SUBSTEPS, STATES = 4, 10_000  # of the plant in a period; random states of which a bound is stated
 
 Files = Mapping[str, str | bytes]
 
@@ -37,37 +39,37 @@ def _c(order: Order) -> Files:
 
 
 def _python(order: Order) -> Files:
-    from workbench.handover.python_law import python_law
+    from workbench.handover.programs.python_law import python_law
 
     return {f"{order.name}.py": python_law(order.law, order.name, safe=order.options.get("safe"))}
 
 
 def _casadi(order: Order) -> Files:
-    from workbench.handover.casadi_law import casadi_law
+    from workbench.handover.programs.casadi_law import casadi_law
 
     return {f"{order.name}_casadi.py": casadi_law(order.law, order.name)}
 
 
 def _control(order: Order) -> Files:
-    from workbench.handover.linear_law import as_control
+    from workbench.handover.programs.linear_law import as_control
 
     return {f"{order.name}_control.py": as_control(order.law.named(order.name))}
 
 
 def _mat(order: Order) -> Files:
-    from workbench.handover.linear_law import mat_of
+    from workbench.handover.programs.linear_law import mat_of
 
     return {f"{order.name}.mat": mat_of(order.law.named(order.name))}
 
 
 def _simulink(order: Order) -> Files:
-    from workbench.handover.simulink import simulink
+    from workbench.handover.wrappers.simulink import simulink
 
     return {**order.code.files, **simulink(order.code)}
 
 
 def _ros2(order: Order) -> Files:
-    from workbench.handover.ros2 import ros2
+    from workbench.handover.wrappers.ros2 import ros2
 
     return ros2(order.code, interfaces=order.interfaces)
 
@@ -136,9 +138,21 @@ def export(
     >>> [path.name for path in wb.export(loop.digital(1e-3), "c", "motor", name="motor_law")]
     ['motor_law.h', 'motor_law.c']
     """
-    law = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
+    if isinstance(law, Sampled) and options.get("precision") == "single":
+        options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
+    alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
     writer = FORMS[known(form, FORMS, "forms of a law")]
-    chosen = prefix_of(member(law.name) if name is None else name)
-    files = writer(Order(law, chosen, options, interfaces))
+    chosen = prefix_of(member(alone.name) if name is None else name)
+    files = writer(Order(alone, chosen, options, interfaces))
     target = write_files(chosen if folder is None else folder, files)
     return [target / path for path in files]
+
+
+@door
+def loss_in_single_precision(sampled: Sampled, law: SampledLaw, periods: int = 1000) -> str:
+    """The sentence that says by how much a law in single precision differs, in a box around a run of its loop."""
+    from workbench.handover.recording import record
+    from workbench.handover.single.rounding_statement import box_of, stated_bound
+
+    run = record(sampled, law, periods, substeps=SUBSTEPS)
+    return stated_bound(law, *box_of(run.memory(0, periods - 1), run.y, run.r), samples=STATES).sentence

@@ -152,7 +152,7 @@ def single(recording: Recording) -> Recording:
     ValueError
         If a command or a number of the memory is not finite there.
     """
-    from workbench.handover.single_precision import single_precision
+    from workbench.handover.single.single_precision import single_precision
 
     law = recording.law
     y, r = (_floats(part) for part in (recording.y, recording.r))

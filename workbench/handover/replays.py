@@ -7,12 +7,14 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from workbench.core import Sampled
-from workbench.handover.bit_comparison import LIMIT, TargetResult, compare
-from workbench.handover.c_code import CCode, c_code
+from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
+from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, record, single
 from workbench.handover.targets import TARGETS, AbstractTarget
 from workbench.validation.refusals import known, seconds
 from workbench.validation.signatures import door
+
+__all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 

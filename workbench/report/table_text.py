@@ -28,7 +28,7 @@ from workbench.study.document.phrases import (
     parts,
     raised,
 )
-from workbench.study.export import spreadsheet_text
+from workbench.study.run_tables import spreadsheet_text
 
 BRACKETS = (
     "A number in brackets is the error of the digits before it: 0.3532(2) is 0.3532 with an estimated error of "

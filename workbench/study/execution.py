@@ -13,10 +13,10 @@ from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
-from workbench.study.export import table_of
 from workbench.study.ledger import store
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Ledger, Task, Tell
+from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned

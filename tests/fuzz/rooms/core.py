@@ -73,8 +73,8 @@ def calls() -> dict[str, Any]:
         "Rule": partial(core.Rule, rule.h, rule.k, rule.t, rule.x, rule.p, rule.w, rule.rate, rule.update, rule.output),
         "Sampled": partial(core.Sampled, ode, 0.1, K, W, 0.5 * X),
         "SampledLaw": partial(
-            core.SampledLaw, "law", 0.1, STATES, READINGS, core.Layout(), COMMANDS, PARAMETERS, K, X, Y, W, P, -P * Y, X + Y,
-            (core.Stage("Law", {"u": -P * Y}),), {"u": (-1.0, 1.0)}, {"u": 1}, ("a note",),
+            core.SampledLaw, "law", 0.1, STATES, READINGS, core.Layout(), COMMANDS, PARAMETERS, K, X, Y, W, P,
+            -P * Y, X + Y, (core.Stage("Law", {"u": -P * Y}),), {"u": (-1.0, 1.0)}, {"u": 1}, ("a note",),
         ),
         "Stage": partial(core.Stage, "Law", {"u": X}, "u = x"),
         "Step": partial(

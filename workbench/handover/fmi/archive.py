@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.core import Ode, Sampled, SampledLaw
-from workbench.handover.c_names import LONGEST, prefix_of
+from workbench.handover.c99.c_names import LONGEST, prefix_of
 from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
@@ -148,6 +148,12 @@ def fmu(
     References
     ----------
     Modelica Association, Functional Mock-up Interface, versions 2.0.4 and 3.0.2.
+
+    Examples
+    --------
+    >>> motor = wb.fmu(wb.open_loop(wb.DCMotor()), "3.0", "motor", h=1e-3, compiler="")
+    >>> motor.step, [variable.name for variable in motor.variables if variable.role == "output"]
+    (0.001, ['omega'])
     """
     version = one_of("fmu(version=...)", version, VERSIONS)
     call = compiler_of(compiler)

@@ -7,11 +7,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from workbench.core import Layout, SampledLaw
-from workbench.handover.c_body import ATOM, Body, Text
-from workbench.handover.c_code import c_code
-from workbench.handover.c_functions import DOUBLE, definitions
-from workbench.handover.c_names import members
-from workbench.handover.c_source import GUARDS
+from workbench.handover.c99.c_body import ATOM, Body, Text
+from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_functions import definitions
+from workbench.handover.c99.c_names import members
+from workbench.handover.c99.c_primitives import DOUBLE
+from workbench.handover.c99.c_source import GUARDS
 from workbench.handover.fmi.co_simulation import Model
 from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import graph_of
@@ -22,6 +23,7 @@ OPENING = """/* {about} */
 #ifndef WORKBENCH_MODEL_H
 #define WORKBENCH_MODEL_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 {guards}

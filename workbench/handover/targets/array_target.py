@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import BLOCK, Recording, digest
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from workbench.core import SampledLaw
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import BLOCK, Recording, digest
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import ANSWERS, INPUTS, Answers

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
 from workbench.handover.targets.contract import AbstractTarget, Figures

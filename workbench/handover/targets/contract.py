@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import Recording, Words
 from workbench.handover.targets.harness import Answers
 from workbench.validation.refusals import Array

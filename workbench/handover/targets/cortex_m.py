@@ -14,7 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.handover.c_code import CCode
+from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
 from workbench.handover.targets.compilers import COUNTED, sizes_of, write_files
@@ -202,6 +202,6 @@ class Microcontroller(AbstractTarget):
 
 
 M4F = ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16")
-CORTEX_M4F = Microcontroller("Cortex-M4F, gcc -O2, QEMU", "mps2-an386", M4F, exact=True)
+CORTEX_M4F = Microcontroller("Cortex-M4F with mended sums, gcc -O2, QEMU", "mps2-an386", M4F, exact=True)
 CORTEX_M4F_AS_IT_IS = Microcontroller("Cortex-M4F with libgcc alone, gcc -O2, QEMU", "mps2-an386", M4F)
 CORTEX_M7 = Microcontroller("Cortex-M7, gcc -O2, QEMU", "mps2-an500", ("-mcpu=cortex-m7", "-mfpu=fpv5-d16"))

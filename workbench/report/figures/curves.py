@@ -11,7 +11,7 @@ import numpy as np
 from workbench.report.figures.style import letter_of, points_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
-from workbench.study.export import spreadsheet_text
+from workbench.study.run_tables import spreadsheet_text
 from workbench.validation.refusals import Array
 
 

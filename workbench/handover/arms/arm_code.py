@@ -9,7 +9,7 @@ from typing import NamedTuple
 import casadi as ca
 
 from workbench.core import Dynamics
-from workbench.handover.arm_equations import letters_of, title
+from workbench.handover.arms.arm_equations import letters_of, title
 from workbench.notation.program import CALLED, Dialect, Program, straight_line
 from workbench.validation.signatures import door
 

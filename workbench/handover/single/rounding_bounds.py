@@ -17,8 +17,8 @@ from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
 from workbench.handover.law_graph import StepGraph
-from workbench.handover.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative
-from workbench.handover.single_precision import Rows, input_place, rows_of, step_graph, timed
+from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative
+from workbench.handover.single.single_precision import Rows, input_place, rows_of, step_graph, timed
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.plan import Evaluation
 from workbench.simulate.kernel.target_operations import Value

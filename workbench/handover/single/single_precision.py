@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
 from workbench.handover.law_graph import StepGraph, graph_of_law, split
-from workbench.handover.single_functions import FUNCTIONS
+from workbench.handover.single.single_functions import FUNCTIONS
 from workbench.simulate.kernel import arrays
 from workbench.simulate.kernel.elementary_functions import Angle
 from workbench.simulate.kernel.plan import Evaluation

@@ -9,9 +9,9 @@ import numpy as np
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.sampled_law import SampledLaw
-from workbench.handover.arm_equations import harmless
+from workbench.handover.arms.arm_equations import harmless
 from workbench.handover.export_folder import MARK
-from workbench.handover.python_lines import definitions, lines_of, literal
+from workbench.handover.programs.python_lines import definitions, lines_of, literal
 from workbench.simulate.kernel.plan import graph_of
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door

@@ -6,9 +6,9 @@ from collections.abc import Iterable
 from string import Template
 
 from workbench.core.layout import Entry, Layout
-from workbench.handover.arm_equations import harmless
-from workbench.handover.c_code import CCode
-from workbench.handover.c_names import members
+from workbench.handover.arms.arm_equations import harmless
+from workbench.handover.c99.c_code import CCode
+from workbench.handover.c99.c_names import members
 from workbench.handover.export_folder import MARK
 from workbench.validation.refusals import require
 from workbench.validation.signatures import door

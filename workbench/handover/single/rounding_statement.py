@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
-from workbench.handover.rounding_bounds import NO_CAUSE, RoundingBound, rounding_bound
-from workbench.handover.single_precision import Rows, rows_of
+from workbench.handover.single.rounding_bounds import NO_CAUSE, RoundingBound, rounding_bound
+from workbench.handover.single.single_precision import Rows, rows_of
 from workbench.validation.refusals import Array, refusal, vector, whole
 from workbench.validation.refusals import seed as as_seed
 from workbench.validation.signatures import door

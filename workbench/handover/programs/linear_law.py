@@ -14,7 +14,7 @@ from workbench.core.expressions import evaluated
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.sampled_law import SampledLaw
-from workbench.handover.arm_equations import harmless
+from workbench.handover.arms.arm_equations import harmless
 from workbench.handover.export_folder import MARK
 from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array, one_of

@@ -11,7 +11,7 @@ import numpy as np
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
-from workbench.handover.c_names import comment, members
+from workbench.handover.c99.c_names import comment, members
 from workbench.handover.export_folder import MARK
 
 WIDTH = 100

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from workbench.handover.c_functions import DOUBLE, Real, word_text
+from workbench.handover.c99.c_primitives import DOUBLE, Real, word_text
 from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import COMPARISONS, PLAIN
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from workbench.core import Layout
-from workbench.handover.c_functions import DOUBLE, SINGLE
-from workbench.handover.c_header import prototype
-from workbench.handover.c_names import members
+from workbench.handover.c99.c_header import prototype
+from workbench.handover.c99.c_names import members
+from workbench.handover.c99.c_primitives import DOUBLE, SINGLE
 
 
 def places_of(layout: Layout) -> list[str]:

@@ -10,11 +10,12 @@ from typing import Any
 from workbench.core import Layout, SampledLaw
 from workbench.core.port import ANY
 from workbench.core.sampled_law import Stage
-from workbench.handover.c_body import ATOM, SIGNED, Body, Text
-from workbench.handover.c_calls import init_of, places_of, reset_of, step_of
-from workbench.handover.c_functions import DOUBLE, SINGLE, Real, definitions
-from workbench.handover.c_header import about, block, prototype
-from workbench.handover.c_names import Variables, comment, letter_of, members
+from workbench.handover.c99.c_body import ATOM, SIGNED, Body, Text
+from workbench.handover.c99.c_calls import init_of, places_of, reset_of, step_of
+from workbench.handover.c99.c_functions import definitions
+from workbench.handover.c99.c_header import about, block, prototype
+from workbench.handover.c99.c_names import Variables, comment, letter_of, members
+from workbench.handover.c99.c_primitives import DOUBLE, SINGLE, Real
 from workbench.handover.law_graph import StepGraph, graph_of_law
 from workbench.simulate.kernel.plan import PLAIN
 
@@ -161,7 +162,8 @@ def _advance(writer: Writer) -> list[str]:
         f"(void){port};" for port in ("readings", "references") if port in code.structs and not _reads(lines, port)
     ]
     unread += [] if any("state->" in line for line in lines) else ["(void)state;"]
-    return [head, "{", *(_indented(line) for line in [*unread, *lines]), "}"]
+    text = [*unread, *lines] if unread or lines[0] else lines[1:]
+    return [head, "{", *(_indented(line) for line in text), "}"]
 
 
 def _indented(line: str) -> str:

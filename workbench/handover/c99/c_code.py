@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
-from workbench.handover.c_header import header_of
-from workbench.handover.c_names import member, members, prefix_of
-from workbench.handover.c_source import source_of
+from workbench.handover.c99.c_header import header_of
+from workbench.handover.c99.c_names import member, members, prefix_of
+from workbench.handover.c99.c_source import source_of
 from workbench.handover.export_folder import write_files
 from workbench.validation.refusals import Array, known, numbers, one_of, require
 from workbench.validation.signatures import door

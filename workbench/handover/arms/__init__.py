@@ -1,0 +1,1 @@
+"""The equations of an arm written out, for reading and as programs."""

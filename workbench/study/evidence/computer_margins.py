@@ -1,0 +1,257 @@
+"""Margins of a loop for its computer: how far an effect may go by itself, and what a declared one costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from workbench.core import Sampled
+from workbench.study.contract import Run, Sweep
+from workbench.study.document.phrases import Cell, Column, Table
+from workbench.study.sample import Sample
+from workbench.study.uncertainty.designs import Listed, MonteCarlo
+from workbench.study.uncertainty.distributions import Uniform
+from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array, known, refusal, whole
+from workbench.validation.signatures import door
+
+KEPT, STANDS = 1.1, 2.0  # times the metric without the effect: kept, and still standing
+MOST_QUANTUM = 64.0  # times the declared steps of the readings
+MOST_MISSED = 0.5
+LEVELS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # of the largest value of an effect
+
+
+@dataclass(frozen=True)
+@door
+class ComputerEffect:
+    """A thing that computers do, from `least`, where a loop has none of it, by `levels` to the last of them.
+
+    `declared` is the level at which its cost is asked for; with `share`, levels are shares of the loop's own numbers.
+
+    Raises
+    ------
+    ValueError
+        If the levels do not rise from above `least`, or the declared one is none of them, nor the least.
+    """
+
+    name: str
+    paths: tuple[str, ...]
+    levels: tuple[float, ...]
+    declared: float
+    unit: str = ""
+    least: float = 0.0
+    share: bool = False
+
+    def __post_init__(self) -> None:
+        rises = bool(self.levels) and bool((np.diff((self.least, *self.levels)) > 0).all())
+        if not rises or self.declared not in (self.least, *self.levels):
+            raise refusal(
+                f"ComputerEffect({self.name!r}, levels=...)",
+                "levels that rise from `least`, with the declared one among them",
+                (self.least, self.levels, self.declared),
+            )
+
+    @property
+    def factor(self) -> Factor:
+        """The effect as a number that a sweep varies."""
+        return Factor(self.name, self.paths, Uniform(self.least, self.levels[-1]), share=self.share)
+
+    def coordinate(self, level: float) -> float:
+        """The coordinate of a level in the unit cube."""
+        return (level - self.least) / (self.levels[-1] - self.least)
+
+
+@door
+def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[ComputerEffect, ...]:
+    """Coarser readings, jitter and missed periods of a loop that `Sampled.disturbed` gave.
+
+    Readings have the declared steps at the least, and those of no step stay exact; jitter goes to half of the period.
+
+    Parameters
+    ----------
+    jitter
+        The largest delay of an instant that is declared, in s.
+    missed
+        The share of missed periods that is declared.
+
+    Raises
+    ------
+    LookupError
+        If the loop is not disturbed.
+    ValueError
+        If a declared level is beyond half of the period, or of all periods.
+    """
+    half = sampled.period / 2
+    rows = sampled.parameters
+    known("computer.jitter", rows.names, "parameters of the loop")
+    coarse = tuple(name for name in rows.names if name.endswith(".quantum") and rows[name].default.all())
+    ladders = (
+        ("jitter", "computer.jitter", half, jitter, "s"),
+        ("missed periods", "computer.missed", MOST_MISSED, missed, "1"),
+    )
+    effects = tuple(
+        ComputerEffect(name, (path,), tuple(sorted({declared, *(most * level for level in LEVELS)})), declared, unit)
+        for name, path, most, declared, unit in ladders
+    )
+    shares = tuple(MOST_QUANTUM * level for level in LEVELS[1:])
+    own = ComputerEffect("coarser readings", coarse, shares, 1.0, "times", 1.0, share=True)
+    return (own, *effects) if coarse else effects
+
+
+@door
+def computer_sweep(
+    name: str, run: Run, effects: Sequence[ComputerEffect], starts: Sequence[Factor] = (), draws: int = 8
+) -> Sweep:
+    """Runs without effect, with each at each of its levels by itself, and with all at what is declared.
+
+    Parameters
+    ----------
+    run
+        Of a loop that `Sampled.disturbed` gave, with at least one metric; its seed draws the starts too.
+    starts
+        Numbers that differ from draw to draw, and are the same in the draws of that number of all kinds.
+    draws
+        Runs of each kind, each with its own noise.
+
+    Raises
+    ------
+    ValueError
+        If there is no effect, or no draw.
+    """
+    whole("computer_sweep(draws=...)", draws)
+    if not effects:
+        raise refusal("computer_sweep(effects=...)", "at least one effect", tuple(effects))
+    kinds = [np.zeros(len(effects))]
+    for i, effect in enumerate(effects):
+        for level in effect.levels:
+            kinds.append(np.zeros(len(effects)))
+            kinds[-1][i] = effect.coordinate(level)
+    kinds.append(np.array([effect.coordinate(effect.declared) for effect in effects]))
+    points = np.repeat(kinds, draws, axis=0)
+    if starts:
+        drawn = MonteCarlo(len(starts), draws, run.seed).points()
+        points = np.hstack([points, np.tile(drawn, (len(kinds), 1))])
+    factors = (*(effect.factor for effect in effects), *starts)
+    return Sweep(name, replace(run, every=None), factors, Listed(points))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class ComputerMargin:
+    """A metric under an effect: `values` (levels, draws, numbers), infinite where a run diverged.
+
+    Of the values over those without the effect, `ratios` (levels, draws) are the worst of the metric's numbers.
+    """
+
+    effect: ComputerEffect
+    values: Array
+    ratios: Array
+
+    @door
+    def largest(self, most: float) -> float:
+        """The largest level up to which every run has at most `most` times the metric; the least if no level has."""
+        good = np.asarray((self.ratios <= most).all(axis=1))
+        count = good.size if good.all() else int(np.argmin(good))
+        return (self.effect.least, *self.effect.levels)[count]
+
+    @door
+    def unbounded(self, most: float) -> bool:
+        """True if every level is within `most`."""
+        return bool((self.ratios <= most).all())
+
+    @property
+    def loss(self) -> float:
+        """The mean ratio at the declared level, less 1."""
+        if self.effect.declared == self.effect.least:
+            return 0.0
+        return float(self.ratios[self.effect.levels.index(self.effect.declared)].mean() - 1)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class ComputerMargins:
+    """The margins of a loop by a metric: its values without effect and with all declared ones, (draws, numbers)."""
+
+    each: tuple[ComputerMargin, ...]
+    without: Array
+    declared: Array  # infinite where a run diverged
+
+
+@door
+def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: str) -> ComputerMargins:
+    """The margins of a loop for each effect by a metric.
+
+    Parameters
+    ----------
+    sample
+        Of a sweep that `computer_sweep` made of the same effects.
+
+    Raises
+    ------
+    LookupError
+        If the sample has no such metric.
+    ValueError
+        If the sample is of other effects.
+    """
+    names = tuple(effect.name for effect in effects)
+    kinds = 2 + sum(len(effect.levels) for effect in effects)
+    draws, rest = divmod(len(sample), kinds)
+    if rest or not draws or sample.factors[: len(names)] != names:
+        raise ValueError(
+            f"`computer_margins(sample, effects)` needs the sample of `computer_sweep` for the effects "
+            f"{', '.join(names)}; got '{sample.name}' of {', '.join(sample.factors)}."
+        )
+    numbers = [number for name, number, _ in sample.columns if name == metric] or [0]
+    values = np.stack([sample.outputs(metric, number) for number in numbers], axis=-1)
+    values = np.where(np.isnan(values), np.inf, values).reshape(kinds, draws, len(numbers))
+    ratios, margins, first = worst_ratio(values, values[0]), [], 1
+    for effect in effects:
+        own = slice(first, first + len(effect.levels))
+        margins.append(ComputerMargin(effect, values[own], ratios[own]))
+        first = own.stop
+    return ComputerMargins(tuple(margins), values[0], values[-1])
+
+
+@door
+def worst_ratio(values: Array, base: Array) -> Array:
+    """The largest ratio over the numbers of a metric, the last axis; infinite where a run diverged."""
+    with np.errstate(invalid="ignore"):
+        ratios = values / base
+    return np.asarray(np.max(np.where(np.isnan(ratios), np.inf, ratios), axis=-1))
+
+
+@door
+def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> Table:
+    """The margins of several loops, a row for each loop and effect."""
+    rows: list[tuple[Cell, ...]] = []
+    for loop, own in margins:
+        for one in own.each:
+            effect, ends = one.effect, (_end(one, most) for most in (KEPT, STANDS))
+            loss: Cell = 100 * one.loss if np.isfinite(one.loss) else "lost"
+            declared: tuple[Cell, Cell] = (_level(effect, effect.declared), loss)
+            rows.append((loop, effect.name, *(declared if effect.declared > effect.least else (None, None)), *ends))
+    columns = (
+        Column("loop"),
+        Column("effect"),
+        Column("declared", align="right"),
+        Column("loss", "%", "right", digits=2),
+        Column(f"within {100 * (KEPT - 1):.0f} % up to"),
+        Column(f"within {STANDS:g} times up to"),
+    )
+    return Table(name, caption, columns, tuple(rows))
+
+
+def _level(effect: ComputerEffect, level: float) -> str:
+    if effect.unit == "s":
+        return f"{1e3 * level:.3g} ms" if level >= 1e-3 else f"{1e6 * level:.3g} µs"
+    return f"{100 * level:.3g} %" if effect.unit == "1" else f"{level:g} {effect.unit}".strip()
+
+
+def _end(one: ComputerMargin, most: float) -> str:
+    """The largest level that is kept, or the least one tried if not even that is, or that no longer one was tried."""
+    level = one.largest(most)
+    if level == one.effect.least:
+        return f"less than {_level(one.effect, one.effect.levels[0])}"
+    return _level(one.effect, level) + (" or more" if one.unbounded(most) else "")
