@@ -16,8 +16,6 @@ from studies.paper.laws import rival
 from workbench.cli.replay import replay as verb
 from workbench.handover.bit_comparison import compare, fits
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.c99.c_functions import functions_of
-from workbench.handover.c99.c_primitives import SINGLE
 from workbench.handover.recording import BLOCK, digest, record
 from workbench.handover.replays import replay
 from workbench.handover.targets import TARGETS, CalledTarget
@@ -32,14 +30,6 @@ def arm_law():
     loop = rival("FS", "SMC")
     gauges = wb.Instruments.of(loop.plant, noise={"q": 1e-4}, quantum={"q": 1e-4}, limit={"tau": (-80.0, 80.0)})
     return loop.digital(1e-3, gauges, delay=True)
-
-
-def emits_floats():
-    """True if the elementary functions of floats are written in C."""
-    try:
-        return bool(functions_of(SINGLE))
-    except ValueError:
-        return False
 
 
 def changed(code, old, new):
@@ -117,8 +107,6 @@ def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
 
 @needs_gcc
 def test_single_precision_has_the_bits_of_numpys_floats():
-    if not emits_floats():
-        pytest.skip("no law is written in single precision yet")
     here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not lacking(TARGETS[key].programs)]
     done = replay(arm_law(), periods=500, precision="single", targets=[*here, "numpy"])
     assert [result.equal for result in done.results] == [True] * len(here) + [False]
