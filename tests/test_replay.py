@@ -50,7 +50,7 @@ def test_a_recording_is_the_run_of_the_joint_loop():
 
 
 def test_a_memory_is_made_again_from_the_start_of_its_block():
-    sampled = kalman_law()
+    sampled = motor_law()
     rows = record(sampled, sampled.law(), BLOCK + 50)
     memory = rows.memory(BLOCK - 2, BLOCK + 3)
     np.testing.assert_array_equal(digest(memory[1:]), rows.digests[BLOCK - 2 : BLOCK + 3])
@@ -108,9 +108,9 @@ def test_ten_thousand_periods_have_the_same_bits_on_a_microcontroller():
 @needs_gcc
 def test_single_precision_has_the_bits_of_numpys_floats():
     here = [key for key in ("gcc-O0", "gcc-O3", "arm64", "cortex-m4f") if not lacking(TARGETS[key].programs)]
-    done = replay(arm_law(), periods=500, precision="single", targets=[*here, "numpy"])
+    done = replay(arm_law(), periods=200, precision="single", targets=[*here, "numpy"])
     assert [result.equal for result in done.results] == [True] * len(here) + [False]
-    assert done.results[0].bits == 32 * 500 * (2 + done.recording.law.memory.size)
+    assert done.results[0].bits == 32 * 200 * (2 + done.recording.law.memory.size)
     assert done.results[-1].reason == "NumPy is the reference of single precision itself"
     assert done.recording.u.dtype == np.float32
 
