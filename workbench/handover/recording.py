@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -40,6 +41,8 @@ class Recording:
         FNV-1a of the memory behind each instant, (N,).
     starts
         The states of the loop before every block of instants.
+    rows
+        The memory before each instant and behind the last one, (N + 1, nz), where it cannot be made again.
     """
 
     law: SampledLaw
@@ -49,6 +52,7 @@ class Recording:
     digests: Words
     starts: Array
     job: Job
+    rows: Array | None = None
 
     @property
     def periods(self) -> int:
@@ -80,10 +84,12 @@ class Recording:
             raise ValueError(
                 f"`memory(first, last)` takes instants in this order from 0 to {self.periods}; got {first} and {last}."
             )
+        if self.rows is not None:
+            return self.rows[first : last + 1]
         block = min(first // BLOCK, len(self.starts) - 1)
-        rows = [_marched(self.job, self.starts[block], block * BLOCK, last - block * BLOCK)]
+        x = _marched(self.job, self.starts[block], block * BLOCK, last - block * BLOCK)
         places = _places(self.job.step.states, self.law.memory.names, "")
-        return np.asarray(rows[0][first - block * BLOCK :, places])
+        return np.asarray(x[first - block * BLOCK :, places])
 
 
 @door
@@ -137,6 +143,36 @@ def record(
     return Recording(law, y, r, u, np.concatenate(digests), np.stack(starts), job)
 
 
+@door
+def single(recording: Recording) -> Recording:
+    """The same readings and references, rounded, and what the law makes of them in single precision, as floats.
+
+    Raises
+    ------
+    ValueError
+        If a command or a number of the memory is not finite there.
+    """
+    from workbench.handover.single.single_precision import single_precision
+
+    law = recording.law
+    y, r = (_floats(part) for part in (recording.y, recording.r))
+    z, u = [_floats(law.memory.default)], list[Any]()
+    for k in range(recording.periods):
+        new = single_precision(law, k, z[-1:], y[k : k + 1], r[k : k + 1])
+        if not (np.isfinite(new.z_next).all() and np.isfinite(new.u).all()):
+            raise ValueError(
+                f"`single(recording)` needs numbers that stay finite: '{law.name}' makes one that is not in period {k}."
+            )
+        z.append(new.z_next[0])
+        u.append(new.u[0])
+    rows, commands = np.stack(z), np.stack(u)
+    return replace(recording, y=y, r=r, u=commands, digests=digest(rows[1:]), rows=rows)
+
+
+def _floats(numbers: Array) -> Any:
+    return numbers.astype(np.float32)
+
+
 def digest(rows: Array) -> Words:
     """FNV-1a with 64 bits of the bytes of each row, in the order of this processor's memory from its least byte on.
 
@@ -183,9 +219,10 @@ def _blocks(job: Job, periods: int) -> Iterator[Array]:
         if not finite.all():
             at = int(np.argmin(finite))
             state = job.step.states.labels[int(np.argmin(np.isfinite(rows[at])))]
+            k = begin + at - 1
             raise ValueError(
-                f"`record(...)` needs a run that stays finite: '{job.step.flow.name}' diverges in period "
-                f"{begin + at - 1}, in '{state}' first. Take at most {begin + at - 1} periods, or a loop that is stable."
+                f"`record(...)` needs a run that stays finite: '{job.step.flow.name}' diverges in period {k}, in "
+                f"'{state}' first. Take at most {k} periods, or a loop that is stable."
             )
         x = rows[-1]
         yield rows

@@ -3,112 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
+from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
-
 from workbench.core import Sampled
+from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
 from workbench.handover.c99.c_code import CCode, c_code
-from workbench.handover.recording import Recording, Words, record
-from workbench.handover.targets import TARGETS, AbstractTarget, Figures
-from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError, lacking
-from workbench.validation import refusals
-from workbench.validation.refusals import Array, known, seconds
+from workbench.handover.recording import Recording, record, single
+from workbench.handover.targets import TARGETS, AbstractTarget
+from workbench.validation.refusals import known, seconds
 from workbench.validation.signatures import door
 
-LIMIT = 600.0  # s that one program of a target may take
-CLOCKS: Mapping[str, float] = {"cortex-m4f": 168e6, "cortex-m7": 480e6}  # Hz, of common parts with these processors
+__all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 
-
-@dataclass(frozen=True)
-class Fit:
-    """The share of a period that so many instructions take at a clock, at one instruction a cycle."""
-
-    count: float
-    period: float  # s
-    clock: float  # Hz
-
-    @property
-    def share(self) -> float:
-        """The part of the period, 1 for all of it."""
-        return self.count / (self.period * self.clock)
-
-    @property
-    def fits(self) -> bool:
-        """True if it is no more than the period."""
-        return self.share <= 1.0
-
-    def __str__(self) -> str:
-        return (
-            f"{self.count:,.0f} instructions are {100 * self.share:.3g} % of {self.period:g} s at "
-            f"{self.clock / 1e6:g} MHz, at one instruction a cycle"
-        )
-
-
-@door
-def fits(count: float, period: float, clock: float) -> Fit:
-    """The share of a period [s] that so many instructions take at a clock [Hz], at one instruction a cycle.
-
-    A processor may take more cycles than instructions, or fewer: the share is that of the count, not of a time.
-
-    Raises
-    ------
-    ValueError
-        If a number is not positive and finite.
-    """
-    for name, value in {"count": count, "period": period, "clock": clock}.items():
-        if not 0 < value < np.inf:
-            raise refusals.refusal(f"fits({name}=...)", "be a positive finite number", value)
-    return Fit(count, period, clock)
-
-
-@dataclass(frozen=True)
-class TargetResult:
-    """A target against the recording.
-
-    Attributes
-    ----------
-    bits
-        Compared: those of all commands, and of the memory behind each period, which has one digest.
-    differing
-        Bits of commands that differ.
-    memories
-        Periods whose memory differs.
-    flags
-        Periods that raised a flag.
-    first
-        The first difference: period, signal and both values; empty if there is none.
-    reason
-        The sentence that says why it did not run; empty if it did.
-    doubt
-        The sentence that says which figures are lacking and why.
-    """
-
-    target: str
-    periods: int = 0
-    bits: int = 0
-    differing: int = 0
-    memories: int = 0
-    flags: int = 0
-    first: str = ""
-    figures: Figures = Figures()  # noqa: RUF009
-    fit: Fit | None = None
-    reason: str = ""
-    doubt: str = ""
-
-    @property
-    def ran(self) -> bool:
-        """True if it gave answers."""
-        return not self.reason
-
-    @property
-    def equal(self) -> bool:
-        """True if it gave answers and none of them differs."""
-        return self.ran and not self.first
+COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,31 +33,29 @@ class Replay:
         ran = [result for result in self.results if result.ran]
         return bool(ran) and all(result.equal for result in ran)
 
-    HEADS = ("target", "periods", "bits", "differing", "instructions", "most", "stack", "code", "data")
+    HEADS = ("target", "periods", "bits", "differing", "memories", "instructions", "most", "stack", "code", "data")
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as rows of a table, None for what is not known."""
         rows = []
         for result in self.results:
-            figures = result.figures
-            row = {"target": result.target, "periods": result.periods, "bits": result.bits}
-            row |= {"differing": result.differing, "first": result.first, "instructions": figures.instructions}
-            row |= {"most": figures.most, "stack": figures.stack, "touched": figures.touched, "code": figures.code}
-            row |= {"data": figures.data, "smallest": figures.smallest}
-            rows.append({**row, "share": result.fit.share if result.fit else None, "reason": result.reason})
+            named = {name: getattr(result, name) for name in COLUMNS}
+            share = {"share": result.fit.share if result.fit else None}
+            rows.append(named | asdict(result.figures) | share)
         return rows
 
     def text(self) -> str:
         """The results for a terminal."""
         law = self.recording.law
-        lines = [f"{law.name}, every {law.period:g} s: {self.recording.periods:,} periods, in the portable arithmetic"]
+        arithmetic = "the portable arithmetic" if self.code.real == "double" else "single precision"
+        lines = [f"{law.name}, every {law.period:g} s: {self.recording.periods:,} periods, in {arithmetic}"]
         cells = [self.HEADS, *(_cells(row, self.HEADS) for row in self.rows() if not row["reason"])]
         widths = [max(len(row[i]) for row in cells) for i in range(len(self.HEADS))]
         for row in cells:
             words = [word.rjust(width) for word, width in zip(row[1:], widths[1:], strict=True)]
             lines.append("  ".join([row[0].ljust(widths[0]), *words]))
         for result in self.results:
-            sentences = [result.first, str(result.fit) if result.fit else "", result.doubt]
+            sentences = [result.first, str(result.fit) if result.fit else "", result.figures.doubt]
             sentences.append(f"not run: {result.reason}" * bool(result.reason))
             lines += [f"{result.target}: {sentence}." for sentence in sentences if sentence]
         return "\n".join(lines)
@@ -174,13 +80,13 @@ def replay(
     reference: str = "input",
     truths: tuple[str, ...] = (),
     seed: int = 0,
+    precision: str = "double",
     limit: float = LIMIT,
     progress: Callable[[str], None] | None = None,
 ) -> Replay:
     """The law of a loop on several machines, over what its computer is handed in the portable arithmetic.
 
-    All start with the memory at its start, and go on from their own. As long as commands are equal, the loop around a
-    machine is this loop, readings and all.
+    Each goes on from its own memory. As long as commands are equal, the loop around a machine is this loop.
 
     Parameters
     ----------
@@ -192,25 +98,21 @@ def replay(
         Runge-Kutta steps of the plant in a period.
     reference, truths
         As of `Sampled.law`.
-    seed
-        Of the noise.
-    limit
-        The seconds that one program of a target may take.
+    seed, precision, limit
+        Of the noise; "double", or "single" for the law alone; the seconds that one program of a target may take.
     progress
         Told the name of each target before it runs.
 
     Raises
     ------
-    ValueError
-        If the loop diverges, its law uses a truth that is not named, or a number is out of its bounds.
-    LookupError
-        If a name is none of a target.
+    ValueError, LookupError
+        If the loop diverges, its law uses a truth that is not named, or a name or a number does not fit.
     """
     limit = seconds("replay(limit=...)", limit)
     chosen = [_target(target) for target in (TARGETS if targets is None else targets)]
-    law = sampled.law(reference, truths)
-    code = c_code(law, name)
-    recording = record(sampled, law, periods, substeps=substeps, seed=seed)
+    code = c_code(sampled.law(reference, truths), name, precision=precision)
+    recording = record(sampled, code.law, periods, substeps=substeps, seed=seed)
+    recording = single(recording) if code.real == "float" else recording
     results = []
     for target in chosen:
         if progress is not None:
@@ -221,81 +123,3 @@ def replay(
 
 def _target(target: str | AbstractTarget) -> AbstractTarget:
     return TARGETS[known(target, TARGETS, "targets")] if isinstance(target, str) else target
-
-
-@door
-def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
-    """One target against a recording, in a folder of its own that is gone afterwards; programs get `limit` seconds."""
-    lacks = lacking(target.programs)
-    if lacks:
-        return TargetResult(target.name, reason=lacks)
-    with TemporaryDirectory(prefix="workbench-") as place:
-        folder = Path(place)
-        try:
-            answers = target.answers(code, recording, folder, limit)
-        except TargetError as error:
-            return TargetResult(target.name, reason=str(error))
-        result = _judged(target, recording, answers)
-        try:
-            result = replace(result, figures=target.figures(code, recording, folder, limit))
-        except TargetError as error:
-            result = replace(result, doubt=f"figures are lacking, as {error}")
-        if result.first and not _differ(answers.u, recording.u).any():
-            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
-    clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
-    count = result.figures.instructions
-    return replace(result, fit=fits(count, recording.law.period, clock)) if clock and count else result
-
-
-def _judged(target: AbstractTarget, recording: Recording, answers: Answers) -> TargetResult:
-    """The differences of answers."""
-    n, nu = recording.u.shape
-    other = _differ(answers.u, recording.u)
-    memories = np.zeros(n, dtype=bool) if answers.digests is None else answers.digests != recording.digests
-    flagged = answers.flags != 0
-    wrong = (other != 0).any(axis=1) | memories | flagged
-    width = 8 * recording.u.dtype.itemsize
-    kept = 0 if answers.digests is None else recording.law.memory.size
-    first = _first(recording, answers, other, int(np.argmax(wrong))) if wrong.any() else ""
-    counts = (int(np.bitwise_count(other).sum()), int(memories.sum()), int(flagged.sum()))
-    return TargetResult(target.name, n, width * n * (nu + kept), *counts, first)
-
-
-def _differ(answers: Array, wanted: Array) -> Words:
-    """The bits in which numbers differ; a NaN is like any other."""
-    kind = np.dtype(f"u{wanted.dtype.itemsize}")
-    bits = np.ascontiguousarray(answers, dtype=wanted.dtype).view(kind) ^ np.ascontiguousarray(wanted).view(kind)
-    return np.asarray(np.where(np.isnan(answers) & np.isnan(wanted), kind.type(0), bits))
-
-
-def _first(recording: Recording, answers: Answers, other: Words, k: int) -> str:
-    """The first difference in words."""
-    if answers.flags[k]:
-        return f"period {k} raises the flags {int(answers.flags[k])}"
-    if other[k].any():
-        i = int(np.argmax(other[k] != 0))
-        return _words(k, recording.law.commands.labels[i], answers.u[k, i], recording.u[k, i])
-    return f"period {k} leaves another memory"
-
-
-def _words(k: int, signal: str, number: Any, wanted: Any) -> str:
-    def bits(value: Any) -> str:
-        return f"{value!s} (0x{np.asarray(value).tobytes()[::-1].hex()})"
-
-    return f"period {k}, '{signal}': {bits(number)} for {bits(wanted)}"
-
-
-def _first_of_memory(
-    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, limit: float
-) -> str:
-    """The first difference of a memory in words, from a replay that ends there."""
-    k = int(first.split()[1])
-    try:
-        memory = target.answers(code, recording.until(k + 1), folder, limit).memory
-    except TargetError:
-        return first
-    wanted = recording.memory(k + 1, k + 1)[0]
-    if memory is None or not (other := _differ(memory, wanted)).any():
-        return first
-    i = int(np.argmax(other != 0))
-    return _words(k, recording.law.memory.labels[i], memory[i], wanted[i])

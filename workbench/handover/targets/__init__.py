@@ -9,13 +9,14 @@ from workbench.handover.targets.array_target import ArrayTarget
 from workbench.handover.targets.browser import Browser
 from workbench.handover.targets.compilers import ARM_64, HERE
 from workbench.handover.targets.contract import AbstractTarget, CalledTarget, Figures
-from workbench.handover.targets.cortex_m import CORTEX_M4F, CORTEX_M7
+from workbench.handover.targets.cortex_m import CORTEX_M4F, CORTEX_M4F_AS_IT_IS, CORTEX_M7
 
 TARGETS: Mapping[str, AbstractTarget] = {
     **{target.name.replace(" ", ""): target for target in HERE},
     "arm64": ARM_64,
     "cortex-m4f": CORTEX_M4F,
     "cortex-m7": CORTEX_M7,
+    "cortex-m4f-libgcc": CORTEX_M4F_AS_IT_IS,
     "browser": Browser("V8, Chrome's engine, in Node"),
     "numpy": ArrayTarget("NumPy"),
 }

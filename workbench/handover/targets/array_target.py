@@ -1,4 +1,4 @@
-"""This machine's NumPy: the graph of a law, one operation on all instants after the other."""
+"""NumPy as it is here: the graph of a law, one operation on all instants after the other."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class ArrayTarget(AbstractTarget):
 
 
 def _instants(recording: Recording, first: int, last: int) -> Array:
-    """What the law makes of the instants, (last - first, nz + nu)."""
+    """Memory and commands behind the instants, (last - first, nz + nu)."""
     law, graph = recording.law, graph_of(recording.law.step)
     numbers, count = graph.numbers(law.period), last - first
     z = recording.memory(first, last)[:-1]

@@ -107,7 +107,8 @@ def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
         raise TargetError(str(error)) from error
     outside = law.parameters.size
     constants, chosen = plan.constants(law.period), list(plan.parameters)
-    numbers = [constants, law.step.parameters.default[chosen], law.memory.default, np.zeros(law.commands.size)]
+    p, start = law.step.parameters.default[chosen], law.memory.default
+    numbers = [np.array(constants), p, start, np.zeros(law.commands.size)]
     (folder / NUMBERS).write_bytes(np.concatenate(numbers).astype("<f8").tobytes())
     sizes = {"constants": len(constants), "p": len(chosen), "lanes": len(plan.lanes), "table": len(plan.table)}
     sizes |= {"states": law.step.states.size, "inputs": law.readings.size + law.references.size}

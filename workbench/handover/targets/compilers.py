@@ -10,7 +10,7 @@ from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
-from workbench.handover.targets.programs import TargetError, run, there
+from workbench.handover.targets.programs import TargetError, lacking, run, there
 from workbench.handover.targets.size import code_and_data, deepest
 from workbench.validation.refusals import Array
 
@@ -55,14 +55,19 @@ class CompiledProgram(AbstractTarget):
         """Instructions as Callgrind counts them, or QEMU's log of steps; stack as GCC tells it; sizes of the object."""
         stack, sizes, smallest = sizes_of(code, folder, self.compiler, self.options, f"{self.tools}size", seconds)
         rows = recording.inputs[:COUNTED]
-        if self.emulator:
-            instructions: float | None = self._steps(code, rows[:LOGGED], folder, seconds)
-        else:
-            instructions = _calls(code, rows, folder, seconds) if there("valgrind") else None
-        return Figures(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest)
+        instructions, doubt = None, "" if self.emulator else lacking(["valgrind"])
+        try:
+            if self.emulator:
+                instructions = self._steps(code, rows[:LOGGED], folder, seconds)
+            elif not doubt:
+                instructions = _calls(code, rows, folder, seconds)
+        except TargetError as error:
+            doubt = str(error)
+        doubt = doubt and f"instructions were not counted: {doubt}"
+        return Figures(instructions, stack=stack, code=sizes[0], data=sizes[1], smallest=smallest, doubt=doubt)
 
     def _steps(self, code: CCode, rows: Array, folder: Path, seconds: float) -> float:
-        """The instructions within the law's own code, each a line of the emulator's log; those of `init` are no part."""
+        """The instructions in the law's own code, each a line of the emulator's log, without those of `init`."""
         symbols = [line.split() for line in run([f"{self.tools}nm", "-S", PROGRAM], folder, seconds).splitlines()]
         own = [(int(words[0], 16), int(words[1], 16)) for words in symbols if words[-1].startswith(f"{code.name}_")]
         if len(own) == 0:
@@ -98,7 +103,7 @@ def sizes_of(
     source, object_file, stack = f"{code.name}.c", f"{code.name}.o", None
     graph = [] if compiler == "clang" else ["-fcallgraph-info=su"]
     run([compiler, *STANDARD, *options, *graph, "-c", source, "-o", object_file], folder, seconds)
-    if graph:
+    if graph and (folder / f"{code.name}.ci").is_file():  # which is not so where code is made at the end, by -flto
         stack = deepest(folder / f"{code.name}.ci", f"{code.name}_step")
     if not there(size):
         return stack, (None, None), None

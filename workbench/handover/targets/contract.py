@@ -17,7 +17,7 @@ from workbench.validation.refusals import Array
 
 @dataclass(frozen=True)
 class Figures:
-    """What a law takes of a target; None for what is not known there.
+    """The cost of a law on a target; None for a figure that is not known there.
 
     Attributes
     ----------
@@ -31,6 +31,8 @@ class Figures:
         Bytes of code with constants, and of data that changes, beside the state, which its owner holds.
     smallest
         Bytes of code at -Os.
+    doubt
+        The sentence that says which of them are lacking and why.
     """
 
     instructions: float | None = None
@@ -40,6 +42,7 @@ class Figures:
     code: int | None = None
     data: int | None = None
     smallest: int | None = None
+    doubt: str = ""
 
 
 class AbstractTarget(ABC):
@@ -54,11 +57,11 @@ class AbstractTarget(ABC):
 
     @abstractmethod
     def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
-        """What the law gives there for the inputs of a recording, in a folder of its own; a TargetError if nothing."""
+        """Commands and memories for the inputs of a recording, in a folder of its own; a TargetError if none."""
 
     @abstractmethod
     def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
-        """What the law takes there, after `answers`; a TargetError if that cannot be found."""
+        """The cost of the law, after `answers`; a TargetError if it cannot be measured."""
 
 
 @dataclass(frozen=True)

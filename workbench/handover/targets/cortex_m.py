@@ -21,11 +21,12 @@ from workbench.handover.targets.compilers import COUNTED, sizes_of, write_files
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import run
+from workbench.handover.targets.soft_doubles import SOFT_DOUBLES, SOFT_DOUBLES_FILE, WRAPS
 
 PREFIX = "arm-none-eabi-"
 INSTRUCTIONS_A_TICK = 40  # of a timer at 25 MHz
 PROGRAM, LAYOUT = "law.elf", "board.ld"
-STANDARD = ("-std=c99", "-Wall", "-Wextra", "-mthumb", "-mfloat-abi=hard", "-ffreestanding", "-O2")
+STANDARD = ("-std=c99", "-Wall", "-Wextra", "-mthumb", "-mfloat-abi=hard", "-O2")
 
 BOARD = """\
 ENTRY(reset)
@@ -153,11 +154,16 @@ void platform_end(void)
 
 @dataclass(frozen=True)
 class Microcontroller(AbstractTarget):
-    """A Cortex-M of a board of QEMU, with the options by which GCC compiles for it."""
+    """A Cortex-M of a board of QEMU, with the options by which GCC compiles for it.
+
+    One without instructions for doubles takes its sums from GCC's library, or, `exact`, from `soft_doubles` where that
+    rounds wrongly.
+    """
 
     name: str
     board: str
     options: tuple[str, ...]
+    exact: bool = False
 
     @property
     def programs(self) -> tuple[str, ...]:
@@ -168,22 +174,26 @@ class Microcontroller(AbstractTarget):
         """The answers of the program."""
         write_files({**harness.program(code), harness.PLATFORM: PLATFORM, LAYOUT: BOARD}, folder)
         sources = [harness.MAIN, harness.PLATFORM, f"{code.name}.c"]
+        if self.exact:
+            write_files({SOFT_DOUBLES_FILE: SOFT_DOUBLES}, folder)
+            sources += [SOFT_DOUBLES_FILE, *WRAPS]
         bare = ["-nostartfiles", "-T", LAYOUT, "-Wl,--no-warn-rwx-segments"]
         run([f"{PREFIX}gcc", *STANDARD, *self.options, *bare, *sources, "-o", PROGRAM], folder, seconds)
         harness.write_inputs(code, recording.inputs, folder)
-        self._emulate(folder, seconds)
+        self.emulate(folder, seconds)
         return harness.read_answers(code, recording.periods, folder)
 
-    def _emulate(self, folder: Path, seconds: float, *options: str) -> None:
+    def emulate(self, folder: Path, seconds: float, *options: str) -> None:
+        """Run the program of a folder to its end."""
         board = ["-M", self.board, "-display", "none", "-monitor", "none", "-serial", "none", "-nodefaults"]
         hosting = ["-semihosting-config", "enable=on,target=native"]
         run(["qemu-system-arm", *board, *hosting, *options, "-kernel", PROGRAM], folder, seconds)
 
     def figures(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Figures:
-        """Instructions of blocks of calls less those of the same loop without the law, and the stack that they touch."""
+        """Instructions of blocks of calls less those of the loop without the law, and the stack that they touch."""
         rows = recording.inputs[:COUNTED]
         harness.write_inputs(code, rows, folder, counted=True)
-        self._emulate(folder, seconds, "-icount", "shift=0")
+        self.emulate(folder, seconds, "-icount", "shift=0")
         whole, empty, most, touched = harness.read_answers(code, len(rows), folder).figures
         options = (*STANDARD[3:], *self.options)
         stack, sizes, smallest = sizes_of(code, folder, f"{PREFIX}gcc", options, f"{PREFIX}size", seconds)
@@ -191,5 +201,7 @@ class Microcontroller(AbstractTarget):
         return Figures(instructions, most * INSTRUCTIONS_A_TICK, stack, touched, *sizes, smallest)
 
 
-CORTEX_M4F = Microcontroller("Cortex-M4F, gcc -O2, QEMU", "mps2-an386", ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16"))
+M4F = ("-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16")
+CORTEX_M4F = Microcontroller("Cortex-M4F with mended sums, gcc -O2, QEMU", "mps2-an386", M4F, exact=True)
+CORTEX_M4F_AS_IT_IS = Microcontroller("Cortex-M4F with libgcc alone, gcc -O2, QEMU", "mps2-an386", M4F)
 CORTEX_M7 = Microcontroller("Cortex-M7, gcc -O2, QEMU", "mps2-an500", ("-mcpu=cortex-m7", "-mfpu=fpv5-d16"))

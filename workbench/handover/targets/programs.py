@@ -17,6 +17,7 @@ PACKAGES: Mapping[str, tuple[str, ...]] = {
     "qemu-system-arm": ("qemu-system-arm",),
     "valgrind": ("valgrind",),
     "node": ("nodejs",),
+    "cppcheck": ("cppcheck",),
 }
 
 
@@ -55,5 +56,7 @@ def run(command: Sequence[str], folder: Path, seconds: float) -> str:
         raise TargetError(f"{command[0]} cannot be started: {error.strerror}") from error
     if end.returncode:
         lines = (end.stderr + end.stdout).decode(errors="replace").strip().splitlines()
-        raise TargetError(f"{command[0]} ended with status {end.returncode}: {lines[-1] if lines else 'no message'}")
+        last = lines[-1] if lines else "no message"
+        told = next((line for line in lines if "error" in line or "fatal" in line), last)
+        raise TargetError(f"{command[0]} ended with status {end.returncode}: {told}")
     return end.stdout.decode(errors="replace")

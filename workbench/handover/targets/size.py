@@ -8,7 +8,7 @@ from pathlib import Path
 
 NODE = re.compile(r'node: \{ title: "([^"]*)" label: "([^"]*)"')
 EDGE = re.compile(r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"')
-BYTES = re.compile(r"(\d+) bytes \((\w+)")
+BYTES = re.compile(r"(\d+) bytes \(([\w,]+)\)")
 
 
 def deepest(file: Path, function: str) -> int | None:

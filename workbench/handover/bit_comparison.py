@@ -1,0 +1,190 @@
+"""A target against a recording: the bits that differ, the first of them, and the share of a period that a law takes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from workbench.handover.c99.c_code import CCode
+from workbench.handover.recording import Recording, Words
+from workbench.handover.targets import TARGETS, AbstractTarget, Figures
+from workbench.handover.targets.harness import Answers
+from workbench.handover.targets.programs import TargetError, lacking
+from workbench.validation import refusals
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+ANOTHER = "leaves another memory"
+LIMIT = 600.0  # s that one program of a target may take
+CLOCKS: Mapping[str, float] = {  # Hz, of common parts with these processors
+    "cortex-m4f": 168e6,
+    "cortex-m4f-libgcc": 168e6,
+    "cortex-m7": 480e6,
+}
+
+
+@dataclass(frozen=True)
+class Fit:
+    """The share of a period that so many instructions take at a clock, at one instruction a cycle."""
+
+    count: float
+    period: float  # s
+    clock: float  # Hz
+
+    @property
+    def share(self) -> float:
+        """The part of the period, 1 for all of it."""
+        return self.count / (self.period * self.clock)
+
+    @property
+    def fits(self) -> bool:
+        """True if it is no more than the period."""
+        return self.share <= 1.0
+
+    def __str__(self) -> str:
+        return (
+            f"{self.count:,.0f} instructions are {100 * self.share:.3g} % of {self.period:g} s at "
+            f"{self.clock / 1e6:g} MHz, at one instruction a cycle"
+        )
+
+
+@door
+def fits(count: float, period: float, clock: float) -> Fit:
+    """The share of a period [s] that so many instructions take at a clock [Hz], at one instruction a cycle.
+
+    A processor may take more cycles than instructions, or fewer: the share is that of the count, not of a time.
+
+    Raises
+    ------
+    ValueError
+        If a number is not positive and finite.
+    """
+    for name, value in {"count": count, "period": period, "clock": clock}.items():
+        if not 0 < value < np.inf:
+            raise refusals.refusal(f"fits({name}=...)", "be a positive finite number", value)
+    return Fit(count, period, clock)
+
+
+@dataclass(frozen=True)
+class TargetResult:
+    """A target against the recording.
+
+    Attributes
+    ----------
+    bits
+        Compared: those of all commands, and of the memory behind each period, which has one digest.
+    differing
+        Bits of commands that differ.
+    memories
+        Periods whose memory differs.
+    flags
+        Periods that raised a flag.
+    first
+        The first difference: period, signal and both values; empty if there is none.
+    reason
+        The sentence that says why it did not run; empty if it did.
+    """
+
+    target: str
+    periods: int = 0
+    bits: int = 0
+    differing: int = 0
+    memories: int = 0
+    flags: int = 0
+    first: str = ""
+    figures: Figures = Figures()  # noqa: RUF009
+    fit: Fit | None = None
+    reason: str = ""
+
+    @property
+    def ran(self) -> bool:
+        """True if it gave answers."""
+        return not self.reason
+
+    @property
+    def equal(self) -> bool:
+        """True if it gave answers and none of them differs."""
+        return self.ran and not self.first
+
+
+@door
+def compare(target: AbstractTarget, code: CCode, recording: Recording, limit: float = LIMIT) -> TargetResult:
+    """One target against a recording, in a folder of its own that is gone afterwards; programs get `limit` seconds."""
+    lacks = lacking(target.programs)
+    if lacks:
+        return TargetResult(target.name, reason=lacks)
+    with TemporaryDirectory(prefix="workbench-") as place:
+        folder = Path(place)
+        try:
+            answers = target.answers(code, recording, folder, limit)
+        except TargetError as error:
+            return TargetResult(target.name, reason=str(error))
+        result = _judged(target, recording, answers)
+        try:
+            result = replace(result, figures=target.figures(code, recording, folder, limit))
+        except TargetError as error:
+            result = replace(result, figures=Figures(doubt=f"figures are lacking: {error}"))
+        if result.first.endswith(ANOTHER):
+            result = replace(result, first=_first_of_memory(target, code, recording, folder, result.first, limit))
+    clock = next((CLOCKS[key] for key in CLOCKS if TARGETS[key].name == target.name), None)
+    count = result.figures.instructions
+    return replace(result, fit=fits(count, recording.law.period, clock)) if clock and count else result
+
+
+def _judged(target: AbstractTarget, recording: Recording, answers: Answers) -> TargetResult:
+    """The differences of answers."""
+    n, nu = recording.u.shape
+    other = _differ(answers.u, recording.u)
+    memories = np.zeros(n, dtype=bool) if answers.digests is None else answers.digests != recording.digests
+    flagged = answers.flags != 0
+    wrong = (other != 0).any(axis=1) | memories | flagged
+    width = 8 * recording.u.dtype.itemsize
+    kept = 0 if answers.digests is None else recording.law.memory.size
+    first = _first(recording, answers, other, int(np.argmax(wrong))) if wrong.any() else ""
+    counts = (int(np.bitwise_count(other).sum()), int(memories.sum()), int(flagged.sum()))
+    return TargetResult(target.name, n, width * n * (nu + kept), *counts, first)
+
+
+def _differ(answers: Array, wanted: Array) -> Words:
+    """The bits in which numbers differ; a NaN is like any other."""
+    kind = np.dtype(f"u{wanted.dtype.itemsize}")
+    bits = np.ascontiguousarray(answers, dtype=wanted.dtype).view(kind) ^ np.ascontiguousarray(wanted).view(kind)
+    return np.asarray(np.where(np.isnan(answers) & np.isnan(wanted), kind.type(0), bits))
+
+
+def _first(recording: Recording, answers: Answers, other: Words, k: int) -> str:
+    """The first difference in words."""
+    if answers.flags[k]:
+        return f"period {k} raises the flags {int(answers.flags[k])}"
+    if other[k].any():
+        i = int(np.argmax(other[k] != 0))
+        return _words(k, recording.law.commands.labels[i], answers.u[k, i], recording.u[k, i])
+    return f"period {k} {ANOTHER}"
+
+
+def _words(k: int, signal: str, number: Any, wanted: Any) -> str:
+    def bits(value: Any) -> str:
+        return f"{value!s} (0x{np.asarray(value).tobytes()[::-1].hex()})"
+
+    return f"period {k}, '{signal}': {bits(number)} for {bits(wanted)}"
+
+
+def _first_of_memory(
+    target: AbstractTarget, code: CCode, recording: Recording, folder: Path, first: str, limit: float
+) -> str:
+    """The first difference of a memory in words, from a replay that ends there."""
+    k = int(first.split()[1])
+    try:
+        memory = target.answers(code, recording.until(k + 1), folder, limit).memory
+    except TargetError:
+        return first
+    wanted = recording.memory(k + 1, k + 1)[0]
+    if memory is None or not (other := _differ(memory, wanted)).any():
+        return first
+    i = int(np.argmax(other != 0))
+    return _words(k, recording.law.memory.labels[i], memory[i], wanted[i])
