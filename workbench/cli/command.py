@@ -16,6 +16,7 @@ from workbench.cli.doctor import doctor
 from workbench.cli.errors import leave, let_go_of_output, sentence
 from workbench.cli.export import export
 from workbench.cli.live import live
+from workbench.cli.replay import replay
 from workbench.cli.report import report
 from workbench.cli.results import results
 from workbench.cli.run import run
@@ -29,7 +30,7 @@ def cli() -> None:
     """Equations in, verdicts and numbers out: design, check and compare control laws."""
 
 
-for verb in (run, live, report, status, results, export, derive, verify, doctor):
+for verb in (run, live, report, status, results, export, replay, derive, verify, doctor):
     cli.add_command(verb)
 
 

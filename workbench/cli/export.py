@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from workbench.core import Sampled
 
 PATH = click.Path(path_type=Path)
-FORMS = ("c", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
+FORMS = ("c", "cortex-m4", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
 PERIODS = 2000  # of the run that tells whether the loop holds at its period
 
 

@@ -38,6 +38,12 @@ def _c(order: Order) -> Files:
     return order.code.files
 
 
+def _cortex_m4(order: Order) -> Files:
+    from workbench.handover.targets.soft_doubles import SOFT_DOUBLES, SOFT_DOUBLES_FILE
+
+    return {**order.code.files, SOFT_DOUBLES_FILE: SOFT_DOUBLES}
+
+
 def _python(order: Order) -> Files:
     from workbench.handover.programs.python_law import python_law
 
@@ -85,6 +91,7 @@ def _fmu(version: str) -> Callable[[Order], Files]:
 
 FORMS: Mapping[str, Callable[[Order], Files]] = {
     "c": _c,
+    "cortex-m4": _cortex_m4,
     "python": _python,
     "casadi": _casadi,
     "control": _control,
@@ -113,7 +120,8 @@ def export(
     law
         The law of a loop, or a loop in a computer, `loop.digital(period)`, whose law it is.
     form
-        "c" is C99 without a library; "python" a module without us and "casadi" one with CasADi alone; "control" a
+        "c" is C99 without a library, and "cortex-m4" the same with sums of doubles that are rounded right on Cortex-M3 and
+        M4, where GCC's are not; "python" a module without us and "casadi" one with CasADi alone; "control" a
         linear law for python-control and "mat" one for MATLAB; "simulink" an S-function and "ros2" a controller of
         ros2_control, around the C; "fmi2" and "fmi3" an FMU.
     folder

@@ -10,7 +10,7 @@ from workbench.core import Sampled
 from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, record, single
-from workbench.handover.targets import TARGETS, AbstractTarget
+from workbench.handover.targets import AS_IT_IS, TARGETS, AbstractTarget
 from workbench.validation.refusals import known, seconds
 from workbench.validation.signatures import door
 
@@ -93,7 +93,8 @@ def replay(
     name
         The prefix of its C.
     targets
-        Names of `TARGETS`, or targets of one's own; all of them if not given. One that cannot run says so in its row.
+        Names of `TARGETS`, or targets of one's own; if not given, all but a library whose fault is known. One that cannot
+        run says so in its row.
     substeps
         Runge-Kutta steps of the plant in a period.
     reference, truths
@@ -107,9 +108,18 @@ def replay(
     ------
     ValueError, LookupError
         If the loop diverges, its law uses a truth that is not named, or a name or a number does not fit.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.replay(loop.digital(1e-3), periods=100, targets=["numpy"]).equal
+    True
     """
     limit = seconds("replay(limit=...)", limit)
-    chosen = [_target(target) for target in (TARGETS if targets is None else targets)]
+    usual = [key for key in TARGETS if key not in AS_IT_IS]
+    chosen = [_target(target) for target in (usual if targets is None else targets)]
     code = c_code(sampled.law(reference, truths), name, precision=precision)
     recording = record(sampled, code.law, periods, substeps=substeps, seed=seed)
     recording = single(recording) if code.real == "float" else recording

@@ -68,6 +68,14 @@ def about(code: Any) -> Iterator[str]:
     yield f"Fingerprint of its equations and numbers: {law.fingerprint[:16]}"
     size = "32 bits (single precision)" if code.real == "float" else "64 bits (double precision)"
     yield from _wrapped(f"Numbers of {size}, each product and each sum rounded by itself: the portable arithmetic.")
+    yield from _wrapped(
+        "Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations, or "
+        "-ffp-contract=fast of clang."
+    )
+    if code.real == "double":
+        yield from _wrapped(
+            "On Cortex-M3 and M4 GCC's library rounds some differences wrongly: take the form cortex-m4."
+        )
     yield ""
     for name, layout in (("reads", law.readings), ("follows", law.references), ("commands", law.commands)):
         if layout.size:

@@ -22,8 +22,9 @@ from workbench.simulate.kernel.plan import PLAIN
 GUARDS = """#include <float.h>
 #include <stdbool.h>
 
-#if defined(__FAST_MATH__)
-#error "This law needs each operation rounded as IEEE 754 says: compile it without -ffast-math."
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \\
+    defined(__NO_SIGNED_ZEROS__) || (defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0))
+#error "This law needs each operation rounded as IEEE 754 says: compile it without -ffast-math and its parts."
 #endif
 #if FLT_EVAL_METHOD != 0
 #error "This law needs operations of the width of their type: on x86 compile it with -msse2 -mfpmath=sse."
