@@ -16,6 +16,8 @@ from workbench.handover.targets import TARGETS
 from workbench.study import Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.document.document import Cell, Column
 
+SINGLY = ("gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # in single precision
+FEW = 1000  # periods of a replay in single precision, whose reference goes period by period
 SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # whose instructions are told
 STACK = 4096  # bytes, at most
 
@@ -28,6 +30,16 @@ def replays() -> Mapping[str, Replay]:
         done = pool.map(lambda one: replay(one.digital(), name=one.key, periods=PERIODS), slow)
         by = dict(zip((one.name for one in slow), done, strict=True))
         return {one.name: by[one.name] for one in handed()}
+
+
+@cache
+def single_replays() -> Mapping[str, Replay]:
+    """The replay of each loop's law in single precision, which reads what the loop in doubles has read."""
+    with ThreadPoolExecutor(2) as pool:
+        done = pool.map(
+            lambda one: replay(one.digital(), name=one.key, periods=FEW, targets=SINGLY, precision="single"), handed()
+        )
+        return dict(zip((one.name for one in handed()), done, strict=True))
 
 
 def by_target() -> dict[str, dict[str, TargetResult]]:
@@ -121,7 +133,8 @@ def machines_section() -> Section:
     missing = [f"{name}: {r.reason}" for name, laws in by_target().items() if (r := next(iter(laws.values()))).reason]
     absent = (Paragraph("Not run here:"), Itemize(tuple(missing))) if missing else ()
     return Section(
-        "The same bits on every machine", (Paragraph(words), *absent, bits_table(), counts_table(), sizes_table())
+        "The same bits on every machine",
+        (Paragraph(words), *absent, bits_table(), counts_table(), sizes_table(), single_table()),
     )
 
 
@@ -155,6 +168,25 @@ def counts_table() -> Table:
         "has no double precision in hardware, and calls routines of its compiler for each operation.",
     )
     return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
+
+
+def single_table() -> Table:
+    """The same in single precision: bits against NumPy's floats, and instructions."""
+    rows: list[tuple[Cell, ...]] = []
+    for law, one in single_replays().items():
+        ran = [result for result in one.results if result.ran]
+        differing = sum(result.differing + result.memories for result in ran)
+        counts = [rounded(result.figures.instructions) for result in one.results]
+        rows.append((law, sum(result.bits for result in ran), differing, *counts))
+    heads = [short(TARGETS[key].name) for key in SINGLY]
+    columns = (Column("law"), Column("bits compared", align="right"), Column("differing", align="right"))
+    notes = (
+        f"{FEW:,} periods of each law, over readings of the loop that doubles close, each from its own memory, against "
+        "NumPy's numbers of 32 bits. The columns of targets are instructions a period; a Cortex-M4F has these numbers "
+        "in hardware.",
+    )
+    all_columns = (*columns, *(Column(head, align="right") for head in heads))
+    return Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
 
 
 def sizes_table() -> Table:

@@ -120,8 +120,8 @@ def export(
     law
         The law of a loop, or a loop in a computer, `loop.digital(period)`, whose law it is.
     form
-        "c" is C99 without a library, and "cortex-m4" the same with sums of doubles that are rounded right on Cortex-M3 and
-        M4, where GCC's are not; "python" a module without us and "casadi" one with CasADi alone; "control" a
+        "c" is C99 without a library, "cortex-m4" the same with sums of doubles for Cortex-M3 and M4, where GCC's are
+        rounded wrongly; "python" a module without us and "casadi" one with CasADi alone; "control" a
         linear law for python-control and "mat" one for MATLAB; "simulink" an S-function and "ros2" a controller of
         ros2_control, around the C; "fmi2" and "fmi3" an FMU.
     folder

@@ -10,7 +10,7 @@ from workbench.core import Sampled
 from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, record, single
-from workbench.handover.targets import AS_IT_IS, TARGETS, AbstractTarget
+from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
 from workbench.validation.refusals import known, seconds
 from workbench.validation.signatures import door
 
@@ -93,8 +93,7 @@ def replay(
     name
         The prefix of its C.
     targets
-        Names of `TARGETS`, or targets of one's own; if not given, all but a library whose fault is known. One that cannot
-        run says so in its row.
+        Names of `TARGETS`, or one's own; if not given all but a library with a fault. One that cannot run says so.
     substeps
         Runge-Kutta steps of the plant in a period.
     reference, truths
@@ -118,8 +117,7 @@ def replay(
     True
     """
     limit = seconds("replay(limit=...)", limit)
-    usual = [key for key in TARGETS if key not in AS_IT_IS]
-    chosen = [_target(target) for target in (usual if targets is None else targets)]
+    chosen = [_target(target) for target in (USUAL if targets is None else targets)]
     code = c_code(sampled.law(reference, truths), name, precision=precision)
     recording = record(sampled, code.law, periods, substeps=substeps, seed=seed)
     recording = single(recording) if code.real == "float" else recording

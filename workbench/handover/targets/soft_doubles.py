@@ -10,7 +10,8 @@ The file takes that case from the library; the linker hands it all sums if it is
 """
 
 SOFT_DOUBLES = """\
-/* Sums of doubles for Cortex-M3 and M4, from control-workbench: rounds what libgcc's __aeabi_dadd does not, where exponents differ by 33.
+/* Sums of doubles for Cortex-M3 and M4, by control-workbench: they round what libgcc's __aeabi_dadd does not,
+ * where exponents differ by 33.
  * Link with -Wl,--wrap=__aeabi_dadd -Wl,--wrap=__aeabi_dsub -Wl,--wrap=__aeabi_drsub. */
 #include <stdint.h>
 #include <string.h>
