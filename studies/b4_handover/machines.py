@@ -12,13 +12,14 @@ from studies.b4_handover.loops import PERIODS, Handed, handed
 from studies.b4_handover.margins import scans
 from studies.b4_handover.operations import operations_finding
 from workbench.handover.replays import CLOCKS, Fit, Replay, TargetResult, fits, replay
-from workbench.handover.targets import TARGETS
+from workbench.handover.targets import TARGETS, USUAL
 from workbench.study import Itemize, Paragraph, Section, Table, Verdict
 from workbench.study.document.document import Cell, Column
 
 SINGLY = ("gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # in single precision
 FEW = 1000  # periods of a replay in single precision, whose reference goes period by period
 SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # whose instructions are told
+BOARDS = {key: clock for key, clock in CLOCKS.items() if key in USUAL}  # Hz
 STACK = 4096  # bytes, at most
 
 
@@ -62,7 +63,7 @@ def fit_of(one: Handed, key: str) -> Fit | None:
 
 def machine_findings() -> tuple[Verdict, ...]:
     """The findings of the replays."""
-    counted = any(fit_of(one, key) for one in handed() for key in CLOCKS)
+    counted = any(fit_of(one, key) for one in handed() for key in BOARDS)
     return (bits_finding(), operations_finding(), *([fit_finding()] if counted else []))
 
 
@@ -91,13 +92,13 @@ def bits_finding() -> Verdict:
 
 def fit_finding() -> Verdict:
     """The count of instructions beside the period."""
-    rows = [(one, key, fit) for one in handed() for key in CLOCKS if (fit := fit_of(one, key))]
+    rows = [(one, key, fit) for one in handed() for key in BOARDS if (fit := fit_of(one, key))]
     worst, key, most = max(rows, key=lambda row: row[2].share)
     stacks = [r.figures.stack for one in replays().values() for r in one.results if r.figures.stack]
     listed = "; ".join(
         f"{short(TARGETS[each].name)} at {clock / 1e6:g} MHz: "
         f"{', '.join(f'{one.name} {share(fit)}' for one, at, fit in rows if at == each)}"
-        for each, clock in CLOCKS.items()
+        for each, clock in BOARDS.items()
     )
     return Verdict(
         "found",
@@ -193,7 +194,7 @@ def sizes_table() -> Table:
     """Stack, code and data, and the share of the period, on the microcontrollers."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
-        for key in CLOCKS:
+        for key in BOARDS:
             result = by_target()[TARGETS[key].name][one.name]
             figures, fit = result.figures, fit_of(one, key)
             own: Cell = 100 * result.fit.share if result.fit else None
@@ -206,7 +207,7 @@ def sizes_table() -> Table:
         Column("of its period", "%", "right", digits=2),
         Column("of the longest", "%", "right", digits=2),
     )
-    clocks = " and ".join(f"{short(TARGETS[key].name)} at {clock / 1e6:g} MHz" for key, clock in CLOCKS.items())
+    clocks = " and ".join(f"{short(TARGETS[key].name)} at {clock / 1e6:g} MHz" for key, clock in BOARDS.items())
     notes = (
         f"Shares: the count of a period at one instruction a cycle, {clocks}, over the declared period and over the "
         "longest that sampling allows. Stack: the deepest chain of calls from the step, as the compiler tells; at most "

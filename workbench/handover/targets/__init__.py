@@ -1,4 +1,4 @@
-"""Machines that run a law: this one's compilers, 64-bit ARM, two microcontrollers, a browser's engine, and NumPy.
+"""Machines that run a law: compilers here, 64-bit ARM, microcontrollers, a browser's engine, FMUs in FMPy, and NumPy.
 
 Read `contract` first, then `harness`, the program around a law's C, and `compilers`.
 """
@@ -10,6 +10,7 @@ from workbench.handover.targets.browser import Browser
 from workbench.handover.targets.compilers import ARM_64, HERE
 from workbench.handover.targets.contract import AbstractTarget, CalledTarget, Figures
 from workbench.handover.targets.cortex_m import CORTEX_M4F, CORTEX_M4F_AS_IT_IS, CORTEX_M7
+from workbench.handover.targets.importer import Importer
 
 TARGETS: Mapping[str, AbstractTarget] = {
     **{target.name.replace(" ", ""): target for target in HERE},
@@ -18,6 +19,8 @@ TARGETS: Mapping[str, AbstractTarget] = {
     "cortex-m7": CORTEX_M7,
     "cortex-m4f-libgcc": CORTEX_M4F_AS_IT_IS,
     "browser": Browser("V8, Chrome's engine, in Node"),
+    "fmi2": Importer("FMU of FMI 2.0, in FMPy", "2.0"),
+    "fmi3": Importer("FMU of FMI 3.0, in FMPy", "3.0"),
     "numpy": ArrayTarget("NumPy"),
 }
 
