@@ -1,5 +1,7 @@
 """Targets: what a law takes of them, and what is said of those that fail."""
 
+from importlib.util import find_spec
+
 import numpy as np
 import pytest
 from browsers import needs_node
@@ -162,3 +164,10 @@ def test_sums_of_soft_doubles_are_those_of_ieee_754(tmp_path):
     wrong = (sums_of(pairs, tmp_path / "libgcc", exact=False) != wanted).any(axis=1)
     apart = np.abs(np.diff(np.maximum(pairs.view(np.uint64) >> np.uint64(52) & np.uint64(0x7FF), 1).astype(int)))[:, 0]
     assert set(apart[wrong]) <= {33}  # none at all, once GCC's library rounds them
+
+
+@pytest.mark.skipif(find_spec("fmpy") is None, reason="no FMPy here: pip install fmpy")
+@needs_gcc
+@pytest.mark.parametrize("key", ["fmi2", "fmi3"])
+def test_an_importer_of_fmus_has_the_bits_of_the_simulation(key):
+    assert result_of(TARGETS[key]).equal

@@ -27,8 +27,9 @@ from fmpy.fmi$major import FMU${major}Slave
 told = json.load(open("names.json"))
 description = fmpy.read_model_description("law.fmu")
 places = {variable.name: variable.valueReference for variable in description.modelVariables}
-unit = FMU${major}Slave(guid=description.guid, unzipDirectory=fmpy.extract("law.fmu", os.path.abspath("unpacked")), instanceName="law",
-                  modelIdentifier=description.coSimulation.modelIdentifier)
+folder, identifier = os.path.abspath("unpacked"), description.coSimulation.modelIdentifier
+unit = FMU${major}Slave(guid=description.guid, unzipDirectory=fmpy.extract("law.fmu", folder), instanceName="law",
+                  modelIdentifier=identifier)
 unit.instantiate()
 $begin
 unit.exitInitializationMode()
