@@ -201,7 +201,7 @@ def test_a_header_says_what_its_caller_must_know():
         "It reads x [m], phi [rad].",
         "It follows x [m].",
         "Limits of F: -10 to 10 N.",
-        "Delay: a command waits so many periods within the law (F 1)",
+        "Delay: a command is given so long after it is computed: F 1 period.",
         "Safe command, where a flag is raised: F = 0 N.",
         "Note: the period is long.",
         "with: workbench export.",
@@ -260,3 +260,53 @@ def test_a_file_of_somebody_else_is_left_as_it_is(tmp_path):
     c_code(motor_law().law(), "law").write(tmp_path)
     c_code(motor_law(Kp=1.0).law(), "law").write(tmp_path)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["law.c", "law.h"]
+
+
+@needs_compiler
+def test_a_limit_hides_no_command_that_is_none(tmp_path):
+    motor = wb.DCMotor()
+
+    @wb.block
+    class Twice(wb.Controller):
+        """v = k (r - y) - k (r - y), of which each half may be infinite."""
+
+        k: float = wb.parameter(unit="V s/rad")
+        reads = follows = wb.layout(omega="rad/s")
+        drives = wb.layout(v="V")
+
+        def command(self, t, z, est, ref):
+            return {"v": self.k * (ref.omega - est.omega) - (self.k * ref.omega - self.k * est.omega)}
+
+    loop = wb.ClosedLoop(motor, controller=Twice(1e300), reference=wb.Step("omega", "rad/s", 1.0))
+    law = loop.digital(0.01, wb.Instruments.of(motor, limit={"v": (-5.0, 80.0)})).law()
+    u, _, flags = compiled(c_code(law, "law", safe={"v": 20.0}), tmp_path)([[1e308], [0.0]], [[-1e308], [0.0]])
+    assert flags.tolist() == [4, 0]
+    assert u.ravel().tolist() == [20.0, 0.0]
+
+
+@needs_compiler
+def test_no_command_comes_late_after_readings_that_were_none(tmp_path):
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    law = loop.digital(0.01, delay=2).law()
+    y = np.array([[0.0], [0.0], [0.0], [np.nan], [0.0], [0.0], [0.0]])
+    u, _, flags = compiled(c_code(law, "law", safe={"v": 1.5}), tmp_path)(y, np.ones((7, 1)))
+    assert flags.tolist() == [0, 0, 0, 1, 0, 0, 0]
+    assert u.ravel().tolist() == [0.0, 0.0, 10.0, 1.5, 1.5, 1.5, 10.0]
+
+
+def test_a_number_that_single_precision_lacks_is_refused_or_said():
+    for number, found in ((1e300, "refused"), (1e-300, "said")):
+        law = motor_law(Kp=number, low=None, high=None).law()
+        if found == "refused":
+            with pytest.raises(ValueError, match=r"1e\+300, which is inf in 32 bits"):
+                c_code(law, "law", precision="single")
+        else:
+            assert "no guard of a division any more: 1e-300" in c_code(law, "law", precision="single").header
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_a_safe_command_is_finite(value):
+    with pytest.raises(ValueError, match=r"must be a finite number"):
+        c_code(motor_law().law(), "law", safe={"v": value})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 import sys
+import zipfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +37,7 @@ PERIODS = 2000  # of the run that tells whether the loop holds at its period
 def export(file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Any) -> None:
     """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
     with one_sentence(file):
-        safe = dict(_safe(text) for text in asked["safe"])
+        safe = _safe(asked["safe"])
         from workbench.cli.loops import sampled_of
         from workbench.handover.law_export import export as written
         from workbench.handover.law_export import loss_in_single_precision
@@ -48,21 +49,29 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
             aside(f"Warning: {warning}.")
         if asked["precision"] == "single":
             warnings = (*warnings, loss_in_single_precision(sampled, law))
-        options: dict[str, Any] = {"safe": safe, "warnings": warnings, "command": _command()}
-        options |= {"precision": asked["precision"], "parameters": "settable" if asked["settable"] else "constant"}
+        options: dict[str, Any] = {"warnings": warnings, "command": _command()} | ({"safe": safe} if safe else {})
+        options |= {"precision": "single"} if asked["precision"] == "single" else {}
+        options |= {"parameters": "settable"} if asked["settable"] else {}
         paths = written(law, form, out, name=asked["name"], **options)
+        if form.startswith("fmi") and not _has_library(paths[0]):
+            aside("The FMU has C sources alone, as no compiler was found here: `apt-get install gcc`.")
         aside(f"'{chosen}', every {law.period:g} s.")
         click.echo(f"Written: {', '.join(map(str, paths))}.")
 
 
-def _safe(text: str) -> tuple[str, float]:
-    name, equals, value = text.partition("=")
-    try:
-        if not (name and equals):
-            raise ValueError
-        return name, float(value)
-    except ValueError:
-        raise ValueError(f"`--safe` must be a command and a number, as `--safe tau=0`; got '{text}'.") from None
+def _safe(texts: tuple[str, ...]) -> dict[str, float]:
+    """Safe commands by name."""
+    safe: dict[str, float] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        try:
+            number = float(value)
+        except ValueError:
+            equals = ""
+        if not (name and equals) or name in safe:
+            raise ValueError(f"`--safe` must be a command and a number, once each, as `--safe tau=0`; got '{text}'.")
+        safe[name] = number
+    return safe
 
 
 def _warnings(sampled: Sampled) -> tuple[str, ...]:
@@ -78,6 +87,11 @@ def _warnings(sampled: Sampled) -> tuple[str, ...]:
         f"in a simulation of the loop with this law, every {sampled.period:g} s, a number is not finite "
         f"after {float(run.diverged_at[0]):g} s: the period is too long, or the loop is unstable",
     )
+
+
+def _has_library(path: Path) -> bool:
+    with zipfile.ZipFile(path) as archive:
+        return any(name.startswith("binaries/") for name in archive.namelist())
 
 
 def _command() -> str:

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import ClassVar
 
 import casadi as ca
 import numpy as np
@@ -75,6 +76,8 @@ class SampledLaw:
     limits: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)  # of commands, (low, high)
     delay: Mapping[str, int] = field(default_factory=dict)  # the periods that each command waits
     notes: tuple[str, ...] = ()
+
+    WAYS: ClassVar = {"ClosedLoop": "take `loop.digital(period)`, whose law it is"}
 
     def __post_init__(self) -> None:
         seconds("SampledLaw(period=...)", self.period)

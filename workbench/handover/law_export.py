@@ -103,6 +103,11 @@ FORMS: Mapping[str, Callable[[Order], Files]] = {
 }
 
 
+OPTIONS = ("precision", "parameters", "safe", "warnings", "command")
+BARE = ("warnings", "command")  # which are only said
+TAKEN = {"python": ("safe", *BARE), **dict.fromkeys(("casadi", "control", "mat", "fmi2", "fmi3"), BARE)}
+
+
 @door
 def export(
     law: SampledLaw | Sampled,
@@ -150,6 +155,9 @@ def export(
         options["warnings"] = (*options.get("warnings", ()), loss_in_single_precision(law, law.law()))
     alone: SampledLaw = require("export(law=...)", law.law() if isinstance(law, Sampled) else law, SampledLaw)
     writer = FORMS[known(form, FORMS, "forms of a law")]
+    for option in options:
+        if known(option, OPTIONS, "options of an export") not in TAKEN.get(form, OPTIONS):
+            raise ValueError(f"`export(form='{form}')` takes no `{option}`, which is for C and what is around it.")
     chosen = prefix_of(member(alone.name) if name is None else name)
     files = writer(Order(alone, chosen, options, interfaces))
     target = write_files(chosen if folder is None else folder, files)

@@ -74,6 +74,19 @@ def split(
     return StepGraph(graph, numbers, adjustable, tuple(groups["time"]), tuple(groups["state"]), named)
 
 
+def behind_limits(graph: Graph) -> list[int]:
+    """The values that the limits of results stand before: of one that is no number `fmin` and `fmax` give the limit."""
+    limits, behind = {"fmin", "fmax"}, dict[int, None]()
+    stack = [i for i in graph.results if graph.nodes[i].op in limits]
+    while stack:
+        for i in graph.nodes[stack.pop()].operands:
+            if graph.nodes[i].op in limits:
+                stack.append(i)
+            elif graph.nodes[i].op not in ("const", "h"):
+                behind[i] = None
+    return sorted(behind)
+
+
 def _groups(graph: Graph, parameters: int) -> dict[str, list[int]]:
     """The places of the nodes by what they depend on."""
     kinds = ("number", "parameter", "time", "state")

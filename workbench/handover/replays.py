@@ -16,6 +16,11 @@ from workbench.validation.signatures import door
 
 __all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 
+ALONE = (
+    "By itself this law rounds otherwise than in its loop, where its equations were simplified together with those of "
+    "the plant and the reference."
+)
+CHECKED = 1000  # periods in which that is looked for
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 
 
@@ -26,6 +31,7 @@ class Replay:
     code: CCode
     recording: Recording
     results: tuple[TargetResult, ...]
+    alone: str = ""  # the first difference of the law by itself from the law in its loop; empty if there is none
 
     @property
     def equal(self) -> bool:
@@ -34,6 +40,14 @@ class Replay:
         return bool(ran) and all(result.equal for result in ran)
 
     HEADS = ("target", "periods", "bits", "differing", "memories", "instructions", "most", "stack", "code", "data")
+
+    def __str__(self) -> str:
+        return self.text()
+
+    def __repr__(self) -> str:
+        return (
+            f"<Replay of '{self.code.name}' on {len(self.results)} targets: {'equal' if self.equal else 'different'}>"
+        )
 
     def rows(self) -> list[dict[str, Any]]:
         """The results as rows of a table, None for what is not known."""
@@ -58,6 +72,8 @@ class Replay:
             sentences = [result.first, str(result.fit) if result.fit else "", result.figures.doubt]
             sentences.append(f"not run: {result.reason}" * bool(result.reason))
             lines += [f"{result.target}: {sentence}." for sentence in sentences if sentence]
+        if self.alone:
+            lines.append(f"{ALONE} The first difference, on every machine: {self.alone}.")
         return "\n".join(lines)
 
 
@@ -126,7 +142,14 @@ def replay(
         if progress is not None:
             progress(target.name)
         results.append(compare(target, code, recording, limit))
-    return Replay(code, recording, tuple(results))
+    return Replay(code, recording, tuple(results), _alone(code, recording))
+
+
+def _alone(code: CCode, recording: Recording) -> str:
+    """The first difference of the law's own graph from the loop, in doubles."""
+    if code.real != "double":
+        return ""
+    return compare(TARGETS["numpy"], code, recording.until(min(CHECKED, recording.periods))).first
 
 
 def _target(target: str | AbstractTarget) -> AbstractTarget:

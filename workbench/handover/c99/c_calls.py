@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from workbench.core import Layout
+import numpy as np
+
+from workbench.core import Layout, SampledLaw
 from workbench.handover.c99.c_header import prototype
 from workbench.handover.c99.c_names import members
 from workbench.handover.c99.c_primitives import DOUBLE, SINGLE
@@ -36,9 +38,37 @@ def step_of(code: Any) -> list[str]:
     lines += [f"        flags |= (unsigned){name.upper()}_BAD_COMMAND;", "    }", "    if (flags != 0u) {"]
     safe = zip(places_of(law.commands), code.safe.tolist(), strict=True)
     lines += [f"        commands->{place} = {real.literal(value)};" for place, value in safe]
+    lines += [f"        state->{place} = {real.literal(value)};" for place, value in _waiting(code)]
     lines += ["    }"]
     lines += ["    state->k += 1u;"] if law.uses_time else []
     return [*lines, "    state->flags = flags;", "    return flags;", "}"]
+
+
+def _waiting(code: Any) -> list[tuple[str, float]]:
+    """The places of commands on their way, with the safe command: none that was meant for another instant comes."""
+    law: SampledLaw = code.law
+    safe = law.commands.unpack(code.safe)
+    return [
+        pair
+        for entry in law.memory.entries
+        if entry.name in (places := queue_places(law))
+        for pair in zip(
+            places_of(Layout((entry,))),
+            np.concatenate([np.ravel(safe[name], order="F") for name in places[entry.name]]).tolist(),
+            strict=True,
+        )
+    ]
+
+
+def queue_places(law: SampledLaw) -> dict[str, list[str]]:
+    """The commands in each place of the queue, by the name that it has in the memory."""
+    longest = max(law.delay.values(), default=0)
+    return {
+        "hold.next" if i == 1 else f"hold.next.{i}": [
+            name for name in law.commands.names if law.delay.get(name, 0) >= i
+        ]
+        for i in range(1, longest + 1)
+    }
 
 
 def reset_of(code: Any) -> list[str]:

@@ -127,11 +127,12 @@ def c_code(
     settable = one_of("c_code(parameters=...)", parameters, PARAMETERS) == "settable"
     for layout in (law.readings, law.references, law.commands, law.memory, law.parameters):
         members(layout)
-    return CCode(prefix, law, precision, settable, _safe(law, safe or {}), tuple(warnings), command)
+    return CCode(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command)
 
 
-def _safe(law: SampledLaw, safe: Mapping[str, Any]) -> Array:
-    """The safe command (nu,), within the limits."""
+def safe_command(law: SampledLaw, safe: Mapping[str, Any] | None) -> Array:
+    """The safe command (nu,), within the limits: zero, or the limit next to it, unless it is said."""
+    safe = safe or {}
     parts = []
     for name in safe:
         known(name, law.commands.names, "commands of the law")
@@ -140,9 +141,9 @@ def _safe(law: SampledLaw, safe: Mapping[str, Any]) -> Array:
         call = f"c_code(safe={{'{entry.name}': ...}})"
         value = numbers(call, safe[entry.name]) if entry.name in safe else np.clip(np.zeros(entry.shape), low, high)
         value = np.asarray(value).reshape(entry.shape) if np.size(value) == entry.size else np.asarray(value)
-        if value.shape not in ((), entry.shape) or np.any(value < low) or np.any(value > high):
+        if value.shape not in ((), entry.shape) or not np.all((value >= low) & (value <= high) & np.isfinite(value)):
             raise ValueError(
-                f"`{call}` must be a number, or one for each of {entry.size}, within the limits of the command, "
+                f"`{call}` must be a finite number, or {entry.size} of them, within the limits of the command, "
                 f"{low} to {high}; got {value}."
             )
         parts.append(np.broadcast_to(value, entry.shape).ravel(order="F"))

@@ -13,6 +13,7 @@ from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.export_folder import MARK
+from workbench.handover.law_graph import graph_of_law
 
 WIDTH = 100
 STRUCTS = {
@@ -23,9 +24,9 @@ STRUCTS = {
 }
 FLAGS = {
     "OK": (0, ""),
-    "BAD_READING": (1, "a reading is not finite: the safe command, and the memory as it was"),
+    "BAD_READING": (1, "a reading is not finite: the safe command"),
     "BAD_REFERENCE": (2, "a reference is not finite: the same"),
-    "BAD_COMMAND": (4, "a command or a number of the memory would not be finite: the same"),
+    "BAD_COMMAND": (4, "a command, also before its limits, or the memory would not be finite: the same"),
 }
 
 
@@ -83,14 +84,32 @@ def about(code: Any) -> Iterator[str]:
     for name, (low, high) in law.limits.items():
         yield from _wrapped(f"Limits of {name}: {_numbers(low)} to {_numbers(high)} {law.commands[name].unit}.")
     if law.delay:
-        waits = ", ".join(f"{name} {count}" for name, count in law.delay.items())
+        waits = ", ".join(f"{name} {count} period{'' if count == 1 else 's'}" for name, count in law.delay.items())
         yield from _wrapped(
-            f"Delay: a command waits so many periods within the law ({waits}). What a call gives acts at once: hand it "
-            "to the actuator as the instant begins."
+            f"Delay: a command is given so long after it is computed: {waits}. The law does this itself: hand what a "
+            "call gives to the actuator as the instant begins. The first commands come from the start of the memory."
         )
-    yield from _wrapped(f"Safe command, where a flag is raised: {safe_text(code)}.")
+    yield from _wrapped(
+        f"Safe command, where a flag is raised: {safe_text(code)}. The memory then stays, but for commands on "
+        "their way, which become the safe one; after a long gap call the reset."
+    )
+    yield from _wrapped(
+        "All is in the state: one for each loop, whose calls do not overlap. A period without a call is lost."
+    )
+    if code.settable and code.real == "float":
+        yield from _wrapped("Parameters have 64 bits, and what depends on them alone is computed so, once a period.")
+    lost = _lost(law) if code.real == "float" else []
+    if lost:
+        yield from _wrapped(f"Note: zero in 32 bits, and no guard of a division any more: {', '.join(lost)}.")
     for note in (*law.notes, *code.warnings):
         yield from _wrapped(f"Note: {note}.".replace("..", "."))
+
+
+def _lost(law: SampledLaw) -> list[str]:
+    """The numbers of a law that single precision has no number but zero for."""
+    numbers = set(graph_of_law(law).numbers.values())
+    with np.errstate(under="ignore", over="ignore"):
+        return [f"{x:g}" for x in sorted(numbers) if x != 0.0 and np.float32(x) == 0.0]
 
 
 def block(lines: Iterator[str] | list[str]) -> list[str]:

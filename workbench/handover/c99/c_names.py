@@ -14,7 +14,29 @@ auto break case char const continue default do double else enum extern float for
 restrict return short signed sizeof static struct switch typedef union unsigned void volatile while _Bool _Complex
 _Imaginary asm bool class delete false friend namespace new operator private protected public template this throw
 true try typename using virtual explicit export mutable catch and or not xor main step errno
+bitand bitor compl and_eq or_eq xor_eq not_eq nullptr constexpr typeid alignas alignof wchar_t
+char16_t char32_t decltype noexcept static_assert thread_local dynamic_cast static_cast const_cast reinterpret_cast
+linux unix i386 NAN INFINITY EOF
+NULL I
 """
+HEADERS = frozenset(
+    [
+        "stdint",
+        "stdbool",
+        "float",
+        "math",
+        "string",
+        "stdlib",
+        "stdio",
+        "assert",
+        "errno",
+        "limits",
+        "time",
+        "signal",
+        "locale",
+    ]
+)
+MACRO = re.compile(r"(FLT|DBL|LDBL|DECIMAL|U?INT)\w*_\w+|M_\w+")
 KEYWORDS = frozenset(WORDS.split())
 # Names that the code itself uses.
 OWN = frozenset(("state", "readings", "references", "commands", "flags", "parameters", "k", "t", "done"))
@@ -25,10 +47,10 @@ IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 @door
 def prefix_of(name: str) -> str:
     """A name as the prefix of all that is visible in C; a ValueError if it cannot be one."""
-    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > LONGEST or name in KEYWORDS:
+    if not isinstance(name, str) or not IDENTIFIER.fullmatch(name) or len(name) > LONGEST or name in KEYWORDS | HEADERS:
         raise ValueError(
             f"`name` must be an identifier of C of at most {LONGEST} letters, digits and '_' that begins with a letter "
-            f"and is no word of the language, as 'motor_law' is; got {described(name)}."
+            f"and is no word of the language and no header of its library, as 'motor_law' is; got {described(name)}."
         )
     return name
 
@@ -36,7 +58,7 @@ def prefix_of(name: str) -> str:
 def member(name: str) -> str:
     """The member of a struct for a quantity: 'plant.arm.links[0].mass' is plant_arm_links_0_mass."""
     text = re.sub(r"_+", "_", re.sub(r"[^A-Za-z0-9_]", "_", name)).strip("_") or "x"
-    return f"x_{text}" if text[0].isdigit() or text in KEYWORDS else text
+    return f"x_{text}" if text[0].isdigit() or text in KEYWORDS or MACRO.fullmatch(text) else text
 
 
 @door

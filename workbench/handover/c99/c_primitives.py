@@ -26,7 +26,14 @@ class Real(NamedTuple):
         return self.suffix
 
     def literal(self, value: float) -> str:
-        """A finite number as C reads it to the last bit."""
+        """A finite number as C reads it to the last bit; a ValueError if it is none in this format."""
+        with np.errstate(over="ignore", under="ignore"):
+            held = np.float32(value) if self.suffix else np.float64(value)
+        if not np.isfinite(held):
+            raise ValueError(
+                f"The law has the number {value:g}, which is {held} in {self.bits} bits: export it in double "
+                "precision, or change that number."
+            )
         text = str(np.float32(value)) if self.suffix else repr(float(value))
         return f"{text}{self.suffix}"
 
@@ -55,7 +62,11 @@ PRIMITIVES = {
 }""",
     "finite": """static bool ${name}_finite$mark($real x)
 {
-    return (x - x) == $zero;
+    return (${name}_bits$mark(x) & $infinity) != $infinity; /* also under options that assume it */
+}""",
+    "defined": """static bool ${name}_defined$mark($real x)
+{
+    return (${name}_bits$mark(x) & ~$sign) <= $infinity; /* it is a number, or infinite */
 }""",
     "fabs": """static $real ${name}_fabs$mark($real x)
 {
@@ -113,6 +124,8 @@ static $real ${name}_sqrt$mark($real x)
 }""",
 }
 NEEDS = {
+    "finite": ("bits",),
+    "defined": ("bits",),
     "fabs": ("bits", "number"),
     "copysign": ("bits", "number"),
     "trunc": ("fabs", "copysign"),
@@ -144,6 +157,7 @@ def primitive(prefix: str, real: Real, name: str) -> str:
         sign=word_text(1 << (real.bits - 1)),
         hidden=word_text(1 << real.digits),
         mantissa=word_text((1 << real.digits) - 1),
+        infinity=word_text(real.pattern(math.inf)),
         not_a_number=word_text(real.pattern(math.nan)),
     )
 

@@ -16,7 +16,7 @@ from workbench.handover.c99.c_functions import definitions
 from workbench.handover.c99.c_header import about, block, prototype
 from workbench.handover.c99.c_names import Variables, comment, letter_of, members
 from workbench.handover.c99.c_primitives import DOUBLE, SINGLE, Real
-from workbench.handover.law_graph import StepGraph, graph_of_law
+from workbench.handover.law_graph import StepGraph, behind_limits, graph_of_law
 from workbench.simulate.kernel.plan import PLAIN
 
 GUARDS = """#include <float.h>
@@ -153,7 +153,10 @@ def _advance(writer: Writer) -> list[str]:
     commands = [f"commands->{x}" for x in places_of(writer.law.commands)]
     variables = [_variable(writer, text) for text in ends]
     body.primitives["finite", writer.real] = None
+    hidden = [_variable(writer, body.value(i)) for i in behind_limits(graph.graph) if i not in graph.numbers]
     finite = [f"{code.name}_finite{writer.real.mark}({x})" for x in dict.fromkeys(variables) if not _plain(x)]
+    finite += [f"{code.name}_defined{writer.real.mark}({x})" for x in dict.fromkeys(hidden) if x not in variables]
+    body.primitives.update({("defined", writer.real): None} if hidden else {})
     lines = [*body.lines, "", "/* Nothing is kept that is not finite. */"]
     lines += [f"const bool done = {_joined(finite)};" if finite else "const bool done = true;", "if (done) {"]
     lines += [f"    {to} = {value};" for to, value in zip([*memory, *commands], variables, strict=True)]

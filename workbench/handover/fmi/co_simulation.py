@@ -98,11 +98,14 @@ class Model:
         return tuple(found)
 
 
+INNER = re.compile(r"\[(\d+)\](?=\w)")  # an index within a name, as in 'q[0]_hat', which FMI has no way to write
+
+
 def _rows(layout: Layout) -> Iterable[tuple[str, str, Entry, float]]:
     for entry in layout.entries:
         values = entry.default.ravel(order="F").tolist()
         for label, unit, value in zip(entry.labels(), entry.units, values, strict=True):
-            yield label, unit, entry, float(value)
+            yield INNER.sub(r"_\1", label), unit, entry, float(value)
 
 
 def model_of(what: SampledLaw | Ode | Sampled, name: str, h: float | None) -> Model:

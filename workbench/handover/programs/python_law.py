@@ -10,8 +10,12 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arms.arm_equations import harmless
+from workbench.handover.c99.c_calls import queue_places
+from workbench.handover.c99.c_code import safe_command
 from workbench.handover.export_folder import MARK
+from workbench.handover.law_graph import behind_limits
 from workbench.handover.programs.python_lines import definitions, lines_of, literal
+from workbench.simulate.kernel.graph import Graph
 from workbench.simulate.kernel.plan import graph_of
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -33,18 +37,34 @@ OWN = '''class Law:
         """The commands by name, for readings and references by name.
 
         A value is a float, or a list of them; a matrix lies column by column. Where a number is not finite the
-        commands are `SAFE`, `flags` says which, and the memory stays.
+        commands are `SAFE`, `flags` says which, and the memory stays, but for commands on their way.
         """
+        readings, references = taken("reading", readings, READINGS), taken("reference", references or {}, REFERENCES)
         flags = OK if finite(readings, READINGS) else BAD_READING
-        flags |= OK if finite(references or {}, REFERENCES) else BAD_REFERENCE
+        flags |= OK if finite(references, REFERENCES) else BAD_REFERENCE
         if flags == OK:
-            memory, commands = moved(float(self.k), self.memory, readings, references, self.parameters)
-            flags = OK if finite(commands, SAFE) and finite(memory, MEMORY) else BAD_COMMAND
+            memory, commands, inner = moved(float(self.k), self.memory, readings, references, self.parameters)
+            good = finite(commands, SAFE) and finite(memory, MEMORY) and not any(map(math.isnan, inner))
+            flags = OK if good else BAD_COMMAND
         self.k, self.flags = self.k + 1, flags
         if flags != OK:
+            self.memory |= copied(SAFE_QUEUE)
             return copied(SAFE)
         self.memory = memory
         return commands
+
+
+def taken(noun, values, names):
+    """The values of these names as floats, or lists of them."""
+    if set(values) != set(names):
+        raise LookupError(f"The law needs a {noun} of each of {sorted(names)}; got {sorted(values)}.")
+    held = {}
+    for name, one in names.items():
+        numbers = [float(x) for x in values[name]] if isinstance(one, list) else float(values[name])
+        if isinstance(one, list) and len(numbers) != len(one):
+            raise ValueError(f"The {noun} '{name}' must have {len(one)} numbers; got {len(numbers)}.")
+        held[name] = numbers
+    return held
 
 
 def copied(values):
@@ -72,16 +92,16 @@ def python_law(law: SampledLaw, name: str = "", *, safe: Mapping[str, float] | N
     name
         What the module says that it is; the law's own name if none is given.
     safe
-        The command that is given where a number is not finite, by the names of commands; zero, or what of its limits is
-        nearest, where nothing is said.
+        As of `c_code`.
 
     Raises
     ------
-    LookupError
-        If `safe` has a name that is none of the law's commands.
+    ValueError, LookupError
+        If a safe command is beyond a limit, or is for no command of the law.
     """
     graph = graph_of(law.step)
-    variables = _Variables(law)
+    graph = Graph(graph.nodes, (*graph.results, *behind_limits(graph)))
+    variables, size = _Variables(law), law.step.states.size
     lines, results = lines_of(graph, law.period, variables.of)
     functions, memory = definitions(lines), law.memory.size
     head = [f'"""{harmless(name or law.name)}: a law that runs once in {law.period!r} s.', "", *_about(law), '"""', ""]
@@ -92,27 +112,24 @@ def python_law(law: SampledLaw, name: str = "", *, safe: Mapping[str, float] | N
         f"PERIOD = {law.period!r}  # s",
     ]
     head += [f"{flag} = {value}" for flag, value in zip(FLAGS, (0, 1, 2, 4), strict=True)]
-    safest = safe_commands(law, safe)
+    safest = safe_command(law, safe)
+    waiting = Layout(tuple(entry for entry in law.memory.entries if entry.name in queue_places(law)))
+    named = law.commands.unpack(safest)
+    queued = [np.ravel(named[name], order="F") for entry in waiting.entries for name in queue_places(law)[entry.name]]
     head += _table("PARAMETERS", law.parameters) + _table("MEMORY", law.memory)
     head += _table("READINGS", law.readings) + _table("REFERENCES", law.references)
-    head += _table("SAFE", law.commands, law.commands.pack(safest)[0]) + ["", ""]
+    head += _table("SAFE", law.commands, safest)
+    head += _table("SAFE_QUEUE", waiting, np.concatenate([*queued, np.zeros(0)])) + ["", ""]
     body = ["def moved(k, memory, readings, references, parameters):"]
-    body += ['    """The memory after this instant, and the commands."""', *(f"    {x}" for x in variables.reads())]
+    body += [
+        '    """The memory after this instant, the commands, and what limits stand before."""',
+        *(f"    {x}" for x in variables.reads()),
+    ]
     body += [f"    {line}" for line in lines]
     body += [f"    after = {_mapping(law.memory, results[:memory])}"]
-    body += [f"    return after, {_mapping(law.commands, results[memory:])}"]
+    body += [f"    commands = {_mapping(law.commands, results[memory:size])}"]
+    body += [f"    return after, commands, [{', '.join(results[size:])}]"]
     return "\n".join([*head, *functions, *body, "", "", OWN.rstrip("\n")]) + "\n"
-
-
-def safe_commands(law: SampledLaw, safe: Mapping[str, float] | None) -> dict[str, Array]:
-    """The safe value of each command: the one that is said, or zero within the limits."""
-    values = {entry.name: np.zeros(entry.shape) for entry in law.commands.entries}
-    for entry in law.commands.entries:
-        if entry.name in law.limits:
-            low, high = law.limits[entry.name]
-            values[entry.name] = np.clip(values[entry.name], low, high)
-    row = law.commands.pack({**values, **(safe or {})})[0]
-    return law.commands.unpack(row)
 
 
 class _Variables:

@@ -72,10 +72,13 @@ class Importer(AbstractTarget):
         if find_spec("fmpy") is None:
             raise TargetError("install FMPy with `pip install fmpy`")
         law = recording.law
-        fmu(law, self.version, code.name, compiler="gcc").write(folder / "law.fmu")
-        inputs = [f"y.{name}" for name in law.readings.labels] + [f"r.{name}" for name in law.references.labels]
-        names = {"inputs": inputs, "outputs": [f"u.{name}" for name in law.commands.labels], "period": law.period}
-        (folder / "names.json").write_text(json.dumps(names), encoding="utf-8")
+        try:
+            unit = fmu(law, self.version, code.name, compiler="gcc")
+        except ValueError as error:
+            raise TargetError(str(error)) from error
+        unit.write(folder / "law.fmu")
+        names = {f"{role}s": [v.name for v in unit.variables if v.role == role] for role in ("input", "output")}
+        (folder / "names.json").write_text(json.dumps({"period": law.period, **names}), encoding="utf-8")
         recording.inputs.tofile(folder / "inputs.bin")
         script = SCRIPT.substitute(CALLS[self.version], begin=BEGINS[self.version])
         (folder / "importer.py").write_text(script, encoding="utf-8")
