@@ -237,8 +237,8 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
         Column("effect"),
         Column("declared", align="right"),
         Column("loss", "%", "right", digits=2),
-        Column(f"within {100 * (KEPT - 1):.0f} % up to"),
-        Column(f"within {STANDS:g} times up to"),
+        Column(f"at most {KEPT:g} times"),
+        Column(f"at most {STANDS:g} times"),
     )
     return Table(name, caption, columns, tuple(rows))
 
@@ -254,4 +254,4 @@ def _end(one: ComputerMargin, most: float) -> str:
     level = one.largest(most)
     if level == one.effect.least:
         return f"less than {_level(one.effect, one.effect.levels[0])}"
-    return _level(one.effect, level) + (" or more" if one.unbounded(most) else "")
+    return ("\N{GREATER-THAN OR EQUAL TO} " if one.unbounded(most) else "") + _level(one.effect, level)
