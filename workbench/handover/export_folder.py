@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from workbench.validation.refusals import described, refusal
+
 MARK = "control-workbench"  # in every file that an export writes
 
 
@@ -19,6 +21,8 @@ def write_files(folder: str | Path, files: Mapping[str, str | bytes]) -> Path:
     ValueError
         If a file is there that no export has written, or one cannot be written; then nothing is changed.
     """
+    if not isinstance(folder, str | Path) or "\0" in str(folder) or os.path.isfile(folder):
+        raise refusal("export(folder=...)", "the path of a folder, or of none yet", str(folder))
     target = Path(folder)
     contents = {name: text.encode() if isinstance(text, str) else text for name, text in files.items()}
     drafts: dict[Path, Path] = {}
@@ -34,7 +38,7 @@ def write_files(folder: str | Path, files: Mapping[str, str | bytes]) -> Path:
             os.replace(draft, path)
     except OSError as error:
         raise ValueError(
-            f"The export cannot go to '{folder}': {error.strerror or error}. Name a folder that you may write."
+            f"The export cannot go to {described(str(folder))}: {error.strerror or error}. Name one that you may write."
         ) from error
     finally:
         for draft in drafts.values():

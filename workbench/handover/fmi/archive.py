@@ -18,8 +18,8 @@ from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
 from workbench.handover.fmi.step_sources import compiled_files, sources_of
+from workbench.validation.refusals import described, one_of
 from workbench.validation.refusals import name as check_name
-from workbench.validation.refusals import one_of
 from workbench.validation.signatures import door
 
 VERSIONS = ("2.0", "3.0")
@@ -77,9 +77,9 @@ class Fmu:
         ValueError
             If the path has another ending, is a folder, or cannot be written.
         """
-        if Path(path).suffix != ".fmu" or Path(path).is_dir():
+        if "\0" in str(path) or Path(path).suffix != ".fmu" or Path(path).is_dir():
             raise ValueError(
-                f"`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got '{path}'."
+                f"`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got {described(str(path))}."
             )
         target = Path(path)
         draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}")

@@ -20,7 +20,7 @@ from workbench.simulate.kernel import arrays
 from workbench.simulate.kernel.elementary_functions import Angle
 from workbench.simulate.kernel.plan import Evaluation
 from workbench.simulate.kernel.target_operations import Value
-from workbench.validation.refusals import Array, described
+from workbench.validation.refusals import Array, described, numbers
 from workbench.validation.signatures import door
 
 OPERATIONS: Mapping[str, Callable[..., Value]] = {
@@ -109,7 +109,7 @@ def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
     """The graph of a law with these parameters (np,), or its own."""
     if p is None:
         return graph_of_law(law)
-    held = np.asarray(p, float)
+    held = numbers("single_precision(p=...)", p)
     if held.shape != (law.parameters.size,):
         wanted = f"({law.parameters.size},), one for each parameter of '{law.name}'"
         raise ValueError(f"The parameters of a law must have the shape {wanted}; it is {held.shape}.")
@@ -119,16 +119,17 @@ def step_graph(law: SampledLaw, p: ArrayLike | None = None) -> StepGraph:
 def rows_of(call: str, law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None) -> Rows:
     """The arguments of a law as rows of doubles, or a refusal that names the call and the shape."""
     layouts = {"z": law.memory, "y": law.readings, "r": law.references}
-    count = len(np.atleast_2d(np.asarray(y, float)))
-    arrays_ = {"z": z, "y": y, "r": np.zeros((count, 0)) if r is None else r}
-    held = {name: np.asarray(value, float) for name, value in arrays_.items()}
+    readings = numbers(f"{call}(y=...)", y)
+    count = len(np.atleast_2d(readings))
+    wanted = np.zeros((count, 0)) if r is None else numbers(f"{call}(r=...)", r)
+    held = {"z": numbers(f"{call}(z=...)", z), "y": readings, "r": wanted}
     for name, layout in layouts.items():
         if held[name].shape != (count, layout.size):
             raise ValueError(
                 f"`{call}({name}=...)` must have the shape ({count}, {layout.size}): one row for each of y, with one "
                 f"number for each of {', '.join(layout.labels) or 'nothing'}; it is {held[name].shape}."
             )
-    instants = np.asarray(k, float)
+    instants = numbers(f"{call}(k=...)", k)
     if instants.shape not in ((), (1,), (count,)) or not np.all((instants >= 0) & (instants == np.floor(instants))):
         raise ValueError(
             f"`{call}(k=...)` must be a whole number from 0 on, or {count} of them, one for each row; it is "
