@@ -79,7 +79,8 @@ class Fmu:
         """
         if "\0" in str(path) or Path(path).suffix != ".fmu" or Path(path).is_dir():
             raise ValueError(
-                f"`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got {described(str(path))}."
+                "`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got "
+                f"{described(str(path))}."
             )
         target = Path(path)
         draft = target.with_name(f".{target.name}.{secrets.token_hex(4)}")
