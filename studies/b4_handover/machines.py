@@ -115,7 +115,7 @@ def fit_finding() -> Verdict:
 
 def short(name: str) -> str:
     """The name of a target without its compiler, where it has but one."""
-    return name.split(",")[0].replace("-O", "\N{NON-BREAKING HYPHEN}O").replace("x-M", "x\N{NON-BREAKING HYPHEN}M")
+    return name.split(",")[0]
 
 
 def share(fit: Fit) -> str:
