@@ -9,6 +9,7 @@ from studies.b4_handover import findings, machines, margins, operations, pages
 from studies.b4_handover.loops import EKF, ERROR, LQG, PID, SETTLED, SMC, TWISTING, handed, settled_rmse
 from studies.b4_handover.margins import Loss, Losses, Scan, effects, ends, starts
 from workbench.handover.replays import Replay, TargetResult
+from workbench.handover.targets import TARGETS
 from workbench.handover.targets.contract import Figures
 from workbench.metrics import measure
 from workbench.simulate import simulate
@@ -146,7 +147,7 @@ def test_a_declared_period_that_is_too_long_fails(figures):
 # The machines
 
 
-M4F = "Cortex-M4F, gcc -O2, QEMU"
+M4F = TARGETS["cortex-m4f"].name
 
 
 def replays(**changes):

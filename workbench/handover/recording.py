@@ -54,6 +54,9 @@ class Recording:
     job: Job
     rows: Array | None = None
 
+    def __repr__(self) -> str:
+        return f"<Recording of '{self.law.name}': {self.periods:,} periods of {self.law.period:g} s>"
+
     @property
     def periods(self) -> int:
         """The number of instants."""

@@ -12,10 +12,10 @@ from workbench.core.port import ANY
 from workbench.core.sampled_law import Stage
 from workbench.handover.c99.c_body import ATOM, SIGNED, Body, Text
 from workbench.handover.c99.c_calls import init_of, places_of, reset_of, step_of
-from workbench.handover.c99.c_functions import definitions
-from workbench.handover.c99.c_header import about, block, prototype
+from workbench.handover.c99.c_functions import ABOUT, definitions
+from workbench.handover.c99.c_header import STRUCTS, about, block, prototype
 from workbench.handover.c99.c_names import Variables, comment, letter_of, members
-from workbench.handover.c99.c_primitives import DOUBLE, SINGLE, Real
+from workbench.handover.c99.c_primitives import DOUBLE, PRIMITIVES, SINGLE, Real
 from workbench.handover.law_graph import StepGraph, behind_limits, graph_of_law
 from workbench.simulate.kernel.plan import PLAIN
 
@@ -65,7 +65,8 @@ def source_of(code: Any) -> str:
 def _writer(code: Any) -> Writer:
     law, real = code.law, SINGLE if code.precision == "single" else DOUBLE
     graph = graph_of_law(law, code.settable)
-    variables = Variables()
+    calls = [*PRIMITIVES, *ABOUT, "pair", *STRUCTS, "state", "init", "reset", "step", "advance"]
+    variables = Variables(f"{code.name}_{call}{mark}" for call in calls for mark in ("", SINGLE.mark))
     names = dict[int, str]()
     body = Body(graph.graph, code.name, real, graph.numbers, lambda place: texts[place], names)
     body = replace(body, doubles=frozenset() if real is DOUBLE else frozenset((*graph.adjustable, *graph.timed)))

@@ -69,6 +69,9 @@ class RoundingBound:
     u_cause: np.ndarray
     reasons: Mapping[int, str]
 
+    def __repr__(self) -> str:
+        return f"<RoundingBound: {len(self.u)} rows, {int(self.bounded.sum())} with a bound>"
+
     @cached_property
     def bounded(self) -> np.ndarray:
         """True for the rows (B,) in which each number has a bound."""

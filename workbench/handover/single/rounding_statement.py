@@ -57,6 +57,9 @@ class StatedBound:
     lost: float  # the share of rows in which a command has no bound
     reasons: Mapping[str, float]
 
+    def __repr__(self) -> str:
+        return f"<StatedBound of '{self.law.name}': {self.rows:,} rows, {percent(self.lost)} without a bound>"
+
     @property
     def sentence(self) -> str:
         """The bounds of the commands, with their units, and the share of rows that have none."""

@@ -71,6 +71,9 @@ class Singly(NamedTuple):
     z_next: np.ndarray
     u: np.ndarray
 
+    def __repr__(self) -> str:
+        return f"<Singly: {len(self.u)} rows, {self.u.shape[1]} commands>"
+
 
 @door
 def single_precision(
