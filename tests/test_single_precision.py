@@ -237,8 +237,10 @@ def test_c_and_numpy_have_the_same_floats_in_every_function(tmp_path):
     np.testing.assert_array_equal(results.view(np.uint32), single_precision(law, k, none, y).u.view(np.uint32))
 
 
+STRIDE = 31  # of the floats of a domain; 1 was run too, and takes six minutes
 EVERYWHERE = """
 #include <math.h>
+#include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
@@ -257,7 +259,7 @@ static void see(float got, double wanted)
 }}
 int main(void)
 {{
-    for (uint32_t i = bits({low}); i <= bits({high}); ++i) {{
+    for (uint32_t i = bits({low}); i <= bits({high}); i += {stride}u) {{
         const float x = at(i);
         {checks}
     }}
@@ -284,10 +286,10 @@ EACH_FLOAT = {  # the function, the sizes of its argument, and what is checked; 
 @needs_c
 @pytest.mark.heavy
 @pytest.mark.parametrize("name", EACH_FLOAT)
-def test_the_stated_errors_hold_at_every_float(name, tmp_path):
+def test_the_stated_errors_hold_throughout_the_domain(name, tmp_path):
     function, low, high, checks = EACH_FLOAT[name]
     texts = "\n\n".join(definitions("f", SINGLE, [function]))
-    source = EVERYWHERE.format(definitions=texts, low=low, high=high, checks=checks)
+    source = EVERYWHERE.format(definitions=texts, low=low, high=high, checks=checks, stride=STRIDE)
     (tmp_path / "every.c").write_text(source, encoding="utf-8")
     compilation = [COMPILER, "-std=c99", "-O2", "-ffp-contract=off", "every.c", "-o", "every", "-lm"]
     subprocess.run(compilation, cwd=tmp_path, check=True, timeout=60)
