@@ -2,22 +2,20 @@
 
 import ctypes
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import numpy as np
 import pytest
+from targets_here import needs_gcc, needs_valgrind
 
 from studies.paper.laws import proposed_repaired
 from workbench.handover.c99.c_code import c_code
 
 HANDWRITTEN = Path(__file__).parent.parent / "studies/performance/handwritten"
-needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed: apt-get install gcc")
-needs_valgrind = pytest.mark.skipif(
-    shutil.which("valgrind") is None, reason="valgrind is not installed: apt-get install valgrind"
-)
+
 MOST_INSTRUCTIONS, MOST_STACK = 1.5, 4096  # of those of the law written by hand; bytes
+
 
 PERIODS = """
 #include <stdlib.h>
