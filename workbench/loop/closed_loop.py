@@ -99,9 +99,10 @@ class ClosedLoop:
     def ode(self, name: str = "loop", *, inputs: bool = False) -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
-        The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and that of
-        the estimate (`e_hat_x`); commands and what acts (`u_applied`); the truths; the observer's errors (`x_error`:
-        true minus estimated); and the law's own signals. An arm calls e_q, e_qd and e_hat_q e, ed and e_hat.
+        The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and the same
+        by the estimate, e_hat_x = x_hat - x_ref; commands and what acts (`u_applied`); the truths; the errors of the
+        observer, x_error = x - x_hat, true minus estimated; and the law's own signals. An arm calls e_q, e_qd and
+        e_hat_q e, ed and e_hat.
 
         With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
         input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs.

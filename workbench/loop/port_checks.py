@@ -170,7 +170,8 @@ def _refuse(
 
 
 def _parameters(block: object) -> tuple[str, ...]:
-    return tuple(field.name for field, quantity in quantities(block) if quantity.lifted)
+    own = (field.name for field, quantity in quantities(block) if quantity.lifted)
+    return tuple(name for name in own if getattr(block, name) is not None)
 
 
 def _names(port: Layout) -> str:
