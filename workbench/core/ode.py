@@ -190,6 +190,14 @@ class Ode:
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
 
 
+def time_beside(*layouts: Layout) -> ca.SX:
+    """A symbol of time that no label of the layouts has as its name: t, else t with underscores behind it."""
+    name, taken = "t", {label for layout in layouts for label in layout.labels}
+    while name in taken:
+        name += "_"
+    return ca.SX.sym(name)
+
+
 @door
 def with_quadrature(ode: Ode, integrands: Mapping[str, ca.SX], units: Mapping[str, str] | None = None) -> Ode:
     """The same equation with a state z for each integrand g(t, x, p), (k, 1), by its name: z' = g, z(0) = 0."""
