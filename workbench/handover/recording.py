@@ -192,8 +192,8 @@ def digest(rows: Array) -> Words:
 
 def _taken(sampled: Sampled, law: SampledLaw, substeps: int) -> Step:
     """The step of a loop with what its computer is handed as further states."""
-    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.taken.items()))
-    parts = [ca.vec(part) for part in sampled.taken.values()]
+    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.handed.items()))
+    parts = [ca.vec(part) for part in sampled.handed.values()]
     step = sampled.step(substeps).extended(layout, ca.SX.sym("taken", layout.size), ca.vertcat(*parts, ca.SX(0, 1)))
     needs = [f"y.{name}" for name in law.readings.names] + [f"r.{name}" for name in law.references.names]
     needs += [f"hold.{name}" for name in law.commands.names] + [*law.memory.names]
