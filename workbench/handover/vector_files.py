@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from string import Template
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from workbench.handover.c99.c_names import member, prefix_of
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
 
-Rows = tuple[Array, Array, Array]  # readings, references and commands, a row an instant
+Rows = tuple[Any, Any, Any]  # readings, references and commands, a row an instant, as floats or doubles
 
 HEADER = Template("""\
 /* Test vectors of $law, written by control-workbench: what it got and sent in its loop, every $period s. */
