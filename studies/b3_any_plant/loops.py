@@ -32,18 +32,18 @@ BAND = 0.05  # of what the start is off
 def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     """The loop of a plant and a law, which holds the outputs at the operating point."""
     plant, point = setting.plant, setting.point
-    holds = (Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items())
-    reference = Together(tuple(holds))
+    holds = {name: Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items()}
     if law == PID:
         second = setting.pid(setting)
         if computer and isinstance(second, PID2):  # against windup; the others have no integral, or are never limited
             second = replace(second, low=setting.limit[0], high=setting.limit[1])
+        reference = Together(tuple(hold for name, hold in holds.items() if name in second.follows))
         return ClosedLoop(plant, controller=second, reference=reference)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
     model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = LinearObserver(model, setting.design.estimator.K, x_0=point.x, u_0=point.u)
     regulator = Regulator.of(plant, setting.design.regulator.K, point.x, point.u, follow=plant.outputs.names)
-    return ClosedLoop(plant, observer, regulator, reference)
+    return ClosedLoop(plant, observer, regulator, Together(tuple(holds.values())))
 
 
 def cut(setting: Setting, law: str) -> Any:

@@ -67,6 +67,12 @@ class Regulator(AbstractController):
     def drives(self) -> Layout:
         return self.inputs
 
+    def way_to_follow(self, names: tuple[str, ...]) -> str:
+        """`follow=` where all of them are states; else another law."""
+        if all(name in self.states for name in names):
+            return f"`Regulator.of(..., follow={names!r})`"
+        return AbstractController.way_to_follow(self, names)
+
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}
         return Signals(self.inputs.view(self.u0 - self.K @ (self.states.flatten(est) - self.states.flatten(wanted))))

@@ -134,6 +134,11 @@ class LinearLaw(AbstractLinear, AbstractController):
     error: bool = False
     u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
     v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
+    hint = (
+        "The inputs of a system are taken by their names: an input 'y' is the output y of the plant, or its error by "
+        "`LinearLaw(C, error=True)`, and an input 'y_ref' what is wanted of it."
+    )
+    stands = False  # True of a system that was given to a loop as it stands, see `as_it_stands`
 
     def __post_init__(self) -> None:
         for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
@@ -171,6 +176,14 @@ class LinearLaw(AbstractLinear, AbstractController):
         return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
 
     update = rate
+
+    def way_to_follow(self, names: tuple[str, ...]) -> str:
+        """The advice of a refusal where the signals `names` are to be followed: the error, or inputs for them."""
+        inputs = ", ".join(f"'{name}' and '{name}{WANTED}'" for name in names)
+        return (
+            f"`LinearLaw(C, error=True)` where C is a compensator of the error {names[0]}{WANTED} - {names[0]}, as "
+            f"that of `lqg` is not, or a system with the inputs {inputs}"
+        )
 
     def run_every(self, period: float) -> LinearLaw:
         """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a
@@ -256,6 +269,13 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
+
+
+def as_it_stands(system: Any) -> LinearLaw:
+    """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
+    law = LinearLaw(system)
+    object.__setattr__(law, "stands", True)
+    return law
 
 
 def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:

@@ -70,9 +70,12 @@ def linearize(
     flow = ode.flow if isinstance(ode, Sampled) else ode
     for what, size in (("input", len(flow.inputs)), ("output", ode.outputs.size)):
         if size == 0:
+            alone = "" if isinstance(ode, Sampled) else " Take `ode.A(t, x, p)` for the matrix A alone."
+            way = "ClosedLoop.ode(" if isinstance(ode, Ode) else "ClosedLoop.digital(period, "
+            more = f" A loop has as inputs what comes from outside by `{way}inputs=True)`." if what == "input" else ""
             raise ValueError(
                 f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
-                f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
+                f"'{ode.name}' has none.{alone}{more}"
             )
     row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
     if isinstance(ode, Sampled):
