@@ -6,7 +6,7 @@ Jacobians are taken a little off the point, on each side of all that switches th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
@@ -32,6 +32,8 @@ LEAST = 1e-3  # of what a switching function might change by in a direction, if 
 SPREAD = 16  # other directions
 LONGEST = 60  # letters of an expression in a message
 Sides = str | Mapping[str, float] | None
+Mask = np.ndarray[Any, np.dtype[np.bool_]]
+Used = Callable[[Mask], Mask]
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,10 +128,20 @@ class Corners:
         return None if along.any() else tuple(np.where(active, np.sign(value), 0).astype(int).tolist())
 
 
-def differing(pieces: Sequence[Piece]) -> Array:
+def differing(pieces: Sequence[Piece]) -> Mask:
     """True for each entry that differs between pieces by a corner, and not by rounding or by a smooth bend."""
     near, far = (np.ptp([getattr(piece, name) for piece in pieces], axis=0) for name in ("near", "far"))
     return np.asarray(~(near <= rounding(pieces)) & ~(near < STAYS * far))
+
+
+def anywhere(pieces: Sequence[Piece]) -> Mask:
+    """True for each entry that is not zero on some piece."""
+    return np.asarray(np.any([piece.near != 0 for piece in pieces], axis=0))
+
+
+def all_entries(pattern: Mask) -> Mask:
+    """True for each entry: an answer that is the Jacobians themselves depends on all of them."""
+    return np.ones(pattern.shape, dtype=bool)
 
 
 def rounding(pieces: Sequence[Piece]) -> Array:
@@ -193,7 +205,7 @@ def _agreeing(pieces: Sequence[Piece], signs: Array) -> list[Piece]:
 
 
 def refuse_corner(
-    call: str, corners: Corners, pieces: Sequence[Piece], odd: Array, rows: Sequence[str], remedy: str = ""
+    call: str, corners: Corners, pieces: Sequence[Piece], odd: Mask, rows: Sequence[str], remedy: str = ""
 ) -> None:
     """Refuse a point at which the entries `odd` of the Jacobians differ, with the corner and its pieces."""
     i, j = np.argwhere(odd)[np.argmax(np.ptp([piece.near for piece in pieces], axis=0)[odd])]
@@ -237,11 +249,11 @@ def _text(name: str, a: Sequence[ca.SX]) -> str:
 
 
 def sure_jacobians(
-    call: str, corners: Corners, t: float, x: Array, p: Array, side: Sides = None, used: Any = np.True_
+    call: str, corners: Corners, t: float, x: Array, p: Array, side: Sides = None, used: Used = all_entries
 ) -> tuple[Array, Array, Array, Array]:
     """A, B, Cy and D at a point, of one side of its corners if asked; else corners are refused where `used` differs.
 
-    `used` is True for the entries (nx + ny, nx + nu) on which the answer depends.
+    `used` tells of the entries (nx + ny, nx + nu) that are not zero on all pieces, on which of them the answer depends.
     """
     ode = corners.ode
     step = side_direction(call, corners, side, x, p[places_of(ode)])
@@ -253,7 +265,8 @@ def sure_jacobians(
         A, B, Cy, D = jacobians(call, ode, t, x, p)  # refused where none of them is finite
     else:
         pieces = chosen_pieces(corners, pieces, step, (t, x, p))
-    odd = differing(pieces) & used
+    needed = used(anywhere(pieces))
+    odd = differing(pieces) & needed
     if odd.any():
         refuse_corner(call, corners, pieces, odd, rows_of(ode))
     J = pieces[0].near
@@ -261,7 +274,7 @@ def sure_jacobians(
         mean = np.block([[A, B], [Cy, D]])
         # of pieces that agree the mean may still be another number: | |x| + x | - |x| - x is zero, and its mean is -1
         off = np.abs(J - mean)
-        J = np.where((off > np.abs(J - pieces[0].far)) & (off > rounding(pieces)), J, mean)
+        J = np.where((off > np.abs(J - pieces[0].far)) & (off > rounding(pieces)) & needed, J, mean)
     else:
         _refuse_infinite(call, ode, pieces[0])
     return split(J, n)

@@ -14,6 +14,9 @@ from workbench.design.linear.corners import (
     Corners,
     Piece,
     Sides,
+    Used,
+    all_entries,
+    anywhere,
     chosen_pieces,
     differing,
     refuse_corner,
@@ -41,7 +44,9 @@ class Period:
     matrices: Matrices
 
 
-def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array, side: Sides = None) -> Period:
+def one_period(
+    call: str, sampled: Sampled, t: float, x: Array, p: Array, side: Sides = None, used: Used = all_entries
+) -> Period:
     """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken."""
     k = t / sampled.period
     if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
@@ -66,7 +71,7 @@ def one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array, side: 
             moved = chosen_pieces(then, moved, np.concatenate([jumped[0].near @ step, step[n:]]), (t, after, p))
         flows: list[Piece | None] = [*moved] or [None]
         ways = [_way(call, sampled, t, after, p, a, b) for a in jumped for b in flows]
-        if differing(ways).any():
+        if (differing(ways) & used(anywhere(ways))).any():
             _refuse_period(call, first, jumped, then, moved)
         J = ways[0].near
     return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]))

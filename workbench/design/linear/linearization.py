@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core import Ode, Point, Sampled
 from workbench.core.point import AT_REST, rate_terms
-from workbench.design.linear.corners import Corners, Sides, sure_jacobians
+from workbench.design.linear.corners import Corners, Sides, Used, all_entries, sure_jacobians
 from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (
     inputs_of,
@@ -71,7 +71,14 @@ def _flow_of(ode: Ode | Sampled) -> Ode:
 
 
 def linear_model(
-    call: str, ode: Ode | Sampled, t: float, x: Any, row: Array, at_rest: bool = False, side: Sides = None
+    call: str,
+    ode: Ode | Sampled,
+    t: float,
+    x: Any,
+    row: Array,
+    at_rest: bool = False,
+    side: Sides = None,
+    used: Used = all_entries,
 ) -> PointedSpace:
     """The linear model at parameters (np,) which hold the inputs too; refusals name the call."""
     import control
@@ -86,12 +93,12 @@ def linear_model(
                 f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
             )
     if isinstance(ode, Sampled):
-        period = one_period(call, ode, time, state, row, side)
+        period = one_period(call, ode, time, state, row, side, used)
         matrices, output, dt = period.matrices, period.output, ode.period
-        moving = _moving_step(ode, state, period.end, matrices[0])
+        moving = step_motion(ode, state, period.end, matrices[0])
     else:
         refuse_jump_at(call, ode, time, state, row)
-        matrices, dt = sure_jacobians(call, Corners.of(ode), time, state, row, side), 0
+        matrices, dt = sure_jacobians(call, Corners.of(ode), time, state, row, side, used), 0
         output = np.array(ode.h(time, state, row)).ravel()
         moving = motion(ode, time, state, row, matrices[0])
     if at_rest and moving:
@@ -103,21 +110,25 @@ def linear_model(
     return PointedSpace(control.ss(*matrices, dt, name=ode.name, **names_of(flow)), point)
 
 
-def motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> str:
-    """The state that is not at rest, with the rate that remains, in words; empty at a rest point."""
+def motion(ode: Ode, t: float, x: Array, p: Array, A: Array, mask: Any = np.True_) -> str:
+    """The state that moves, of those in the mask, with its rate, in words; empty at a rest point."""
     rate = ode.rate_at(t, x, p)
-    share = np.abs(rate) / rate_terms(A, x)
-    worst = int(np.argmax(share))
-    return "" if share[worst] <= AT_REST else f"the rate of '{ode.states.labels[worst]}' is {rate[worst]:.3g}"
+    return _in_words(ode, x, rate, np.abs(rate) / rate_terms(A, x) * mask)
 
 
-def _moving_step(sampled: Sampled, x: Array, end: Array, A: Array) -> str:
-    """The state that changes over a period, of those on which the next period depends, in words; or empty."""
-    change = np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0)
-    worst = int(change.argmax())
-    if change[worst] <= AT_REST:
+def step_motion(sampled: Sampled, x: Array, end: Array, A: Array, mask: Any = np.True_) -> str:
+    """The state that a period changes, of those in the mask on which the next one depends; empty if it rests."""
+    return _in_words(sampled, x, end - x, np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0) * mask)
+
+
+def _in_words(ode: Ode | Sampled, x: Array, change: Array, share: Array) -> str:
+    worst = int(np.argmax(np.where(np.isnan(share), np.inf, share)))
+    if share[worst] <= AT_REST:
         return ""
-    return f"'{sampled.states.labels[worst]}' changes from {x[worst]:.3g} to {end[worst]:.3g} over a period"
+    label = ode.states.labels[worst]
+    if isinstance(ode, Sampled):
+        return f"'{label}' changes from {x[worst]:.3g} to {x[worst] + change[worst]:.3g} over a period"
+    return f"the rate of '{label}' is {change[worst]:.3g}"
 
 
 @door

@@ -113,7 +113,7 @@ def _at_point(ode: Ode, outputs: Sequence[str], x: Any, row: Array, side: Sides)
     read = [place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]
     used = np.zeros((n + ode.outputs.size, n + len(places_of(ode))), dtype=bool)
     used[[*range(n), *(n + place for place in read)], :n] = True
-    A, _, Cy, _ = sure_jacobians("steady_kalman", Corners.of(ode), 0.0, state, row, side, used)
+    A, _, Cy, _ = sure_jacobians("steady_kalman", Corners.of(ode), 0.0, state, row, side, lambda _: used)
     y0, moving = np.array(ode.h(0.0, state, row)).ravel(), motion(ode, 0.0, state, row, A)
     point = Point(ode.states, inputs_of(ode), ode.outputs, state, row[places_of(ode)], y0, moving)
     return A, Cy[read], point.part(read, range(len(point.u0)))
