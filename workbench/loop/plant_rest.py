@@ -60,11 +60,11 @@ def refuse_other(call: str, point: Point, states: Layout, inputs: Layout) -> Non
     for what, own, port in (("states", point.states, states), ("inputs", point.inputs, inputs)):
         if own.labels != port.labels:
             raise ValueError(
-                f"`{call}(K=...)` must be designed for the {what} {', '.join(port.labels)}; this design is for "
+                f"`{call}(...)` must have a design made for the {what} {', '.join(port.labels)}; this design is for "
                 f"{', '.join(own.labels)}."
             )
     if point.moving:
         raise ValueError(
-            f"`{call}(K=...)` must be designed at a rest point, as it holds the plant there; {point.moving} where this "
-            "one was linearised. Take a point of `operating_point` or `equilibria`, or give x0=... and u0=..."
+            f"`{call}(...)` must have a design made at a rest point, where a plant can be held; {point.moving} at "
+            "the point of this one. Take a point of `operating_point` or `equilibria`, or give x0=... and u0=..."
         )

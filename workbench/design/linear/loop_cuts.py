@@ -103,7 +103,7 @@ def _reaching(pattern: Mask, n: int) -> Mask:
     steps[:, :n] |= pattern[:, :n]
     reach = _closure(steps)  # reach[i, j]: j reaches i
     used = np.ones(pattern.shape, dtype=bool)
-    out = reach[n:, :n].any(axis=0)
+    out = np.asarray(reach[n:, :n].any(axis=0))
     used[:n, :n] = out[:, np.newaxis] | reach[:n, :n].T
     used[:n, n:] = out[:, np.newaxis]
     return used
