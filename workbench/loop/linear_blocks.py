@@ -71,14 +71,15 @@ class LinearPlant(AbstractLinear, AbstractPlant):
         _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
         if self.start is not None:
             vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
+        else:
+            object.__setattr__(self, "start", self.system.x0)
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
         object.__setattr__(self, "period", self.system.dt)
 
     @property
     def states(self) -> Layout:
         """The states of the system, at their start."""
-        start = self.system.x0 if self.start is None else self.start
-        parts = {} if start is None else self.system.states.unpack(start)
+        parts = {} if self.start is None else self.system.states.unpack(self.start)
         return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
 
     @property
