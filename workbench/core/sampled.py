@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,7 +9,8 @@ from functools import cached_property
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
@@ -215,10 +215,8 @@ class Sampled:
     @cached_property
     def fingerprint(self) -> str:
         """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
-        digest = hashlib.sha256(f"{self.flow.fingerprint} {self.period.hex()}".encode())
-        for line in instructions(ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w], [self.jump])):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w], [self.jump])
+        return fingerprint_of(f"{self.flow.fingerprint} {self.period.hex()}".encode(), jump)
 
     def __repr__(self) -> str:
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"

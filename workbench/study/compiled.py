@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.expressions import instructions
+from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
 from workbench.metrics.measure import chosen_step
@@ -104,10 +104,7 @@ class CompiledSweep:
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
-        digest = hashlib.sha256(plain(parts))
-        for line in instructions(self.coarse.rule.parts):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        return fingerprint_of(plain(parts), self.coarse.rule.parts)
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
         """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""
