@@ -22,6 +22,7 @@ from workbench.simulate.job import Progress
 from workbench.simulate.step_size import change, longest_steps, modes_at
 from workbench.study.contract import Sweep, again, equations_of
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
+from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
@@ -215,7 +216,10 @@ class CompiledSweep:
         shapes |= {"again": (m, self.times, a), "again_diverged_at": (m,)} if m else {}
         shapes["states"] = (n if self.watched else m, len(self._looks), self.coarse.flow.states.size)
         if {name: array.shape for name, array in arrays.items()} != shapes:
-            raise ValueError(f"The chunk '{chunk.name}' does not hold the runs of its name: `--fresh` begins anew.")
+            raise LedgerError(
+                f"The file '{FOLDER}/{file_of(chunk.name)}' does not hold the runs of its name: remove it, and the "
+                "same command computes these runs again, and no others."
+            )
         none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
         return none | arrays
 
