@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.crossing import Crossing, plain, refuse_strangers
-from workbench.core.expressions import instructions, refuse_misfit
+from workbench.core.expressions import refuse_misfit
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
@@ -235,12 +235,10 @@ class Sampled:
     @cached_property
     def fingerprint(self) -> str:
         """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
-        digest = hashlib.sha256(f"{self.flow.fingerprint} {self.period.hex()}".encode())
         handed = [crossing.symbols for crossing in self.crossings]
         values = [*(crossing.values for crossing in self.crossings), self.after]
-        for line in instructions(ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)
+        return fingerprint_of(f"{self.flow.fingerprint} {self.period.hex()}".encode(), jump)
 
     def __repr__(self) -> str:
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"
