@@ -11,7 +11,7 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins
+from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins, operating_point
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
@@ -58,12 +58,11 @@ def cut(setting: Setting, law: str) -> Any:
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
         ode = freeze(ode, ("controller.outer.integral", "controller.inner.integral"))
-    x = ode.states.default
-    for name, part in setting.open.states.unpack(point.x).items():
-        for place in (f"plant.{name}", f"observer.{name}_hat"):
-            if place in ode.states:
-                x[ode.states.slice(place)] = np.ravel(part)
-    return broken_loop(ode, 0.0, x, u=point.u)
+    whole, rest = closed.ode(), setting.open.states.unpack(point.x)
+    wanted = {f"plant.{name}": part for name, part in rest.items()}
+    at_rest = whole.states.unpack(operating_point(whole, wanted).x)  # with the memory of observer and law
+    x = np.concatenate([np.ravel(at_rest[name]) for name in ode.states.names])
+    return broken_loop(ode, 0.0, x)
 
 
 @cache

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,8 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
 from workbench.validation.refusals import Array, finite, vector
@@ -157,15 +157,14 @@ class Ode:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values."""
-        digest = hashlib.sha256()
-        for layout in (self.states, self.parameters, self.outputs):
-            for entry in layout.entries:
-                digest.update(repr((entry.name, entry.shape, entry.unit)).encode())
+        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values.
+
+        It holds all that the equations call, such as the values of a table; a `ValueError` names what it cannot see.
+        """
+        layouts = (self.states, self.parameters, self.outputs)
+        entries = (repr((entry.name, entry.shape, entry.unit)) for layout in layouts for entry in layout.entries)
         function = ca.Function("f", [self.t, self.x, self.p], [self.rate, self.output])
-        for line in instructions(function):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        return fingerprint_of("".join(entries).encode(), function)
 
     @door
     def refuse_beyond(self, call: str, until: float) -> None:

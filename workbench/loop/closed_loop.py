@@ -17,7 +17,8 @@ from workbench.loop.dependence import roles
 from workbench.loop.feedback_sign import opposite, refuse_wrong_sign
 from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, as_it_stands, beside, standing_for
+from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
 from workbench.loop.port_checks import refuse_misfits, refuse_odd_ports, refuse_shared_names
 from workbench.loop.sampled_loop import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
