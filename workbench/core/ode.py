@@ -27,8 +27,8 @@ class Ode:
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, or rate or output has a symbol that is none
-        of t, x and p.
+        If symbols, rate or output do not have the sizes of their layouts, if rate or output has a symbol that is none
+        of t, x and p, or if a state and a parameter have one name.
     LookupError
         If an input is no parameter.
 
@@ -76,6 +76,12 @@ class Ode:
             refuse_unknown("Ode", symbols, drawing=self.drawing.coordinates)
         for name in self.inputs:
             self.parameters.slice(name)
+        if twice := sorted(set(self.states.labels) & set(self.parameters.labels)):
+            kind = "an input" if twice[0] in self.inputs else "a parameter"
+            raise ValueError(
+                "`Ode(states=..., parameters=...)` must have different names, by which symbols are told apart; "
+                f"'{twice[0]}' of '{self.name}' is a state and {kind}: rename one of them."
+            )
 
     @staticmethod
     @door

@@ -48,8 +48,8 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x.
 
-    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names; its
-    states start at `start`, (nx,), or at zero.
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. One that
+    was linearised at a point counts from that point. Its states start at `start`, (nx,), or at the point, or at zero.
 
     Raises
     ------
@@ -71,6 +71,8 @@ class LinearPlant(AbstractLinear, AbstractPlant):
         _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
         if self.start is not None:
             vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
+        else:
+            object.__setattr__(self, "start", self.system.x0)
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
         object.__setattr__(self, "period", self.system.dt)
 
@@ -114,7 +116,8 @@ class LinearLaw(AbstractLinear, AbstractController):
     of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an input x is
     instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`, whereas the
     errors that a loop shows, `e_x`, have the other sign. `u0` (nu,) and `v0` (nv,) are outputs and inputs at the
-    operating point about which it was designed; zero unless given. A discrete law is exact at its period.
+    operating point about which it was designed. Unless given they are those of the system's own point, if it was
+    designed from a linearised plant, else zero; an error is zero there. A discrete law is exact at its period.
 
     Raises
     ------
@@ -134,11 +137,21 @@ class LinearLaw(AbstractLinear, AbstractController):
     error: bool = False
     u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
     v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
+    hint = (
+        "The inputs of a system are taken by their names: an input 'y' is the output y of the plant, or its error by "
+        "`LinearLaw(C, error=True)`, and an input 'y_ref' what is wanted of it."
+    )
+    stands = False  # True of a system that was given to a loop as it stands, see `as_it_stands`
 
     def __post_init__(self) -> None:
         for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
             if getattr(self, name) is not None:
                 vector(f"LinearLaw({name}=...)", getattr(self, name), port.size, f"signals {', '.join(port.labels)}")
+        own = {"u0": self.system.y0, "v0": None if self.error else self.system.u0}
+        for name, value in own.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        object.__setattr__(self, "system", replace(self.system, u0=None, y0=None))
         object.__setattr__(self, "period", self.system.dt)
 
     @property
@@ -171,6 +184,14 @@ class LinearLaw(AbstractLinear, AbstractController):
         return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
 
     update = rate
+
+    def way_to_follow(self, names: tuple[str, ...]) -> str:
+        """The advice of a refusal where the signals `names` are to be followed: the error, or inputs for them."""
+        inputs = ", ".join(f"'{name}' and '{name}{WANTED}'" for name in names)
+        return (
+            f"`LinearLaw(C, error=True)` where C is a compensator of the error {names[0]}{WANTED} - {names[0]}, as "
+            f"that of `lqg` is not, or a system with the inputs {inputs}"
+        )
 
     def run_every(self, period: float) -> LinearLaw:
         """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a
@@ -256,6 +277,13 @@ class LinearFilter(AbstractLinear, AbstractObserver):
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
+
+
+def as_it_stands(system: Any) -> LinearLaw:
+    """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
+    law = LinearLaw(system)
+    object.__setattr__(law, "stands", True)
+    return law
 
 
 def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
