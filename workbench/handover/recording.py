@@ -158,7 +158,7 @@ def record(
     periods, until
         The number of periods, or their length in s.
     substeps
-        Runge-Kutta steps of the plant in a period.
+        Runge-Kutta steps of the plant in a period, on which the readings depend, and the bits of the law do not.
     p
         (np,) or (1, np) of the loop.
     seed
