@@ -112,7 +112,8 @@ class Trajectories:
         columns = [column[np.isfinite(column)] for column in self.x.T]
         ends = [(f"{part.min():.6g}", f"{part.max():.6g}") if part.size else ("", "") for part in columns]
         rows = [(name, unit, *end) for name, unit, end in zip(self.step.states.labels, units, ends, strict=True)]
-        return table_to_html(repr(self), ("state", "unit", "least", "largest"), rows)
+        title = f"{repr(self)[1:-1]}; {self.losses}" if self.losses else repr(self)[1:-1]
+        return table_to_html(title, ("state", "unit", "least", "largest"), rows)
 
     def __len__(self) -> int:
         return len(self.x)
@@ -170,6 +171,11 @@ class Trajectories:
         """A figure of signals over time, as `workbench.plot` draws it."""
         return import_module("workbench").plot(self, *names, run=run)  # the face is above all floors, this far below
 
+    @property
+    def page_step(self) -> float:
+        """The step in s, or the substep, of a page of the loop: half of a chosen one, which the page is held against."""
+        return self.step.h / self.step.substeps / (2 if self.chosen else 1)
+
     def live(self, **asked: Any) -> Any:
         """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.
 
@@ -184,4 +190,4 @@ class Trajectories:
                 "`Trajectories.live()` must have one run of a loop in continuous time, at the loop's own numbers; for "
                 "any other write `workbench.live(loop, until=...)`, which takes a loop that a computer closes too."
             )
-        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=step.h, **asked)
+        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=self.page_step, **asked)
