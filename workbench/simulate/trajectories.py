@@ -173,7 +173,7 @@ class Trajectories:
 
     @property
     def page_step(self) -> float:
-        """The step in s, or the substep, of a page of the loop: half of a chosen one, which the page is held against."""
+        """The step in s, or the substep, of a page of the loop: half of one that was chosen, as the page takes both."""
         return self.step.h / self.step.substeps / (2 if self.chosen else 1)
 
     def live(self, **asked: Any) -> Any:
