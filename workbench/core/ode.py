@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,8 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
 from workbench.validation.refusals import Array, finite, vector
@@ -27,8 +27,8 @@ class Ode:
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, or rate or output has a symbol that is none
-        of t, x and p.
+        If symbols, rate or output do not have the sizes of their layouts, if rate or output has a symbol that is none
+        of t, x and p, or if a state and a parameter have one name.
     LookupError
         If an input is no parameter.
 
@@ -77,6 +77,12 @@ class Ode:
             refuse_unknown("Ode", symbols, drawing=self.drawing.coordinates)
         for name in self.inputs:
             self.parameters.slice(name)
+        if twice := sorted(set(self.states.labels) & set(self.parameters.labels)):
+            kind = "an input" if twice[0] in self.inputs else "a parameter"
+            raise ValueError(
+                "`Ode(states=..., parameters=...)` must have different names, by which symbols are told apart; "
+                f"'{twice[0]}' of '{self.name}' is a state and {kind}: rename one of them."
+            )
 
     @staticmethod
     @door
@@ -163,15 +169,14 @@ class Ode:
 
     @cached_property
     def fingerprint(self) -> str:
-        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values."""
-        digest = hashlib.sha256()
-        for layout in (self.states, self.parameters, self.outputs):
-            for entry in layout.entries:
-                digest.update(repr((entry.name, entry.shape, entry.unit)).encode())
+        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values.
+
+        It holds all that the equations call, such as the values of a table; a `ValueError` names what it cannot see.
+        """
+        layouts = (self.states, self.parameters, self.outputs)
+        entries = (repr((entry.name, entry.shape, entry.unit)) for layout in layouts for entry in layout.entries)
         function = ca.Function("f", [self.t, self.x, self.p], [self.rate, self.output])
-        for line in instructions(function):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        return fingerprint_of("".join(entries).encode(), function)
 
     @door
     def refuse_beyond(self, call: str, until: float) -> None:

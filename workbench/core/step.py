@@ -9,7 +9,8 @@ from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
 
-from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
 from workbench.validation.refusals import Array, require, seconds, whole
@@ -34,7 +35,8 @@ class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
     The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
-    next value of the other entries; the rate knows none of them. y holds from t_k on.
+    next value of the other entries; the rate knows none of them. y holds from t_k on. Update and y may have symbols of
+    `crossings`, as what a computer makes of its readings has; the rate may not.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Rule:
     rate: ca.SX  # (n, 1), in t, x and p
     update: ca.SX  # (nx - n, 1), in all the symbols
     output: ca.SX  # y, (ny, 1), in h, k, t, x and p
+    crossings: tuple[Crossing, ...] = ()  # in the order in which their values are made
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
@@ -58,28 +61,44 @@ class Rule:
         for name in ("x", "p", "w", "rate", "update", "output"):
             refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
         symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w")}
-        refuse_unknown("Rule", symbols, rate=self.rate, update=self.update, output=self.output)
+        refuse_strangers("Rule", symbols, (), rate=self.rate)
+        refuse_strangers("Rule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
                 f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
                 f"got {self.rate.numel()} and {self.update.numel()}."
             )
 
+    @property
+    def symbols(self) -> list[ca.SX]:
+        """The symbols h, k, t, x, p, w, and v of the crossings, (nv, 1)."""
+        v = ca.vertcat(ca.SX(0, 1), *(crossing.symbols for crossing in self.crossings))
+        return [self.h, self.k, self.t, self.x, self.p, self.w, v]
+
     @cached_property
     def parts(self) -> ca.Function:
-        """Rate and update as a CasADi function (h, k, t, x, p, w) -> (n, 1), (nx - n, 1)."""
-        symbols = [self.h, self.k, self.t, self.x, self.p, self.w]
-        return ca.Function("workbench_parts", symbols, [ca.densify(self.rate), ca.densify(self.update)])
+        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v) of `symbols`."""
+        values = [self.rate, self.update, *(crossing.values for crossing in self.crossings)]
+        return ca.Function("workbench_parts", self.symbols, [ca.densify(value) for value in values])
 
     @cached_property
     def next(self) -> ca.SX:
         """x+, (nx, 1), in h, k, x, p and w."""
+        return ca.substitute(self.plain(self._next), self.t, self.k * self.h)
+
+    @cached_property
+    def _next(self) -> ca.SX:
+        """x+, (nx, 1), in h, k, x, p, w and the symbols of the crossings."""
         n, t = self.rate.numel(), self.k * self.h
         update = ca.substitute(self.update, self.t, t)
         if not n:
             return update
         f = ca.Function("f", [self.t, self.x[:n], self.p], [self.rate])
         return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+
+    def plain(self, expression: ca.SX) -> ca.SX:
+        """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
+        return plain(self.crossings, expression)
 
     @cached_property
     def F(self) -> ca.Function:
@@ -95,7 +114,7 @@ class Rule:
     @property
     def written_out(self) -> Rule:
         """The same rule as one update that contains every stage of its Runge-Kutta step."""
-        return replace(self, rate=ca.SX(0, 1), update=self.next)
+        return replace(self, rate=ca.SX(0, 1), update=self._next)
 
     @door
     def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
@@ -169,7 +188,7 @@ class Step:
 
     def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
         rule = self.rule
-        value = ca.substitute(value, ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
+        value = ca.substitute(rule.plain(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
         return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
     @door

@@ -107,6 +107,7 @@ class AbstractMember(ABC):
 
     update: Callable[..., Parts]
     period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
+    hint: str = ""  # a sentence of advice, for a refusal of what it reads
 
     @property
     def memory(self) -> Layout:
@@ -213,6 +214,10 @@ class AbstractController(AbstractMember):
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The commands."""
+
+    def way_to_follow(self, names: tuple[str, ...]) -> str:
+        """The advice of a refusal where the signals `names` are to be followed: a noun phrase."""
+        return f"a law that follows {', '.join(map(repr, names))}"
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivative of each state; nothing where there is no memory."""

@@ -84,11 +84,12 @@ class Outcome:
 
     @property
     def digest(self) -> str:
-        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
+        """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
         run, ode = self.case.run, self.ode
         times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
         spans = [None if span is None else float(span) for span in times]
-        digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
+        noise = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()
+        digest = hashlib.sha256(repr((ode.fingerprint, spans, *noise)).encode())
         for numbers in (ode.parameters.default, ode.states.default):
             digest.update(numbers.astype("<f8").tobytes())
         return digest.hexdigest()

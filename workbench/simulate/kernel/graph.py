@@ -37,7 +37,7 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-SOURCES = ("h", "k", "t", "x", "p", "w")
+SOURCES = ("h", "k", "t", "x", "p", "w", "v")  # v: what an earlier part hands over
 LEVELS = {
     "const": Level.LENGTH,
     "h": Level.LENGTH,
@@ -46,6 +46,7 @@ LEVELS = {
     "t": Level.TIME,
     "x": Level.STATE,
     "w": Level.STATE,
+    "v": Level.STATE,
 }
 COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or"}
 FOLDED: Mapping[str, Callable[..., float]] = {
@@ -62,10 +63,14 @@ FOLDED: Mapping[str, Callable[..., float]] = {
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """The nodes of x+ = F(h, k, x, p, w) in the order of evaluation, and which of them are the entries of x+."""
+    """The nodes of x+ = F(h, k, x, p, w) in the order of evaluation, and which of them are the entries of x+.
+
+    The results of the parts `earlier` are the sources v, in their order; see `barriers`.
+    """
 
     nodes: tuple[Node, ...]
     results: tuple[int, ...]
+    earlier: tuple[Graph, ...] = ()
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
@@ -146,11 +151,6 @@ class Nodes:
         if place == len(self.held):
             self.held.append(node)
         return place
-
-
-def rewritten(graph: Graph) -> Graph:
-    """The graph with sums of angles opened and products fused, in an order for few registers."""
-    return ordered(fused(opened(graph)))
 
 
 def opened(graph: Graph) -> Graph:
