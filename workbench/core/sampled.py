@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from importlib import import_module
+from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -22,6 +24,7 @@ from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
+PERIODS = 100  # over which the substeps of a step without a number are chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +46,7 @@ class Sampled:
     >>> digital = loop.digital(0.01, delay=True)
     >>> digital.states.names[-3:]
     ('hold.next', 'hold.v', 'hold.omega_hat')
-    >>> wb.simulate(digital.step(10), until=2.0)["omega"][0, -1].round(2)
+    >>> wb.simulate(digital, until=2.0)["omega"][0, -1].round(2)
     array([1.])
     """
 
@@ -153,8 +156,15 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int = 1) -> Step:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow."""
+    def step(self, substeps: int | Literal["chosen"] = "chosen") -> Step:
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+
+        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
+        """
+        if substeps == "chosen":
+            periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
+            chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
+            return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
         f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
@@ -165,7 +175,8 @@ class Sampled:
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
         rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
+        finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)
 
     @door
     def disturbed(self) -> Sampled:

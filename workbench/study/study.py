@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import answer
 from workbench.metrics import Measurement
-from workbench.study.contract import Run, Sweep, answer
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.live.knob import Knob
@@ -77,6 +78,9 @@ class Outcome:
     case: Case
     ode: Ode | Sampled
     measurement: Measurement
+
+    def __repr__(self) -> str:
+        return f"<Outcome of '{self.case.name}': {self.measurement.summary}>"
 
     @property
     def digest(self) -> str:
