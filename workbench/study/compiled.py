@@ -105,8 +105,10 @@ class CompiledSweep:
             "rates": self.coarse.rule.rate.numel(),
         }
         digest = hashlib.sha256(plain(parts))
-        for line in instructions(self.coarse.rule.parts):
-            digest.update(repr(line).encode())
+        rule = self.coarse.rule
+        for part in filter(None, (rule.parts, rule.segment_parts)):
+            for line in instructions(part):
+                digest.update(repr(line).encode())
         return digest.hexdigest()
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:

@@ -63,7 +63,12 @@ def watched(step: Step, expressions: ca.SX) -> Step:
     n = int(expressions.numel())
     y, none = ca.SX.sym("y", n), ca.SX(0, 1)
     held = replace(
-        rule, x=ca.vertcat(rule.x, y), rate=none, update=ca.vertcat(rule.x, ca.densify(expressions)), output=none
+        rule,
+        x=ca.vertcat(rule.x, y),
+        rate=none,
+        update=ca.vertcat(rule.x, ca.densify(expressions)),
+        output=none,
+        segments=None,
     )
     states = step.states + Layout(tuple(Entry(f"watched {i}", np.zeros(())) for i in range(n)))
     return replace(step, states=states, outputs=Layout(), rule=held)
