@@ -46,6 +46,16 @@ class Switches:
         """True if there is an instant to be met."""
         return bool(self.instants.numel() + self.firsts.numel())
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for a reader of results, where it switches in time at instants that are not known before."""
+        if not self.unknown:
+            return ()
+        return (
+            f"it switches in time at instants that are not known before a run ({', '.join(self.unknown)}), so that a "
+            "pulse shorter than the step may be missed",
+        )
+
     def come(self, p: Array) -> bool:
         """True if a run with one of the rows p (B, np) may have a switch behind time 0."""
         if self.firsts.numel() or not self._timed:

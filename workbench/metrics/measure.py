@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step, rk4
+from workbench.core.switches import DENSEST
 from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
@@ -205,6 +206,8 @@ def chosen_step(
     else:
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
         longest, halvings = unit / ceil(COUNT * unit / until), step_size.HALVINGS
+        while make(longest).flow.switches.densest(p) * DENSEST < longest:  # which `simulate` refuses
+            longest /= 2
     start = _extended(x0, make(longest))
     assert start is not None
     return step_size.step_for_tolerance(

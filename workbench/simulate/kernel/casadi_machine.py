@@ -58,7 +58,7 @@ def _pieces(stride: int, most: int) -> list[int]:
 
 
 @lru_cache(maxsize=64)
-def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool) -> ca.Function:
+def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = False) -> ca.Function:
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     size = 1 + step.states.size + step.parameters.size
     often = stride * kept > 1  # what is shared gains more than it costs to find
