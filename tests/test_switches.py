@@ -91,8 +91,12 @@ def test_the_compiled_march_and_numpy_have_the_same_bits_across_switches():
     needs("native")
     draws = np.random.default_rng(4)
     train = wb.PulseTrain("u", "1", level=1.0, period=0.37, width=0.05, time=0.21)
-    ode = lag(lambda t, x, begin, width, level: pulse(t, x, begin, width, level) * ca.sin(9 * t) + train.at(t)["u"],
-              begin=0.1, width=0.1, level=1.0)
+    ode = lag(
+        lambda t, x, begin, width, level: pulse(t, x, begin, width, level) * ca.sin(9 * t) + train.at(t)["u"],
+        begin=0.1,
+        width=0.1,
+        level=1.0,
+    )
     for step in (rk4(ode, 0.1), Sampled(ode, 0.2, ca.SX.sym("k"), ca.SX(0, 1), ca.SX(0, 1)).step(2)):
         rows = step.parameters.pack({"begin": draws.uniform(0, 1, 9)})
         for arithmetic in ("fused", "portable"):
@@ -190,3 +194,32 @@ def test_a_rate_without_time_keeps_its_expression():
     ode = wb.open_loop(wb.DCMotor())
     assert ca.is_equal(ode.switches.rate, ode.rate, 50)
     assert rk4(ode, 0.1).rule.segments is None
+
+
+def test_a_page_on_which_a_pulse_is_turned_has_the_bits_of_the_portable_arithmetic():
+    needs("native")
+    pytest.importorskip("wasmtime")
+    from wasm_runs import Kernel, unpacked
+
+    from workbench.study.live.marches import Modules, march
+
+    train = wb.PulseTrain("v", "V", level=6.0, period=0.31, width=1e-3, time=0.2)
+    motor = wb.Disturbed(wb.DCMotor(), by=train)
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=10.0, Ki=20.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.0123))
+    draws = np.random.default_rng(8)
+    for step in (rk4(loop.ode(), 0.01), loop.digital(0.02).step(2)):
+        modules = Modules()
+        plain = march(step, 10, modules)
+        kernel = Kernel(unpacked(next(iter(modules.packed.values()))), plain, 10)
+        turned = {
+            "plant.by.time": draws.uniform(0, 1, 8),
+            "plant.by.width": 10 ** draws.uniform(-5, -1, 8),
+            "plant.by.period": draws.uniform(0.15, 1, 8),
+            "reference.time": draws.uniform(0, 1, (8, 1)),
+        }
+        rows = step.parameters.pack(turned)
+        until = 100 * step.h
+        wanted = simulate(step, rows, until=until, every=until / 10, arithmetic="portable").x[:, 1:]
+        for row, run_of_row in zip(rows, wanted, strict=True):
+            np.testing.assert_array_equal(kernel.run(row, step.states.default, rows=10), run_of_row)

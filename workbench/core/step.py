@@ -246,7 +246,9 @@ def _rk4(ode: Ode) -> Rule:
     return replace(rule, rate=switches.rate, m=switches.m, segments=segments)
 
 
-def held_at(middle: ca.SX, m: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX, rate: ca.SX) -> Callable[[ca.SX, ca.SX, ca.SX], ca.SX]:
+def held_at(
+    middle: ca.SX, m: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX, rate: ca.SX
+) -> Callable[[ca.SX, ca.SX, ca.SX], ca.SX]:
     """A rate in t, m, x and p as a function of (t, x, p), with the middle of the step in the place of m."""
     f = ca.Function("f", [t, x, p, m], [rate])
     return lambda time, state, parameters: f(time, state, parameters, middle)

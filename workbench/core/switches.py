@@ -7,18 +7,18 @@ function of time passes a number: at one instant, or at every `spacing` of a lat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import pairwise
 
 import casadi as ca
 import numpy as np
 
+from workbench.core.affine_pieces import Piece, Pieces, on_lattice, pieces_of, scaled, steady_value, summed
 from workbench.core.expressions import rows
 from workbench.validation.refusals import Array
 
-MOST_FORMS = 8  # affine pieces of one value that are told apart
 # As a share of the time: an instant so near to the end of a step, or to another instant, is that end. It is far beyond
 # the rounding of a time, so that the middle of a segment is on one side of every switch.
 NEAR = 2.0**-46
@@ -38,8 +38,8 @@ class Switches:
     instants: ca.SX  # in s, (n, 1), in p and those x whose rate is zero
     firsts: ca.SX  # in s, (l, 1): an instant of each lattice
     spacings: ca.SX  # in s, (l, 1)
-    unknown: tuple[str, ...]  # operations that switch at instants not known before
     p: ca.SX  # symbol of the parameters
+    unknown: tuple[str, ...] = ()  # operations that switch at instants not known before
 
     @property
     def known(self) -> bool:
@@ -61,6 +61,11 @@ class Switches:
         if self.firsts.numel() or not self._timed:
             return True
         return bool((self._values(p)[:, : self.instants.numel()] > 0).any())
+
+    def depends_on(self, places: Sequence[int]) -> bool:
+        """True if an instant depends on one of the parameters at these places."""
+        turned = ca.vertcat(ca.SX(0, 1), *[self.p[place] for place in places])
+        return bool(turned.numel() and ca.depends_on(ca.vertcat(self.instants, self.firsts, self.spacings), turned))
 
     def densest(self, p: Array) -> float:
         """The least spacing in s of a lattice of instants with the rows p (B, np); infinite if there is none."""
@@ -105,38 +110,21 @@ class Switches:
         return end
 
 
-@dataclass(frozen=True)
-class _Form:
-    """One piece of a value: slope t + offset, or that and any multiple of a lattice."""
-
-    slope: ca.SX
-    offset: ca.SX
-    lattice: ca.SX | None = None
-
-    @property
-    def key(self) -> tuple[int | float | None, ...]:
-        parts = (self.slope, self.offset, self.lattice)
-        return tuple(p if p is None else float(p) if p.is_constant() else p.element_hash() for p in parts)
-
-
-Forms = tuple[_Form, ...] | None  # the pieces of a value; None where they are not affine, or too many
-FLAT: Forms = ()  # constant pieces of any values
-
-
 @dataclass(frozen=True, eq=False)
 class _Value:
-    """A value of the rate: with jumps at the middle, all of it at the middle if no moving state enters, its forms."""
+    """A value of the rate: with jumps at the middle, all of it at the middle if no moving state enters, its pieces."""
 
     now: ca.SX
     middle: ca.SX | None
     timed: bool  # time enters it, and no moving state
-    forms: Forms
+    pieces: Pieces
 
 
 def find_switches(rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX) -> Switches:
     """The switches of x' = rate(t, x, p)."""
     if not rate.numel() or not ca.depends_on(rate, t):
-        return Switches(ca.SX.sym("m"), rate, *[ca.SX(0, 1)] * 3, (), p)
+        none = ca.SX(0, 1)
+        return Switches(ca.SX.sym("m"), rate, none, none, none, p)
     return _Search(rate, t, x, p).switches
 
 
@@ -144,9 +132,10 @@ class _Search:
     """The reading of a rate, operation by operation."""
 
     def __init__(self, rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX) -> None:
-        self.p = p
-        self.m, self.found, self.unknown = ca.SX.sym("m"), list[_Form](), dict[str, None]()
-        self.made: dict[tuple[object, ...], _Value] = {}
+        self.p, self.m = p, ca.SX.sym("m")
+        self.found, self.unknown = dict[tuple[object, ...], Piece](), dict[str, None]()
+        # by operation and operands, which are held so that no other object gets their identities
+        self.made: dict[tuple[object, ...], tuple[_Value, list[_Value]]] = {}
         moves = [not entry.is_zero() for entry in ca.vertsplit(ca.densify(rate))]
         symbols = [t, x, p]
         function = ca.Function("rate", symbols, [ca.densify(rate)])
@@ -160,9 +149,11 @@ class _Search:
                 results[writes[1]] = registers[reads[0]].now
             elif code == ca.OP_INPUT:
                 symbol = symbols[reads[0]].nz[reads[1]]
-                registers[writes[0]] = self._source(symbol, reads[0] == 0, reads[0] == 1 and moves[reads[1]])
+                moving = reads[0] == 1 and moves[reads[1]]
+                registers[writes[0]] = self._held(tuple(reads), self._source(symbol, reads[0] == 0, moving))
             elif code == ca.OP_CONST:
-                registers[writes[0]] = self._steady(ca.SX(function.instruction_constant(line)))
+                number = function.instruction_constant(line)
+                registers[writes[0]] = self._held((number.hex(),), self._steady(ca.SX(number)))
             elif code == ca.OP_CALL:
                 operands = [registers[i] for i in reads]
                 registers |= self._call(expressions.nz[line].which_function(), operands, writes)
@@ -171,19 +162,23 @@ class _Search:
         self.switches = self._gathered(ca.vertcat(*results))
 
     def _gathered(self, rate: ca.SX) -> Switches:
-        singles = [-form.offset / form.slope for form in self.found if form.lattice is None]
-        lattices = [form for form in self.found if form.lattice is not None]
-        firsts = [-form.offset / form.slope for form in lattices]
-        spacings = [ca.fabs(form.lattice / form.slope) for form in lattices]
-        columns = [ca.vertcat(ca.SX(0, 1), *part) for part in (singles, firsts, spacings)]
-        return Switches(self.m, rate, *columns, tuple(self.unknown), self.p)
+        singles, firsts, spacings = list[ca.SX](), list[ca.SX](), list[ca.SX]()
+        for piece in self.found.values():
+            instant = -piece.offset / piece.slope
+            if piece.lattice is None:
+                singles.append(instant)
+            else:
+                firsts.append(instant)
+                spacings.append(ca.fabs(piece.lattice / piece.slope))
+        single, first, spacing = (ca.vertcat(ca.SX(0, 1), *part) for part in (singles, firsts, spacings))
+        return Switches(self.m, rate, single, first, spacing, self.p, tuple(self.unknown))
 
     def _steady(self, value: ca.SX) -> _Value:
-        return _Value(value, value, False, (_Form(ca.SX(0), value),))
+        return _Value(value, value, False, (Piece(ca.SX(0), value),))
 
     def _source(self, symbol: ca.SX, is_time: bool, moves: bool) -> _Value:
         if is_time:
-            return _Value(symbol, self.m, True, (_Form(ca.SX(1), ca.SX(0)),))
+            return _Value(symbol, self.m, True, (Piece(ca.SX(1), ca.SX(0)),))
         return _Value(symbol, None, False, None) if moves else self._steady(symbol)
 
     def _call(self, called: ca.Function, operands: list[_Value], writes: list[int]) -> dict[int, _Value]:
@@ -205,16 +200,17 @@ class _Search:
             self.unknown[called.name()] = None
         middle: list[ca.SX] | list[None] = results(held) if alone else [None] * len(now)
         return {
-            place: _Value(value, at, timed, None if timed or at is None else (_Form(ca.SX(0), value),))
+            place: _Value(value, at, timed, None if timed or at is None else (Piece(ca.SX(0), value),))
             for place, value, at in zip(writes, now, middle, strict=True)
         }
 
     def _once(self, code: int, operands: list[_Value]) -> _Value:
         """The value of an operation, each one made once, so that equal instants are one."""
-        key = (code, *map(id, operands))
-        if key not in self.made:
-            self.made[key] = self._operation(code, operands)
-        return self.made[key]
+        key = (code, "of", *map(id, operands))
+        return self.made[key][0] if key in self.made else self._held(key, self._operation(code, operands), operands)
+
+    def _held(self, key: tuple[object, ...], value: _Value, operands: Sequence[_Value] = ()) -> _Value:
+        return self.made.setdefault(key, (value, [*operands]))[0]
 
     def _operation(self, code: int, operands: list[_Value]) -> _Value:
         now = _applied(code, [operand.now for operand in operands])
@@ -223,154 +219,36 @@ class _Search:
             return _Value(now, None, False, None)
         if not any(operand.timed for operand in operands):
             return self._steady(now)
-        middle, forms = _applied(code, middles), [operand.forms for operand in operands]
-        self._note(code, forms)
+        middle, pieces = _applied(code, middles), [operand.pieces for operand in operands]
+        self._note(code, pieces)
         if code in JUMPS:
             now = middle
         elif code == ca.OP_FMOD:  # a - b trunc(a / b), with the last factor that of the middle
             flat = ca.is_equal(operands[0].now, middles[0])
             now = middle if flat else operands[0].now - (middles[0] - middle)
-        return _Value(now, middle, True, _forms_of(code, forms))
+        return _Value(now, middle, True, pieces_of(code, pieces))
 
-    def _note(self, code: int, forms: list[Forms]) -> None:
+    def _note(self, code: int, pieces: list[Pieces]) -> None:
         """Note the switches of an operation."""
         if code in COMPARISONS or code in CORNERS:
-            passed = _summed(forms[0], _scaled(forms[1], lambda part: -part))
+            passed = summed(pieces[0], scaled(pieces[1], lambda part: -part))
         elif code in (ca.OP_SIGN, ca.OP_FABS):
-            passed = forms[0]
+            passed = pieces[0]
         elif code in (ca.OP_FLOOR, ca.OP_CEIL, ca.OP_FMOD):
-            passed = _on_lattice(forms[0], ca.SX(1) if code != ca.OP_FMOD else _steady_value(forms[1]))
+            passed = on_lattice(pieces[0], ca.SX(1) if code != ca.OP_FMOD else steady_value(pieces[1]))
         else:
             return
         if passed is None:
             if code in JUMPS or code == ca.OP_FMOD:
-                self.unknown[NAMES[code]] = None
+                self.unknown[NAMES.get(code, "fmod")] = None
             return
-        keys = {form.key for form in self.found}
-        self.found += [form for form in passed if not form.slope.is_zero() and form.key not in keys]
+        self.found |= {piece.key: piece for piece in passed if not piece.is_flat and piece.key not in self.found}
 
 
-NAMES = {getattr(ca, f"OP_{name.upper()}"): name for name in "lt le eq ne floor ceil sign fmod".split()}
+NAMES = {getattr(ca, f"OP_{name.upper()}"): name for name in ("lt", "le", "eq", "ne", "floor", "ceil", "sign")}
 
 
 def _applied(code: int, operands: list[ca.SX]) -> ca.SX:
     if code == ca.OP_ASSIGN:
         return operands[0]
     return ca.SX.binary(code, *operands) if len(operands) == 2 else ca.SX.unary(code, *operands)
-
-
-def _forms_of(code: int, forms: list[Forms]) -> Forms:
-    """The pieces of the result of an operation on values of which time enters some."""
-    first, second = forms[0], forms[-1]
-    one, zero = _Form(ca.SX(0), ca.SX(1)), _Form(ca.SX(0), ca.SX(0))
-    match code:
-        case ca.OP_ASSIGN:
-            return first
-        case ca.OP_ADD:
-            return _summed(first, second)
-        case ca.OP_SUB:
-            return _summed(first, _scaled(second, lambda part: -part))
-        case ca.OP_NEG:
-            return _scaled(first, lambda part: -part)
-        case ca.OP_TWICE:
-            return _scaled(first, lambda part: 2 * part)
-        case ca.OP_MUL | ca.OP_DIV:
-            return _multiplied(first, second, code)
-        case ca.OP_LT | ca.OP_LE | ca.OP_EQ | ca.OP_NE | ca.OP_NOT | ca.OP_AND | ca.OP_OR:
-            return zero, one
-        case ca.OP_SIGN:
-            return _Form(ca.SX(0), ca.SX(-1)), zero, one
-        case ca.OP_FLOOR | ca.OP_CEIL:
-            return FLAT if _is_flat(first) else (_Form(ca.SX(0), ca.SX(0), ca.SX(1)),)
-        case ca.OP_FMOD:
-            return FLAT if _is_flat(first) else _on_lattice(first, _steady_value(second))
-        case ca.OP_FMIN | ca.OP_FMAX:
-            return _joined(first, second)
-        case ca.OP_FABS:
-            return _joined(first, _scaled(first, lambda part: -part))
-        case ca.OP_IF_ELSE_ZERO:
-            return _joined(second, (zero,))
-    return FLAT if all(map(_is_flat, forms)) else None
-
-
-def _is_flat(forms: Forms) -> bool:
-    return forms is not None and all(form.slope.is_zero() for form in forms)
-
-
-def _bounded(forms: Iterable[_Form], flat: bool) -> Forms:
-    """Different pieces, if they are not too many; many constant ones are `FLAT`."""
-    different = tuple({form.key: form for form in forms}.values())
-    if len(different) <= MOST_FORMS:
-        return different
-    return FLAT if flat else None
-
-
-def _joined(first: Forms, second: Forms) -> Forms:
-    if first is None or second is None:
-        return None
-    flat = _is_flat(first) and _is_flat(second)
-    if FLAT in (first, second):
-        return FLAT if flat else None
-    return _bounded((*first, *second), flat)
-
-
-def _summed(first: Forms, second: Forms) -> Forms:
-    if first is None or second is None:
-        return None
-    flat = _is_flat(first) and _is_flat(second)
-    if FLAT in (first, second) or (flat and len(first) * len(second) > MOST_FORMS):
-        return FLAT if flat else None
-    if len(first) * len(second) > MOST_FORMS**2:
-        return None
-    forms = []
-    for a, b in product(first, second):
-        if a.lattice is not None and b.lattice is not None:
-            if not flat:
-                return None
-            return FLAT
-        lattice = b.lattice if a.lattice is None else a.lattice
-        forms.append(_Form(a.slope + b.slope, a.offset + b.offset, lattice))
-    return _bounded(forms, flat)
-
-
-def _scaled(forms: Forms, scale: Callable[[ca.SX], ca.SX]) -> Forms:
-    if forms is None:
-        return None
-    parts = ((form.slope, form.offset, form.lattice) for form in forms)
-    return tuple(_Form(scale(a), scale(b), None if q is None else scale(q)) for a, b, q in parts)
-
-
-def _multiplied(first: Forms, second: Forms, code: int) -> Forms:
-    """A product or a quotient, one factor of which is piece by piece a known number."""
-    if first is None or second is None:
-        return None
-    if _is_flat(first) and _is_flat(second) and FLAT in (first, second):
-        return FLAT
-    if code == ca.OP_MUL and not _are_numbers(second):
-        first, second = second, first
-    if not _are_numbers(second) or len(first) * len(second) > MOST_FORMS**2 or FLAT == first:
-        return FLAT if _is_flat(first) and _is_flat(second) else None
-    forms: list[_Form] = []
-    for number in second:
-        value = number.offset
-        made = _scaled(first, (lambda part, v=value: part * v) if code == ca.OP_MUL else (lambda part, v=value: part / v))
-        assert made is not None
-        forms += made
-    return _bounded(forms, _is_flat(first))
-
-
-def _are_numbers(forms: Forms) -> bool:
-    return bool(forms) and _is_flat(forms) and all(form.lattice is None for form in forms or ())
-
-
-def _steady_value(forms: Forms) -> ca.SX | None:
-    return forms[0].offset if forms and len(forms) == 1 and _are_numbers(forms) else None
-
-
-def _on_lattice(forms: Forms, lattice: ca.SX | None) -> Forms:
-    """The pieces and all multiples of a number beside them; what is constant has no lattice of its own."""
-    if forms is None or _is_flat(forms):
-        return forms
-    if lattice is None or any(form.lattice is not None for form in forms if not form.slope.is_zero()):
-        return None
-    return tuple(_Form(form.slope, form.offset, lattice) for form in forms)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -62,7 +63,7 @@ def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = Fal
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
     size = 1 + step.states.size + step.parameters.size
     often = stride * kept > 1  # what is shared gains more than it costs to find
-    symbols = (ca.MX if switched else ca.SX).sym
+    symbols: Any = (ca.MX if switched else ca.SX).sym
     z, w = symbols("z", size), symbols("w", step.noises)
     k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
     after = _segmented(step, often)(k, x, p, w) if switched else step.F(k, x, p, w)

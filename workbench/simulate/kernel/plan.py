@@ -55,10 +55,9 @@ class Plan:
     per_step: tuple[int, ...]  # of time and of parameters that are equal in all runs
     inside: tuple[int, ...]  # all others of a step
     aside: tuple[int, ...]  # of a segment of a step, made where a step has several
+    states: int  # the first results, x+
     lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
     table: tuple[int, ...]  # the same, made once a step
-
-    states: int  # the first results, x+
 
     @staticmethod
     def of_step(step: Step, varied: tuple[int, ...], segments: bool = True) -> Plan:
@@ -88,8 +87,8 @@ class Plan:
             per_step,
             inside,
             aside,
-            *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
             states,
+            *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
         )
 
     @cached_property
