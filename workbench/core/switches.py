@@ -90,7 +90,7 @@ class Switches:
     def after(self, begin: ca.SX, s: ca.SX, length: ca.SX) -> ca.SX:
         """The first offset beyond s from `begin` at which there is a switch, at most `length`; all in s.
 
-        It is infinite where one step has more than `DENSEST` instants of a lattice, so that such a run diverges.
+        It is no number where a step has more than `DENSEST` instants of a lattice, so that such a run diverges.
         """
         near = NEAR * (begin + length)
         from_here, end = s + near, length
@@ -106,7 +106,8 @@ class Switches:
                 end = sooner(end, first + (number + ahead) * spacing - begin)
         end = ca.if_else(end > length - near, length, end)
         for spacing in ca.vertsplit(self.spacings):
-            end = ca.if_else(spacing * DENSEST < length, ca.inf, end)
+            room = spacing * DENSEST - length
+            end = ca.if_else(room < 0, ca.sqrt(room), end)
         return end
 
 

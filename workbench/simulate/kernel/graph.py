@@ -264,9 +264,9 @@ def stepped(graph: Graph, rates: int, segments: Graph | None = None) -> Graph:
 
 
 def _segmented(graph: Graph, nodes: Nodes) -> list[int]:
-    """Whether a step has several segments, and the states at the begin of the first; then one segment from s and z.
+    """The truth that a step has several segments, and the states at the begin of the first; then one from s and z.
 
-    Of that, whether another one follows, the offset at which it ends, and the states there.
+    Of that one: the truth that another follows, the offset at which it ends, and the states there.
     """
     first, length, end, *others = graph.results
     n, whole = len(others) // 2, _Span(nodes)

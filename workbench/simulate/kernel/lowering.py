@@ -154,16 +154,13 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
     ends = [body.evaluation.value(place) for place in graph.results[:nx]]
-    segments = _segments(plan, body, ends) if plan.segments else ""
-    if plan.segments:
-        ends = [*(f"%whole{i}" for i in range(len(plan.segments.ends))), *ends[len(plan.segments.ends) :]]
-    latch = "whole" if plan.segments else "step"
+    latch, segments, ends = _segments(plan, body, ends) if plan.segments else ("step", "", ends)
     enter, keep, last = (Emission(graph, width, fused, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
     keep.store("%out_here", ends)
     _any_finite(last, ends)
-    phis = (f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %{latch} ]" for i in range(nx))
+    states = (f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %{latch} ]" for i in range(nx))
     return PIECE.format(
         stack=stack,
         width=width,
@@ -172,7 +169,7 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
         np=len(plan.parameters),
         nx=nx,
         group_size=len(plan.table) * width,
-        states="\n".join(phis),
+        states="\n".join(states),
         prepare=before,
         enter=enter,
         body=body,
@@ -183,8 +180,11 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
     )
 
 
-def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> str:
-    """The loop over the segments of a step behind its other operations, which make the states `ends`."""
+def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str, list[str]]:
+    """The loop over the segments of a step, behind its other operations, which make the states `ends`.
+
+    The block in which it ends, its lines, and the states behind it.
+    """
     assert plan.segments is not None
     graph, places, width, number = plan.graph, plan.segments, step.width, step.type
     within = graph.of_segments
@@ -205,13 +205,14 @@ def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> str:
     phis += [f"  %z{i} = phi {number} [ {begins[i]}, %step ], [ {z[i]}, %segment ]" for i in range(len(z))]
     picked = [chosen.do("select", several, new, old) for new, old in zip(z, ends, strict=False)]
     joined = (f"  %whole{i} = phi {number} [ {ends[i]}, %step ], [ {picked[i]}, %segmented ]" for i in range(len(z)))
-    return SEGMENTS.format(
+    text = SEGMENTS.format(
         several=_some(step, several), phis="\n".join(phis), body=e, more=more, chosen=chosen, ends="\n".join(joined)
     )
+    return "whole", text, [*(f"%whole{i}" for i in range(len(z))), *ends[len(z) :]]
 
 
 def _some(e: Emission, truths: str) -> str:
-    """Whether a truth holds in any lane."""
+    """The instruction that says if a truth holds in any lane."""
     return e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({e.flags} {truths})")
 
 
