@@ -9,7 +9,8 @@ from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
 
-from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
 from workbench.core.switches import NEAR, Switches
@@ -69,8 +70,9 @@ class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
     The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
-    next value of the other entries; the rate knows none of them. y holds from t_k on. Where a switch lies within a
-    step, the first entries are what the segments make instead.
+    next value of the other entries; the rate knows none of them. y holds from t_k on. Update and y may have symbols of
+    `crossings`, as what a computer makes of its readings has; the rate may not. Where a switch lies within a step, the
+    first entries are what the segments make instead.
 
     Raises
     ------
@@ -87,6 +89,7 @@ class Rule:
     rate: ca.SX  # (n, 1), in t, m, x and p
     update: ca.SX  # (nx - n, 1), in all the symbols
     output: ca.SX  # y, (ny, 1), in h, k, t, x and p
+    crossings: tuple[Crossing, ...] = ()  # in the order in which their values are made
     m: ca.SX = field(default_factory=lambda: ca.SX.sym("m"))  # of the middle of the step in s, (1, 1)
     segments: Segments | None = None  # None where no switch is known
 
@@ -96,36 +99,51 @@ class Rule:
         for name in ("x", "p", "w", "rate", "update", "output"):
             refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
         symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w", "m")}
-        refuse_unknown("Rule", symbols, rate=self.rate, update=self.update, output=self.output)
+        refuse_strangers("Rule", symbols, (), rate=self.rate)
+        refuse_strangers("Rule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
                 f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
                 f"got {self.rate.numel()} and {self.update.numel()}."
             )
 
+    @property
+    def symbols(self) -> list[ca.SX]:
+        """The symbols h, k, t, x, p, w, v of the crossings, (nv, 1), and m."""
+        v = ca.vertcat(ca.SX(0, 1), *(crossing.symbols for crossing in self.crossings))
+        return [self.h, self.k, self.t, self.x, self.p, self.w, v, self.m]
+
     @cached_property
     def parts(self) -> ca.Function:
-        """Rate and update as a CasADi function (h, k, t, x, p, w, m) -> (n, 1), (nx - n, 1)."""
-        symbols = [self.h, self.k, self.t, self.x, self.p, self.w, self.m]
-        return ca.Function("workbench_parts", symbols, [ca.densify(self.rate), ca.densify(self.update)])
+        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v, m) of `symbols`."""
+        values = [self.rate, self.update, *(crossing.values for crossing in self.crossings)]
+        return ca.Function("workbench_parts", self.symbols, [ca.densify(value) for value in values])
 
     @cached_property
     def segment_parts(self) -> ca.Function | None:
-        """The parts of its segments as a CasADi function (h, k, t, x, p, w, m, s) -> ..., if it has any."""
+        """The parts of its segments as a CasADi function of `symbols` and s, if it has any."""
         if self.segments is None:
             return None
-        symbols = [self.h, self.k, self.t, self.x, self.p, self.w, self.m, self.segments.s]
-        return ca.Function("workbench_segments", symbols, self.segments.parts)
+        return ca.Function("workbench_segments", [*self.symbols, self.segments.s], self.segments.parts)
 
     @cached_property
     def next(self) -> ca.SX:
         """x+, (nx, 1), in h, k, x, p and w, of a step within which there is no switch."""
+        return ca.substitute(self.plain(self._next), self.t, self.k * self.h)
+
+    @cached_property
+    def _next(self) -> ca.SX:
+        """x+, (nx, 1), in h, k, x, p, w and the symbols of the crossings."""
         n, t = self.rate.numel(), self.k * self.h
         update = ca.substitute(self.update, self.t, t)
         if not n:
             return update
         f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
         return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+
+    def plain(self, expression: ca.SX) -> ca.SX:
+        """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
+        return plain(self.crossings, expression)
 
     @cached_property
     def F(self) -> ca.Function:
@@ -141,7 +159,7 @@ class Rule:
     @property
     def written_out(self) -> Rule:
         """The same rule as one update that contains every stage of its Runge-Kutta step."""
-        return replace(self, rate=ca.SX(0, 1), update=self.next, segments=None)
+        return replace(self, rate=ca.SX(0, 1), update=self._next, segments=None)
 
     @door
     def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
@@ -205,7 +223,7 @@ class Step:
 
     def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
         rule = self.rule
-        value = ca.substitute(value, ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
+        value = ca.substitute(rule.plain(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
         return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
     @door

@@ -11,6 +11,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
+from workbench.core.crossing import plain
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.computer import Computer, periods_of, remembered, units_of
@@ -41,7 +42,7 @@ def digital(
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
-    answer, taken = computer.after(k, remembers.view(x), w)
+    answer, crossings = computer.after(k, remembers.view(x), w)
     after = {n: ca.densify(ca.SX(part)) for n, part in answer.items()}
     units = units_of(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
@@ -58,7 +59,8 @@ def digital(
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(law_alone, loop, period, instruments, queue, fine)
-    return Sampled(flow, period, k, w, states.flatten(after), methods, law, taken)
+    crossed = states.flatten(after)
+    return Sampled(flow, period, k, w, plain(crossings, crossed), methods, law, crossings, crossed)
 
 
 def _between(

@@ -82,7 +82,7 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
     k, p, x = rule.k, rule.p, rule.x[: parts.start.numel()]
 
     def at_begin(value: ca.SX) -> ca.SX:
-        return ca.substitute(value, ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
+        return ca.substitute(rule.plain(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
 
     end, length = at_begin(parts.end), at_begin(parts.length)
     begin, span = k * step.h + parts.s, end - parts.s

@@ -9,8 +9,10 @@ from typing import NamedTuple
 
 from workbench.core import Step
 from workbench.simulate.kernel import elementary_functions as f
+from workbench.simulate.kernel.barriers import BARRIER, rewritten
 from workbench.simulate.kernel.casadi_to_graph import read, read_segments
-from workbench.simulate.kernel.graph import Graph, Level, Node, rewritten, stepped
+from workbench.simulate.kernel.graph import Graph, Level, Node
+from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.kernel.target_operations import Machine, Number, Truth, Value, fma, select
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
@@ -32,6 +34,7 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "fmin": f.smaller,
     "fmax": f.larger,
     "sign": f.sign,
+    BARRIER: lambda a: a,
 }
 
 

@@ -69,7 +69,7 @@ def loop_study(
 def knobs_of(step: Step) -> tuple[Knob, ...]:
     """A knob for each number of a step that moves what its page shows, laws first and what they believe last."""
     seen = [place for name in shown_signals(step) for place in _places(step, name)]
-    moving = ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen])
+    moving = step.rule.plain(ca.vertcat(step.rule.rate, step.rule.update, step.rule.output[seen]))
     used = np.array(ca.which_depends(moving, step.rule.p, 1, False), dtype=bool)
     entries = [entry for entry in step.parameters.entries if used[step.parameters.slice(entry.name)].any()]
     starts = [entry for entry in step.states.entries if _block(entry) == "plant" and entry.default.any()]
