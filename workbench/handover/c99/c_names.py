@@ -116,3 +116,14 @@ def comment(text: str) -> str:
 def letter_of(name: str, symbols: Mapping[str, str]) -> str:
     """The book's letter of a quantity: what its layout calls it, else the last part of its name."""
     return symbols.get(name) or name.rpartition(".")[2]
+
+
+def entries_of(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[tuple[str, str, str]]:
+    """A variable, its place in a struct and its label for each number of a layout."""
+    names, found = members(layout), []
+    symbols = {entry.name: entry.symbol for entry in layout.entries}
+    for entry in layout.entries:
+        own = variables.entries(form.format(letter_of(entry.name, symbols)), entry.shape)
+        for i, (variable, label) in enumerate(zip(own, entry.labels(), strict=True)):
+            found.append((variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
+    return found
