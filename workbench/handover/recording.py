@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from workbench.core import Entry, Layout, Sampled, Step
 from workbench.core.sampled_law import SampledLaw
+from workbench.handover.replay_bounds import afford_periods
 from workbench.simulate.arithmetic import PORTABLE, march_of
 from workbench.simulate.batch import table_of
 from workbench.simulate.job import Job
@@ -128,6 +129,7 @@ def record(
     periods = refusals.whole("record(periods=...)", periods)
     step = _taken(sampled, law, substeps)
     step.flow.refuse_beyond("record(periods=...)", periods * step.h)
+    afford_periods("record(periods=...)", law, periods, step.operations)
     rows = table_of("record(p=...)", step.parameters, p)
     if len(rows) != 1:
         raise ValueError(f"`record(p=...)` takes the parameters of one run; got {len(rows)} rows.")
