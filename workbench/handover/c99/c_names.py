@@ -41,6 +41,7 @@ KEYWORDS = frozenset(WORDS.split())
 # Names that the code itself uses.
 OWN = frozenset(("state", "readings", "references", "commands", "flags", "parameters", "k", "t", "done"))
 LONGEST = 40  # letters, so that a function's name is within the 63 that C99 tells apart
+TRIGRAPH = re.compile(r"\?(?=\?)")
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -109,8 +110,13 @@ def indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
 
 
 def comment(text: str) -> str:
-    """A text that ends no comment and begins none."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\\\n", "\n")
+    r"""A text that ends no comment and begins none, nor joins lines: `??/` is a backslash in C, as all trigraphs are.
+
+    What is not printable, as a mark that turns the direction of writing, stands as its code.
+    """
+    lines = [line.expandtabs(4).rstrip("\\ \r") for line in TRIGRAPH.sub("? ", text).split("\n")]
+    plain = "\n".join("".join(c if c.isprintable() else f"<U+{ord(c):04X}>" for c in line) for line in lines)
+    return plain.replace("*/", "* /").replace("/*", "/ *")
 
 
 def letter_of(name: str, symbols: Mapping[str, str]) -> str:
