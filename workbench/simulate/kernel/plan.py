@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache
 from workbench.core import Step
 from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.casadi_to_graph import read
+from workbench.simulate.kernel.further_functions import DOUBLE
 from workbench.simulate.kernel.graph import Graph, Level, Node, rewritten, stepped
 from workbench.simulate.kernel.target_operations import Machine, Number, Truth, Value, fma, select
 
@@ -31,6 +32,7 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "fmin": f.smaller,
     "fmax": f.larger,
     "sign": f.sign,
+    **DOUBLE.functions,
 }
 
 
