@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -17,7 +16,6 @@ from workbench.validation.signatures import door
 
 T = TypeVar("T")
 ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads
-UNSEEN = ("Callback", "External", "Fmu")  # in the name of a class of CasADi functions whose operations stand elsewhere
 AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write down their pattern than their values
 
 
@@ -165,40 +163,6 @@ def memory(place: Any) -> Any:
     return memoryview(place)
 
 
-def instructions(function: ca.Function) -> list[tuple[Any, ...]]:
-    """The operations of an SX function in order, as plain tuples that print the same everywhere.
-
-    A call of a function that CasADi does not write out, such as a table of `ca.interpolant`, has the digest of all that
-    this function is made of: its grid, its values and the functions that it calls.
-
-    Raises
-    ------
-    ValueError
-        If a function that is called cannot be seen, as a `Callback` or a compiled library cannot.
-    """
-    lines: list[tuple[Any, ...]] = []
-    expressions = function.instructions_sx()
-    for k in range(function.n_instructions()):
-        op, value = function.instruction_id(k), ""
-        if op == ca.OP_CONST:
-            value = function.instruction_constant(k).hex()
-        elif op == ca.OP_CALL:
-            value = _digest(expressions.nz[k].which_function())
-        lines.append((op, tuple(function.instruction_input(k)), tuple(function.instruction_output(k)), value))
-    return lines
-
-
-def _digest(called: ca.Function) -> str:
-    """The SHA-256 of a function with its tables and all that it calls."""
-    for part in (called, *called.find_functions()):
-        if any(kind in part.class_name() for kind in UNSEEN):
-            raise ValueError(
-                f"The equations call '{part.name()}', whose operations CasADi cannot show (a {part.class_name()}), "
-                "so two loops that differ in it could not be told apart: write it as an expression or as a table."
-            )
-    return hashlib.sha256(called.serialize().encode()).hexdigest()
-
-
 def evaluated(
     function: ca.Function,
     inputs: Callable[[int, int], T],
@@ -217,5 +181,6 @@ def evaluated(
         elif code == ca.OP_CONST:
             registers[writes[0]] = constant(function.instruction_constant(line))
         else:
-            registers[writes[0]] = operation(code, *(registers[read] for read in reads))
+            value = operation(code, *(registers[read] for read in reads))
+            registers |= dict.fromkeys(writes, value)  # a call writes several, of which none is known here
     return results

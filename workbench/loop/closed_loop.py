@@ -9,6 +9,7 @@ import casadi as ca
 
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
+from workbench.core.ode import time_beside
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
@@ -16,7 +17,8 @@ from workbench.loop.dependence import roles
 from workbench.loop.feedback_sign import opposite, refuse_wrong_sign
 from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, as_it_stands, beside, standing_for
+from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
 from workbench.loop.port_checks import refuse_misfits, refuse_odd_ports, refuse_shared_names
 from workbench.loop.sampled_loop import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
@@ -195,9 +197,14 @@ def _refuse_wrong_sign(
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
+            way = (
+                "digital(period, at=...)` in place of `broken()"
+                if outside.cut.size
+                else "digital(period)` in place of `ode()"
+            )
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
-                "`ClosedLoop.digital(period)` in place of `ode()`."
+                f"`ClosedLoop.{way}`."
             )
     lifted = lift(closed)
     loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
@@ -232,6 +239,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         notes=wiring.notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
+        measures=wiring.measures(closed),
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
         drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
@@ -259,7 +267,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     refuse_shared_names(plant)
     lifted = lift(plant)
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
-    u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
+    u, t, x = inputs.symbols(), time_beside(states, inputs, lifted.layout), states.symbols()
     z = Signals(states.view(x))
     rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
     y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)

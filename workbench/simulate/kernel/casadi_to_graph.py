@@ -54,6 +54,20 @@ def _function(rule: Rule, *values: ca.SX) -> ca.Function:
     return ca.Function("workbench_part", rule.symbols, [ca.densify(value) for value in values])
 
 
+def read_segments(step: Step) -> Graph | None:
+    """The graph of the parts of a step's segments; None where no switch is known."""
+    return _segments(step.rule)
+
+
+@lru_cache(maxsize=128)
+def _segments(rule: Rule) -> Graph | None:
+    if rule.segment_parts is None:
+        return None
+    reader = _Reader()
+    results = tuple(reader.read(rule.segment_parts))
+    return Graph(tuple(reader.nodes.held), results, _graph(rule).earlier)
+
+
 @lru_cache(maxsize=128)
 def _unknown(graph: Graph) -> tuple[str, int] | None:
     """The first operation that no kernel has, and the first result that needs it."""
