@@ -54,5 +54,5 @@ def _matrix(loop: Ode | Sampled) -> Array:
     if isinstance(loop, Ode):
         return np.array(loop.A(0.0, x, p))
     rule = loop.step(SUBSTEPS).rule
-    after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [ca.jacobian(rule.update, rule.x)])
+    after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [ca.jacobian(rule.plain(rule.update), rule.x)])
     return np.array(ca.densify(after(0.0, x, p, np.zeros(rule.w.shape))))
