@@ -58,7 +58,7 @@ def cut(setting: Setting, law: str) -> Any:
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
         ode = freeze(ode, ("controller.outer.integral", "controller.inner.integral"))
-    x = ode.states.default
+    x = ode.states.default.copy()
     for name, part in setting.open.states.unpack(point.x).items():
         for place in (f"plant.{name}", f"observer.{name}_hat"):
             if place in ode.states:
