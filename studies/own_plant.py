@@ -28,7 +28,7 @@ design = wb.lqr(linear, Q=np.diag([1e6, 1e2]), R=[[1.0]])  # about the point of 
 loop = wb.ClosedLoop(ball, controller=wb.Regulator.of(ball, design))
 computer = loop.digital(2e-3, wb.Instruments.of(ball, noise={"z": 5e-5}, limit={"i": (0.0, 3.0)}), delay=True)
 runs = {
-    "in continuous time": wb.simulate(wb.rk4(loop.ode(), 1e-4), until=0.3),
-    "in a computer": wb.simulate(computer.step(20), until=0.3, seed=1),
+    "in continuous time": wb.simulate(loop, until=0.3),
+    "in a computer": wb.simulate(computer, until=0.3, seed=1),
 }
 wb.plot(runs, "z", "i_applied").savefig("own_plant.png")

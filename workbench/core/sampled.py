@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from importlib import import_module
+from typing import Literal
 
 import casadi as ca
 import numpy as np
@@ -17,11 +19,13 @@ from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
+from workbench.core.switches import Switches
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
+PERIODS = 100  # over which the substeps of a step without a number are chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +47,7 @@ class Sampled:
     >>> digital = loop.digital(0.01, delay=True)
     >>> digital.states.names[-3:]
     ('hold.next', 'hold.v', 'hold.omega_hat')
-    >>> wb.simulate(digital.step(10), until=2.0)["omega"][0, -1].round(2)
+    >>> wb.simulate(digital, until=2.0)["omega"][0, -1].round(2)
     array([1.])
     """
 
@@ -124,6 +128,11 @@ class Sampled:
         return self.flow.notes
 
     @property
+    def switches(self) -> Switches:
+        """The switches of the flow."""
+        return self.flow.switches
+
+    @property
     def states(self) -> Layout:
         """The states of the flow."""
         return self.flow.states
@@ -153,19 +162,30 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int = 1) -> Step:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow."""
+    def step(self, substeps: int | Literal["chosen"] = "chosen") -> Step:
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+
+        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
+        """
+        if substeps == "chosen":
+            periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
+            chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
+            return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
-        f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-        t, p = self.k * self.period, flow.p
+        t, p, switches = self.k * self.period, flow.p, flow.switches
         after = x = ca.vertcat(self.after, flow.x[self.jump.numel() :, 0])
         for i in range(substeps):
+            f = held_at(t + i * h + h / 2, switches.m, flow.t, flow.x, p, switches.rate)
             x = runge_kutta(f, t + i * h, x, p, h)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
+        rule = Rule(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
+        if switches.known:
+            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
+            rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
+        finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)
 
     @door
     def disturbed(self) -> Sampled:

@@ -239,6 +239,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         notes=wiring.notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
+        measures=wiring.measures(closed),
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
         drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),

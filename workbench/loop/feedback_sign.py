@@ -53,7 +53,6 @@ def _matrix(loop: Ode | Sampled) -> Array:
     x, p = loop.states.default, loop.parameters.default
     if isinstance(loop, Ode):
         return np.array(loop.A(0.0, x, p))
-    step = loop.step(SUBSTEPS)
-    rule = step.rule
-    slope = ca.Function("slope", [rule.h, rule.k, rule.x, rule.p, rule.w], [ca.jacobian(rule.next, rule.x)])
-    return np.array(ca.densify(slope(step.h, 0.0, x, p, np.zeros(rule.w.shape))))
+    rule = loop.step(SUBSTEPS).rule
+    after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [ca.jacobian(rule.plain(rule.update), rule.x)])
+    return np.array(ca.densify(after(0.0, x, p, np.zeros(rule.w.shape))))

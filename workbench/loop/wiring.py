@@ -126,6 +126,11 @@ def shown(
     return layout, {name: ca.densify(ca.SX(part)) for name, part, _ in parts}
 
 
+def measures(loop: Blocks) -> tuple[str, ...]:
+    """The outputs of the plant, by the names under which the loop shows them."""
+    return tuple(loop.plant.labels.get(name, name) for name in loop.plant.outputs.names)
+
+
 def names(loop: Blocks) -> list[str]:
     """The names of the signals that a loop shows and, below `hold.`, of those that a computer holds."""
     outputs, inputs, truths = loop.plant.outputs.names, loop.plant.inputs.names, loop.plant.truths.names
