@@ -15,6 +15,7 @@ from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, whole
+from workbench.validation.refusals import seed as check_seed
 from workbench.validation.signatures import door
 
 NEWTON_STEPS, HALVINGS = 40, 12
@@ -104,7 +105,7 @@ def equilibria(
     Raises
     ------
     ValueError
-        If the rate depends on time, a state has no bounds or odd ones, or starts or boxes is no such whole number.
+        If the rate depends on time, a state has no bounds or odd ones, or starts, seed or boxes is none.
     LookupError
         If a name is no state's.
 
@@ -160,7 +161,7 @@ def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
     for _ in range(60):  # to the root of x^(n + 1) = x + 1
         ratio = (1 + ratio) ** (1 / (len(low) + 1))
     pace = ratio ** -np.arange(1.0, len(low) + 1)
-    shift = np.random.default_rng(seed).uniform(size=len(low))
+    shift = np.random.default_rng(check_seed("equilibria(seed=...)", seed)).uniform(size=len(low))
     return np.asarray(low + (high - low) * ((shift + np.outer(np.arange(count), pace)) % 1))
 
 
