@@ -165,3 +165,11 @@ def test_decimals_are_rounded_as_numpy_does_it_and_not_as_python_does():
         np.testing.assert_array_equal([ode.rate_at(0.0, [x])[0] for x in values], np.round(values, digits))
     with pytest.raises(ValueError, match="rounds decimal digits"):
         ode_of(lambda t, x, u: [round(x[0], 1)])
+
+
+def test_a_rest_point_on_a_corner_has_no_poles():
+    ode = ode_of(lambda t, x, u, m: [u[0] - x[0] - 0.5 * m.abs(x[0])])
+    (at_corner,) = wb.equilibria(ode, {"x": (-1.0, 1.0)}).points
+    assert np.isnan(at_corner.poles).all()
+    (beside,) = wb.equilibria(ode, {"x": (-1.0, 1.0)}, u=[0.3]).points
+    assert beside.poles == pytest.approx([-1.5])

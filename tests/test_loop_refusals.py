@@ -101,7 +101,10 @@ def test_a_reference_of_ones_own_that_says_derivatives_too_is_followed_by_a_law_
 def test_an_input_that_nothing_drives_is_refused():
     law = wb.PID2(wb.layout(h_1="cm"), wb.layout(v_1="V"), Kp=1.0)
     make = lambda: wb.ClosedLoop(TANKS, controller=law, reference=wb.Step("h_1", "cm", 12.4))  # noqa: E731
-    refused(make, "nothing drives 'v_2', as `PID2` drives 'v_1'.")
+    text = refused(
+        make, "nothing drives 'v_2', as `PID2` drives 'v_1'.", "a law that drives it", "a parameter of the plant"
+    )
+    assert "Did you mean" not in text
 
 
 # The sign of a law as it stands
@@ -242,7 +245,20 @@ def test_an_estimate_in_another_unit_than_the_output_of_its_name_is_refused():
     )
 
 
+def test_a_temperature_called_t_is_not_the_time():
+    tank = wb.OdePlant.of(lambda t, x, u, m: [u[0] - m.where(x[0] > 5.0 + t, 2.0, 1.0) * x[0]], ("t:K",), ("q:K/s",))
+    assert wb.linearize(wb.open_loop(tank), 0.0, [1.0]).A.item() == -1.0
+    assert wb.linearize(wb.open_loop(tank), 0.0, [7.0]).A.item() == -2.0
+
+
 # Remedies
+
+
+def test_a_discrete_law_that_is_cut_open_is_sent_to_a_computer_that_is_cut_too():
+    _, sampled = compensators()
+    loop = wb.ClosedLoop(MOTOR, controller=LinearLaw(sampled))
+    refused(loop.ode, "`ClosedLoop.digital(period)` in place of `ode()`")
+    refused(loop.broken, "`ClosedLoop.digital(period, at=...)` in place of `broken()`")
 
 
 def test_a_law_that_reads_a_state_is_sent_to_an_observer_and_not_to_another_name():

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from workbench.cli.errors import aside, one_sentence
+from workbench.cli.errors import aside, one_sentence, printable
 
 PATH = click.Path(path_type=Path)
 USUAL = "loop"
@@ -44,7 +44,7 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
         if page.printed:
             aside(page.printed)
         aside(f"'{name}' until {horizon:g} s, at steps of {h:g} s.")
-        click.echo(f"The page is {place}.")
+        click.echo(printable(f"The page is {place}."))
 
 
 def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:

@@ -41,6 +41,7 @@ class Regulator(AbstractController):
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     follow: tuple[str, ...] = ()
+    hint_on_follows = "`Regulator.of(..., follow=({names},))`"
 
     def __post_init__(self) -> None:
         matrix("Regulator(K=...)", self.K, self.inputs.size, self.states.size)
@@ -82,12 +83,6 @@ class Regulator(AbstractController):
     @property
     def drives(self) -> Layout:
         return self.inputs
-
-    def way_to_follow(self, names: tuple[str, ...]) -> str:
-        """`follow=` where all of them are states; else another law."""
-        if all(name in self.states for name in names):
-            return f"`Regulator.of(..., follow={names!r})`"
-        return AbstractController.way_to_follow(self, names)
 
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         wanted = {**self.states.view(ca.SX(self.x0)), **{name: ref[name] for name in self.follow}}

@@ -15,6 +15,7 @@ from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
+from workbench.core.switches import Switches, find_switches
 from workbench.validation.refusals import Array, finite, vector
 from workbench.validation.signatures import door
 
@@ -100,6 +101,11 @@ class Ode:
         entries = tuple(Entry(key, np.zeros(y.numel()), (units or {}).get(key, "")) for key, y in columns.items())
         output = ca.vertcat(*columns.values()) if columns else ca.SX(0, 1)
         return Ode(name, states, parameters, Layout(entries), *symbols, states.flatten(rates), output)
+
+    @cached_property
+    def switches(self) -> Switches:
+        """The instants, known before a run, at which the rate jumps or bends: ends of pulses, rows of tables."""
+        return find_switches(self.rate, self.t, self.x, self.p)
 
     @cached_property
     def f(self) -> ca.Function:
@@ -199,6 +205,14 @@ class Ode:
 
     def _repr_html_(self) -> str:
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
+
+
+def time_beside(*layouts: Layout) -> ca.SX:
+    """A symbol of time that no label of the layouts has as its name: t, else t with underscores behind it."""
+    name, taken = "t", {label for layout in layouts for label in layout.labels}
+    while name in taken:
+        name += "_"
+    return ca.SX.sym(name)
 
 
 @door

@@ -138,7 +138,7 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
     for entry in wanted.entries:
         if entry.name not in offered:
             held = ", ".join(map(repr, offered.names)) or "none"
-            near = nearest(entry.name, [name for name in offered.names if not _related(entry.name, name)])
+            near = misspelt(entry.name, offered)
             clauses.append(f"'{entry.name}', where {{gives}} {held}{near.replace(' Did', '; did')}")
             continue
         other = offered[entry.name]
@@ -149,6 +149,11 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
             want, got = (e.unit or "1" for e in (entry, other))
             clauses.append(f"'{entry.name}' in [{want}], where {{gives}} it in [{got}]")
     return clauses
+
+
+def misspelt(name: str, port: Layout) -> str:
+    """The question "Did you mean ...?" where a name is that of a signal of the port, misspelt; else empty."""
+    return nearest(name, [other for other in port.names if not _related(name, other)])
 
 
 def _related(one: str, other: str) -> bool:

@@ -19,7 +19,8 @@ from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
+from workbench.core.switches import Switches
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
@@ -127,6 +128,11 @@ class Sampled:
         return self.flow.notes
 
     @property
+    def switches(self) -> Switches:
+        """The switches of the flow."""
+        return self.flow.switches
+
+    @property
     def states(self) -> Layout:
         """The states of the flow."""
         return self.flow.states
@@ -167,13 +173,16 @@ class Sampled:
             return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
-        f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-        t, p = self.k * self.period, flow.p
+        t, p, switches = self.k * self.period, flow.p, flow.switches
         after = x = ca.vertcat(self.after, flow.x[self.jump.numel() :, 0])
         for i in range(substeps):
+            f = held_at(t + i * h + h / 2, switches.m, flow.t, flow.x, p, switches.rate)
             x = runge_kutta(f, t + i * h, x, p, h)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
+        rule = Rule(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
+        if switches.known:
+            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
+            rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
         finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
         return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)

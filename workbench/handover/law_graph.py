@@ -12,8 +12,9 @@ from workbench.core import SampledLaw, Step
 from workbench.simulate.kernel.arrays import Arrays
 from workbench.simulate.kernel.barriers import rewritten, without_barriers
 from workbench.simulate.kernel.casadi_to_graph import read_with
-from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node, stepped
+from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node
 from workbench.simulate.kernel.plan import Evaluation
+from workbench.simulate.kernel.stages import stepped
 from workbench.validation.signatures import door
 
 

@@ -9,6 +9,7 @@ import casadi as ca
 
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
+from workbench.core.ode import time_beside
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
@@ -196,9 +197,14 @@ def _refuse_wrong_sign(
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
+            way = (
+                "digital(period, at=...)` in place of `broken()"
+                if outside.cut.size
+                else "digital(period)` in place of `ode()"
+            )
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
-                "`ClosedLoop.digital(period)` in place of `ode()`."
+                f"`ClosedLoop.{way}`."
             )
     lifted = lift(closed)
     loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
@@ -261,7 +267,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     refuse_shared_names(plant)
     lifted = lift(plant)
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
-    u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
+    u, t, x = inputs.symbols(), time_beside(states, inputs, lifted.layout), states.symbols()
     z = Signals(states.view(x))
     rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
     y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)

@@ -107,7 +107,7 @@ class AbstractMember(ABC):
 
     update: Callable[..., Parts]
     period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
-    hint: str = ""  # a sentence of advice, for a refusal of what it reads
+    hint_on_reads: str = ""  # a sentence of advice for who makes it read what is not there
 
     @property
     def memory(self) -> Layout:
@@ -191,6 +191,8 @@ class AbstractController(AbstractMember):
     ('omega',)
     """
 
+    hint_on_follows: str = ""  # the law, as a noun phrase, that follows what this one reads alone: {names}, {wanted}
+
     @property
     def follows(self) -> Layout:
         """The signals of the reference; none where the law keeps the plant at rest."""
@@ -214,10 +216,6 @@ class AbstractController(AbstractMember):
     @abstractmethod
     def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
         """The commands."""
-
-    def way_to_follow(self, names: tuple[str, ...]) -> str:
-        """The advice of a refusal where the signals `names` are to be followed: a noun phrase."""
-        return f"a law that follows {', '.join(map(repr, names))}"
 
     def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
         """The derivative of each state; nothing where there is no memory."""

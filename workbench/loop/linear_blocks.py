@@ -136,9 +136,13 @@ class LinearLaw(AbstractLinear, AbstractController):
     error: bool = False
     u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
     v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
-    hint = (
+    hint_on_reads = (
         "The inputs of a system are taken by their names: an input 'y' is the output y of the plant, or its error by "
         "`LinearLaw(C, error=True)`, and an input 'y_ref' what is wanted of it."
+    )
+    hint_on_follows = (
+        "`LinearLaw(C, error=True)` where C is a compensator of the error, as that of `lqg` is not, or a system with "
+        "the inputs {names} and {wanted}"
     )
     stands = False  # True of a system that was given to a loop as it stands, see `as_it_stands`
 
@@ -183,14 +187,6 @@ class LinearLaw(AbstractLinear, AbstractController):
         return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
 
     update = rate
-
-    def way_to_follow(self, names: tuple[str, ...]) -> str:
-        """The advice of a refusal where the signals `names` are to be followed: the error, or inputs for them."""
-        inputs = ", ".join(f"'{name}' and '{name}{WANTED}'" for name in names)
-        return (
-            f"`LinearLaw(C, error=True)` where C is a compensator of the error {names[0]}{WANTED} - {names[0]}, as "
-            f"that of `lqg` is not, or a system with the inputs {inputs}"
-        )
 
     def run_every(self, period: float) -> LinearLaw:
         """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a

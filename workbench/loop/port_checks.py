@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from workbench.core import Layout
 from workbench.core.block import quantities
 from workbench.core.port import misfits
-from workbench.loop.contracts import AbstractPlant
+from workbench.loop.contracts import AbstractController, AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments, Readings, Rest
 from workbench.loop.wiring import SOCKETS, Blocks, names
-from workbench.validation.refusals import nearest, refusal
+from workbench.validation.refusals import refusal
 
 PORTS = {
     "plant": ("states", "inputs", "outputs", "truths"),
@@ -68,7 +68,7 @@ def refuse_misfits(loop: Blocks) -> None:
         if name not in law.drives:
             raise ValueError(
                 f"Every input of `{_name(plant)}` must be driven: nothing drives '{name}', as `{_name(law)}` drives "
-                f"{_names(law.drives)}.{nearest(name, law.drives.names)}"
+                f"{_names(law.drives)}. Take a law that drives it too, or make it a parameter of the plant."
             )
     _refuse_unlike(loop)
     _refuse_ignored_reference(loop)
@@ -126,16 +126,24 @@ def _refuse_ignored_reference(loop: Blocks) -> None:
     ignored = tuple(name for name in reference.primary if name not in motions)
     everything = len(ignored) == len(reference.primary)
     if ignored := ignored if everything else tuple(name for name in ignored if name in loop.plant.outputs):
+        named = _listed(ignored)
         raise ValueError(
-            f"`{_name(reference)}` says {_listed(ignored)}, which `{_name(law)}` does not follow, as it follows "
-            f"{_names(law.follows)}: this would change nothing. Take {law.way_to_follow(ignored)}, or make the loop "
-            f"without {'a reference' if everything else _listed(ignored)}."
+            f"`{_name(reference)}` says {named}, which `{_name(law)}` does not follow, as it follows "
+            f"{_names(law.follows)}: this would change nothing. Take {_way_to_follow(law, ignored)}, or make the loop "
+            f"without {'a reference' if everything else named}."
         )
+
+
+def _way_to_follow(law: AbstractController, names: tuple[str, ...]) -> str:
+    """The law that follows the signals: by its own advice, if this one reads them."""
+    if law.hint_on_follows and all(name in law.reads for name in names):
+        return law.hint_on_follows.format(names=_listed(names), wanted=_listed(f"{name}_ref" for name in names))
+    return f"a law that follows {_listed(names)}"
 
 
 def _way_to_observe(loop: Blocks) -> str:
     """The remedy where an observer reads what no instrument gives."""
-    hint = f"{loop.observer.hint} " if loop.observer.hint else ""
+    hint = f"{loop.observer.hint_on_reads} " if loop.observer.hint_on_reads else ""
     return (
         f"{hint}Leave `observer` out where the law shall read {_names(loop.plant.outputs)} as the "
         f"instruments do, or take an observer of this plant, as {OBSERVERS} is."
@@ -148,7 +156,7 @@ def _way_to_estimate(loop: Blocks) -> str:
     missing = [name for name in law.reads.names if name not in loop.observer.gives]
     hidden = [name for name in missing if name in plant.states + plant.truths]
     if not hidden:
-        return law.hint
+        return law.hint_on_reads
     as_these = f", as {OBSERVERS} does" if all(name in plant.states for name in hidden) else ""
     if not isinstance(loop.observer, Readings):
         return f"Take an observer that gives {_listed(hidden)}{as_these}."

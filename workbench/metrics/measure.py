@@ -214,7 +214,7 @@ def chosen_step(
     unit = until
     if isinstance(equation, Ode):
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
-    start = _extended(x0, make(longest_step(equation, until, unit)))
+    start = _extended(x0, make(longest_step(equation, p, until, unit)))
     assert start is not None
     return choose_step(equation, make, p, start, until, unit, tolerance, seed, arithmetic)
 

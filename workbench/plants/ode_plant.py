@@ -15,6 +15,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Ode, Signals, block
 from workbench.core.block import Number, States, parameters
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
+from workbench.core.ode import time_beside
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
 from workbench.validation.refusals import Array, described, nearest, raised, text, vector
@@ -124,7 +125,7 @@ class OdePlant(AbstractPlant):
         """
         known, driven = _port("states", states, "x0", x0), _port("inputs", inputs, "u0", u0)
         own = p or Layout()
-        t, x, u, theta = ca.SX.sym("t"), known.symbols(), driven.symbols(), own.symbols()
+        t, x, u, theta = time_beside(known, driven, own), known.symbols(), driven.symbols(), own.symbols()
         numbers = {"p": Signals(own.view(theta))} if own.size else {}
         rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
         watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)

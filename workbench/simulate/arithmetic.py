@@ -26,8 +26,8 @@ from workbench.validation.signatures import door
 
 FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
 # Counts up with whatever can change a bit of the first two: the reading and rewriting of graphs, the stages of a step,
-# elementary functions, noise, rounding.
-VERSION = 1
+# elementary functions, noise, rounding, switches.
+VERSION = 2
 MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from workbench.core import Layout, Step
+from workbench.core.switches import DENSEST
 from workbench.simulate.arithmetic import arithmetic_of, march_of
 from workbench.simulate.divergence import find_divergence
 from workbench.simulate.job import Job, Progress
@@ -100,6 +101,7 @@ def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tu
     """The number of steps between two kept times, and of such times; refused if they do not fit."""
     until = refusals.seconds("simulate(until=...)", until)
     step.flow.refuse_beyond("simulate(until=...)", until)
+    refuse_dense(step, p_rows)
     count = refusals.multiple("simulate(until=...)", until, step.h, "the step")
     stride = 1
     if every is not None:
@@ -118,6 +120,16 @@ def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tu
         )
     afford(step, len(p_rows), count, kept)
     return stride, kept
+
+
+def refuse_dense(step: Step, p_rows: Array) -> None:
+    """Refuse a step with more switches of one kind than it can be divided at."""
+    spacing = step.flow.switches.densest(p_rows)
+    if spacing * DENSEST < step.h:
+        raise ValueError(
+            f"`simulate(step, ...)` must have at most {DENSEST} switches of one kind in a step; '{step.flow.name}' "
+            f"switches every {spacing:g} s and the step is {step.h:g} s: take a shorter step, or longer pulses."
+        )
 
 
 def afford(step: Step, runs: int, count: int, kept: int) -> None:

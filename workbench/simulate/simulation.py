@@ -11,7 +11,7 @@ from workbench.core.equations import LOOP, Loop, equations_of, is_loop
 from workbench.simulate.batch import progress_of, rows_of, run_step
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_choice import choose_step, longest_step, step_of
+from workbench.simulate.step_choice import choose_step, step_of
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
 from workbench.validation.refusals import Array, Integers
@@ -92,7 +92,8 @@ def _at_chosen_step(
     (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)
     kept = _kept(equation, until, every)
     make = cache(partial(step_of, equation))
-    p_rows, x_rows = rows_of("simulate", make(longest_step(equation, until, kept)), p, x0)
+    longest = equation.period if isinstance(equation, Sampled) else kept
+    p_rows, x_rows = rows_of("simulate", make(longest), p, x0)
     progress_of("simulate", how["progress"])  # one that fails costs no pilot
     few = pilot_runs(p_rows, x_rows)
     asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "keep_lost": True}

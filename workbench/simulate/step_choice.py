@@ -6,6 +6,7 @@ from math import ceil
 from typing import Any
 
 from workbench.core import Ode, Sampled, Step, rk4
+from workbench.core.switches import DENSEST
 from workbench.simulate.step_size import HALVINGS, Make, step_for_tolerance
 from workbench.validation.refusals import Array
 
@@ -18,9 +19,17 @@ def step_of(equation: Ode | Sampled, h: float) -> Step:
     return equation.step(equation.substeps(h)) if isinstance(equation, Sampled) else rk4(equation, h)
 
 
-def longest_step(equation: Ode | Sampled, until: float, unit: float) -> float:
-    """The longest step that is tried, in s: the period of a sampled loop, else a part of `unit` and of the horizon."""
-    return equation.period if isinstance(equation, Sampled) else unit / ceil(COUNT * unit / until)
+def longest_step(equation: Ode | Sampled, p: Array, until: float, unit: float) -> float:
+    """The longest step that is tried, in s: the period of a sampled loop, else a part of `unit` and of the horizon.
+
+    It has no more switches of one kind than `simulate` allows for the rows p (B, np).
+    """
+    if isinstance(equation, Sampled):
+        return equation.period
+    longest = unit / ceil(COUNT * unit / until)
+    while equation.switches.densest(p) * DENSEST < longest:
+        longest /= 2
+    return longest
 
 
 def choose_step(
@@ -41,6 +50,6 @@ def choose_step(
     half, its quarter and so on; else a whole number of steps makes `unit`, in s.
     """
     halvings = SUBSTEPS if isinstance(equation, Sampled) else HALVINGS
-    longest = longest_step(equation, until, unit)
+    longest = longest_step(equation, p, until, unit)
     how: Any = {"halvings": halvings, "seed": seed, "arithmetic": arithmetic, "keep_lost": keep_lost}
     return step_for_tolerance(make, p, x0, until, tolerance, longest, **how)

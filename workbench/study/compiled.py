@@ -107,7 +107,10 @@ class CompiledSweep:
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
-        return fingerprint_of(plain(parts), self.coarse.rule.parts)
+        rule, head = self.coarse.rule, plain(parts)
+        if rule.segment_parts is not None:
+            head += fingerprint_of(b"", rule.segment_parts).encode()
+        return fingerprint_of(head, rule.parts)
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
         """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""

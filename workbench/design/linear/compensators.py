@@ -112,9 +112,12 @@ def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:
 def _conjugate(poles: Any, system: Any) -> Complex:
     call = "place(poles=...)"
     try:
-        wanted = np.asarray(poles, dtype=complex)
-    except (TypeError, ValueError):
+        given = np.array(poles)
+    except Exception:  # an object of the user's may raise anything when it is asked for its numbers
         raise refusal(call, "a vector of numbers", poles) from None
+    if given.dtype.kind not in "iufc":  # symbols of CasADi, say, or a number beyond 1.8e308
+        raise refusal(call, "a vector of numbers", poles)
+    wanted = given.astype(complex)
     if wanted.shape != (len(system.A),) or not np.isfinite(wanted).all():
         raise ValueError(
             f"`{call}` must be {len(system.A)} finite numbers, one for each state; got {described(poles)}."

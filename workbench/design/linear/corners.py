@@ -63,8 +63,8 @@ class Corners:
 
         def operation(code: int, *a: ca.SX) -> ca.SX:
             if code in CORNERS:
-                switching = a[0] if len(a) == 1 else a[1] if code == ca.OP_COPYSIGN else a[0] - a[1]
-                if ca.depends_on(switching, z):
+                zero = a if len(a) == 1 or code == ca.OP_COPYSIGN else (a[0] - a[1],)
+                for switching in (part for part in zero if ca.depends_on(part, z)):
                     texts.append(_text(NAMES[code], a))
                     sigma.append(switching)
             if code == ca.OP_ASSIGN:

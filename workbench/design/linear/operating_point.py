@@ -45,7 +45,7 @@ def places_of(ode: Ode) -> list[int]:
 def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
     """A copy of p (np,), the defaults if it is None, with u (nu,) in its places unless that is None."""
     require("ode", ode, Ode)
-    row = ode.parameters.default if p is None else vector_of("p", p, ode.parameters)
+    row = ode.parameters.default.copy() if p is None else vector_of("p", p, ode.parameters)
     if u is not None:
         row[places_of(ode)] = vector_of("u", u, inputs_of(ode))
     ode.parameters.check(row[np.newaxis])

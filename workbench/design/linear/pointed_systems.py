@@ -7,7 +7,9 @@ from typing import Any, final
 import control
 import numpy as np
 
+from workbench.core import Layout
 from workbench.core.point import Point
+from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array
 
 
@@ -41,6 +43,12 @@ class PointedSpace(control.StateSpace):  # type: ignore[misc]
     def y0(self) -> Array:
         """The outputs (ny,) at the point."""
         return self.point.y0
+
+    def __repr__(self) -> str:
+        return _line("StateSpace", self)
+
+    def _repr_html_(self) -> str:
+        return _table("StateSpace", self)
 
     def sample(self, *arguments: Any, **options: Any) -> PointedSpace:
         """The system sampled as python-control does it, about the same point."""
@@ -76,9 +84,32 @@ class PointedTransfer(control.TransferFunction):  # type: ignore[misc]
         """The outputs (ny,) at the point."""
         return self.point.y0
 
+    def __repr__(self) -> str:
+        return _line("TransferFunction", self)
+
+    def _repr_html_(self) -> str:
+        return _table("TransferFunction", self)
+
     def sample(self, *arguments: Any, **options: Any) -> PointedTransfer:
         """The system sampled as python-control does it, about the same point."""
         return PointedTransfer(control.TransferFunction.sample(self, *arguments, **options), self.point)
+
+
+def _line(kind: str, system: Any) -> str:
+    ways = " to ".join(listed(names) for names in (system.input_labels, system.output_labels))
+    return f"<{kind} '{system.name}' from {ways}, about {', '.join(_values(system.point.inputs, system.u0)[:3])}>"
+
+
+def _table(kind: str, system: Any) -> str:
+    ports = {"state": (system.point.states, system.point.x0)}
+    ports |= {"input": (system.point.inputs, system.u0), "output": (system.point.outputs, system.y0)}
+    rows = [(name, value) for name, (port, at) in ports.items() for value in _values(port, at)]
+    return table_to_html(f"{kind} {system.name}", ("signal", "at the point"), rows)
+
+
+def _values(port: Layout, at: Array) -> list[str]:
+    """Each number of a port with its value."""
+    return [f"{label} = {value:.6g}" for label, value in zip(port.labels, at, strict=True)]
 
 
 def point_of(system: Any) -> Point | None:
