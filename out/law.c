@@ -2,7 +2,7 @@
  * PID2: a control law that runs once in 0.01 s.
  *
  * Made by control-workbench 0.1.0.
- * Fingerprint of its equations and numbers: 46f89606510f1bce
+ * Fingerprint of its equations and numbers: 7efe65be0df7551b
  * Numbers of 64 bits (double precision), each product and each sum rounded by itself: the portable
  *     arithmetic.
  * Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations,
@@ -82,12 +82,13 @@ static bool law_advance(law_state *state,
      *
      *     f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
      */
-    const double w_1 = (1.0 * omega_ref) - omega - f_1;
-    const double v = (0.0 * (0.5 * w_1)) + (I_1 + ((K_p_1 * ((omega_ref * 1.0) - omega)) + 0.0));
+    const double w_1 = (1.0 * omega_ref) - omega;
+    const double w_2 = w_1 - f_1;
+    const double v = (0.0 * (0.5 * w_2)) + (I_1 + ((K_p_1 * w_1) + 0.0));
 
     /* Memory of the controller */
-    const double integral_next = I_1 + ((omega_ref - omega) * K_i_1 * 0.01);
-    const double filter_next = (0.5 * w_1) + f_1;
+    const double integral_next = (0.01 * ((omega_ref - omega) * K_i_1)) + I_1;
+    const double filter_next = (w_2 * 0.5) + f_1;
 
     /* Nothing is kept that is not finite. */
     const bool done = law_finite(integral_next) &&

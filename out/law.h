@@ -2,7 +2,7 @@
  * PID2: a control law that runs once in 0.01 s.
  *
  * Made by control-workbench 0.1.0.
- * Fingerprint of its equations and numbers: 46f89606510f1bce
+ * Fingerprint of its equations and numbers: 7efe65be0df7551b
  * Numbers of 64 bits (double precision), each product and each sum rounded by itself: the portable
  *     arithmetic.
  * Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations,

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workbench.cli.errors import aside, one_sentence
+from workbench.cli.errors import aside, one_sentence, printable
 
 if TYPE_CHECKING:
     from workbench.core import Sampled
@@ -61,7 +61,7 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
         if form.startswith("fmi") and not _has_library(paths[0]):
             aside("The FMU has C sources alone, as no compiler was found here: `apt-get install gcc`.")
         aside(f"'{chosen}', every {law.period:g} s.")
-        click.echo(f"Written: {', '.join(map(str, paths))}.")
+        click.echo(printable(f"Written: {', '.join(map(str, paths))}."))
 
 
 def _safe(texts: tuple[str, ...]) -> dict[str, float]:

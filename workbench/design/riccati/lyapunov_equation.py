@@ -121,18 +121,24 @@ def _solved(call: str, A: Any, Q: Any, E: Any, discrete: bool) -> Lyapunov:
 
 
 def _refined(equation: Equation) -> Refined:
-    """X refined until a correction is no smaller than the one before it."""
+    """X with the smallest correction, refined until two corrections in a row are no smaller than that one."""
     d = equation.data
     operator = Operator.of(d.A, d.E, equation.discrete)
     if _meeting(operator.poles, equation.discrete)[0] <= ROUNDING * d.n:
         raise np.linalg.LinAlgError("two eigenvalues meet")
-    X, last, steps = operator.solve(-d.Q), np.inf, 0
-    while True:
+    X, best, failures = operator.solve(-d.Q), None, 0
+    for steps in range(MOST_STEPS + 1):
         point = equation.at(X)
         correction = operator.solve(-point.left)
-        if not norm(correction) < last or steps == MOST_STEPS:
-            return Refined(point, operator, steps, correction)
-        X, last, steps = X + correction, norm(correction), steps + 1
+        # where the first solution has few digits, a correction may be larger than the one before it, once
+        failures = 0 if best is None or norm(correction) < norm(best.correction) else failures + 1
+        if best is None or not failures:
+            best = Refined(point, operator, steps, correction)
+        if failures == 2:
+            break
+        X = X + correction
+    assert best is not None
+    return best
 
 
 def _condition(equation: Equation, found: Refined, units: Units) -> tuple[float, float]:

@@ -31,6 +31,7 @@ FORMS = {
     "or": ("{} || {}", LOGIC, (ATOM, ATOM)),
     "not": ("!{}", SIGNED, (ATOM,)),
     "if_else": ("{} ? {} : {}", CHOICE, (ATOM, ATOM, ATOM)),
+    "barrier": ("{}", ATOM, (ATOM,)),
 }
 FUSED = {"fma": "{0}, {1}, {2}", "fms": "{0}, {1}, -{2}", "fnma": "-{0}, {1}, {2}"}  # of a processor's fma
 TRUTHS = {*COMPARISONS, "and", "or", "not"}
