@@ -38,6 +38,7 @@ _ROOMS = {
     "handover.c99.c_code": "c_code",
     "handover.fmi.archive": "fmu",
     "handover.law_export": "export",
+    "handover.recording": "record",
     "handover.replays": "replay",
     "report.loop_page": "live",
 }

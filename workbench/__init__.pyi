@@ -9,6 +9,7 @@ from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
+from workbench.handover.recording import record
 from workbench.handover.replays import replay
 from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
@@ -153,6 +154,7 @@ __all__ = [
     "place",
     "plot",
     "read_urdf",
+    "record",
     "replay",
     "rk4",
     "rmse",

@@ -12,7 +12,8 @@ import numpy as np
 from studies.b4_handover.loops import SEED, handed
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.recording import BASIS, record
+from workbench.handover.memory_digest import BASIS
+from workbench.handover.recording import record
 from workbench.handover.replays import TargetResult, compare
 from workbench.handover.targets import TARGETS
 from workbench.study import Verdict

@@ -65,7 +65,7 @@ def _times(module: ModuleType) -> tuple[float | None, float]:
     from workbench.simulate import Trajectories
 
     runs = (value for value in _values(vars(module)) if isinstance(value, Trajectories))
-    return next(((float(one.t[-1]), one.step.h / one.step.substeps) for one in runs), (None, USUAL_STEP))
+    return next(((float(one.t[-1]), one.page_step) for one in runs), (None, USUAL_STEP))
 
 
 def _values(held: Mapping[str, Any]) -> Iterator[Any]:

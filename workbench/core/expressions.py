@@ -25,7 +25,10 @@ class SymbolError(TypeError):
 
 @contextlib.contextmanager
 def symbols_are_no_numbers() -> Iterator[None]:
-    """Within this context a symbol refuses to become a number; else CasADi makes it NaN, in silence."""
+    """Within this context a symbol refuses to become a number, and rounds as a number does.
+
+    Else CasADi makes it NaN, in silence, and rounds halves away from zero.
+    """
 
     def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
         def to_number(symbol: ca.SX) -> Any:
@@ -38,13 +41,61 @@ def symbols_are_no_numbers() -> Iterator[None]:
     with ONE_AT_A_TIME, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
         plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
-        try:
-            for name, method in plain.items():
-                setattr(ca.SX, name, guard(method))
+        methods = {name: guard(method) for name, method in plain.items()}
+        methods |= {"__round__": _round, "rint": rounded}
+        methods |= {name: _rounding(getattr(ca.SX, name)) for name in ("__array_ufunc__", "__array_function__")}
+        with _replaced(ca.SX, methods):
             yield
-        finally:
-            for name, method in plain.items():
-                setattr(ca.SX, name, method)
+
+
+@contextlib.contextmanager
+def _replaced(owner: type, methods: Mapping[str, Any]) -> Iterator[None]:
+    """Within this context a class has these methods."""
+    plain = {name: vars(owner).get(name) for name in methods}
+    try:
+        for name, method in methods.items():
+            setattr(owner, name, method)
+        yield
+    finally:
+        for name, own in plain.items():
+            if own is None:
+                delattr(owner, name)
+            else:
+                setattr(owner, name, own)
+
+
+def rounded(x: ca.SX) -> ca.SX:
+    """The nearest whole number, of two that are as near the even one, as of NumPy's `rint` and Python's `round`."""
+    low = ca.floor(x)
+    above, odd = x - low, low - 2 * ca.floor(low / 2)  # both exact: of a large number there is nothing above
+    return low + ca.if_else(above == 0.5, odd, ca.if_else(above > 0.5, 1, 0))
+
+
+def _round(x: ca.SX, digits: int | None = None) -> ca.SX:
+    if digits is not None:
+        raise SymbolError(f"`round(x, {digits})` of the symbol '{x}' has no equation, as it rounds decimal digits")
+    return rounded(x)
+
+
+def _numpy_round(a: ca.SX, decimals: int = 0) -> ca.SX:
+    """NumPy's `round`: of a scaled number to a whole one."""
+    scale = 10.0 ** abs(decimals)
+    if decimals < 0:
+        return rounded(a / scale) * scale
+    return rounded(a * scale) / scale if decimals else rounded(a)
+
+
+def _rounding(plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of CasADi that answers NumPy's functions, but for those that round, which CasADi answers otherwise."""
+
+    def answer(symbol: ca.SX, function: Any, *how: Any, **options: Any) -> Any:
+        if function is np.rint and how[0] == "__call__" and not options:
+            return rounded(how[1])
+        if function in (np.round, np.around):
+            return _numpy_round(*how[1], **how[2])
+        return plain(symbol, function, *how, **options)
+
+    return answer
 
 
 def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from importlib import import_module
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.expressions import refuse_misfit
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Step, runge_kutta
+from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
+PERIODS = 100  # over which the substeps of a step without a number are chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +46,7 @@ class Sampled:
     >>> digital = loop.digital(0.01, delay=True)
     >>> digital.states.names[-3:]
     ('hold.next', 'hold.v', 'hold.omega_hat')
-    >>> wb.simulate(digital.step(10), until=2.0)["omega"][0, -1].round(2)
+    >>> wb.simulate(digital, until=2.0)["omega"][0, -1].round(2)
     array([1.])
     """
 
@@ -53,7 +57,8 @@ class Sampled:
     jump: ca.SX  # g, (m, 1), for the first m states, in k, `flow.x`, `flow.p` and w; the others do not jump
     methods: tuple[str, ...] = ()  # by which the memory of each block is stepped, in words
     law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None  # the computer's part of it, see `law`
-    taken: Mapping[str, ca.SX] = field(default_factory=dict)  # what that is handed, in k, x, p and w: 'y.q', 'r.q'
+    crossings: tuple[Crossing, ...] = ()  # what goes into the computer and out of it: 'y.q', 'r.q'
+    crossed: ca.SX | None = None  # g with the symbols of the crossings; `jump`, which has none, unless given
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)
@@ -66,7 +71,9 @@ class Sampled:
         refuse_misfit("Sampled", "k", self.k, 1, 1, "the number of the jump")
         refuse_misfit("Sampled", "w", self.w, self.w.numel(), 1)
         symbols = {"k": self.k, "x": self.flow.x, "p": self.flow.p, "w": self.w}
-        refuse_unknown("Sampled", symbols, jump=self.jump)
+        refuse_strangers("Sampled", symbols, (), jump=self.jump)
+        refuse_strangers("Sampled", symbols, self.crossings, crossed=self.after)
+        refuse_misfit("Sampled", "crossed", self.after, rows, 1, "one for each entry of the jump")
 
     @door
     def law(self, reference: str = "input", truths: tuple[str, ...] = ()) -> SampledLaw:
@@ -92,6 +99,22 @@ class Sampled:
                 "alone, in which plant and law are not told apart."
             )
         return self.law_of(reference, truths)
+
+    @property
+    def after(self) -> ca.SX:
+        """The state after the jump, (m, 1), in k, x, p, w and the symbols of the crossings, as machines compute it."""
+        return self.jump if self.crossed is None else self.crossed
+
+    @property
+    def handed(self) -> dict[str, ca.SX]:
+        """The symbols of what the computer is handed: readings 'y.q' and references 'r.q'."""
+        parts = [part for crossing in self.crossings for part in crossing.parts.items()]
+        return {name: part for name, part in parts if name.startswith(("y.", "r."))}
+
+    @cached_property
+    def taken(self) -> Mapping[str, ca.SX]:
+        """The same in k, x, p and w."""
+        return {name: plain(self.crossings, part) for name, part in self.handed.items()}
 
     @property
     def name(self) -> str:
@@ -133,19 +156,30 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int = 1) -> Step:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow."""
+    def step(self, substeps: int | Literal["chosen"] = "chosen") -> Step:
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+
+        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
+        """
+        if substeps == "chosen":
+            periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
+            chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
+            return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
-        f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-        t, p = self.k * self.period, flow.p
-        after = x = ca.vertcat(self.jump, flow.x[self.jump.numel() :, 0])
+        t, p, switches = self.k * self.period, flow.p, flow.switches
+        after = x = ca.vertcat(self.after, flow.x[self.jump.numel() :, 0])
         for i in range(substeps):
+            f = held_at(t + i * h + h / 2, switches.m, flow.t, flow.x, p, switches.rate)
             x = runge_kutta(f, t + i * h, x, p, h)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(ca.SX.sym("h"), self.k, ca.SX.sym("t"), flow.x, p, self.w, ca.SX(0, 1), x, output)
+        rule = Rule(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
+        if switches.known:
+            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
+            rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
+        finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)
 
     @door
     def disturbed(self) -> Sampled:
@@ -178,10 +212,9 @@ class Sampled:
         pace = 1 + (later - late) / T
         true = t + late + (later - late) / T * (t - instant)
         rate, output = ca.substitute([flow.rate, flow.output], [t], [true])
-        jump = ca.vertcat(self.jump, flow.x[self.jump.numel() :, 0])
         own = [i for name in self.states.names if not name.startswith("plant.") for i in self.states.indices(name)]
-        for i in own:
-            jump[i] = ca.if_else(luck < missed, flow.x[i], jump[i])
+        clocks = ca.vertcat(later, jitter * lateness, self.k * T)
+        jump, crossed = (ca.vertcat(_unless(luck < missed, flow.x, g, own), clocks) for g in (self.jump, self.after))
         return replace(
             self,
             flow=replace(
@@ -194,7 +227,8 @@ class Sampled:
                 output=output,
             ),
             w=ca.vertcat(self.w, w),
-            jump=ca.vertcat(jump, later, jitter * lateness, self.k * T),
+            jump=jump,
+            crossed=crossed,
         )
 
     def _refuse_one_clock(self) -> None:
@@ -215,7 +249,9 @@ class Sampled:
     @cached_property
     def fingerprint(self) -> str:
         """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
-        jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w], [self.jump])
+        handed = [crossing.symbols for crossing in self.crossings]
+        values = [*(crossing.values for crossing in self.crossings), self.after]
+        jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)
         return fingerprint_of(f"{self.flow.fingerprint} {self.period.hex()}".encode(), jump)
 
     def __repr__(self) -> str:
@@ -224,3 +260,11 @@ class Sampled:
     def _repr_html_(self) -> str:
         name = f"{self.name}, sampled every {self.period:g} s"
         return layouts_to_html(name, {"state": self.states, "parameter": self.parameters})
+
+
+def _unless(missed: ca.SX, x: ca.SX, jump: ca.SX, own: list[int]) -> ca.SX:
+    """The state after the jump, where the entries `own` stay as they are in a period that is missed."""
+    after = ca.vertcat(jump, x[jump.numel() :, 0])
+    for i in own:
+        after[i] = ca.if_else(missed, x[i], after[i])
+    return after

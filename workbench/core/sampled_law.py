@@ -10,9 +10,10 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
+from workbench.core.crossing import Crossing, refuse_strangers
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.fingerprints import fingerprint_of
-from workbench.core.layout import Layout, layouts_to_html
+from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.ode import Ode
 from workbench.core.step import Rule, Step
 from workbench.validation.refusals import Array, seconds
@@ -24,7 +25,8 @@ SYMBOLS = {"z": "memory", "y": "readings", "r": "references", "p": "parameters"}
 @dataclass(frozen=True)
 @door
 class Stage:
-    """Values that a sampled law makes together, by name, in terms of its symbols; and the equations as a book has them.
+    """Values that a sampled law makes together, by name, in terms of its symbols and of those of its crossings; and the
+    equations as a book has them.
 
     A stage that has values of the memory has those of the next instant.
     """
@@ -76,6 +78,8 @@ class SampledLaw:
     limits: Mapping[str, tuple[Array, Array]] = field(default_factory=dict)  # of commands, (low, high)
     delay: Mapping[str, int] = field(default_factory=dict)  # the periods that each command waits
     notes: tuple[str, ...] = ()
+    crossings: tuple[Crossing, ...] = ()  # all that the computer makes in its loop, in the same order
+    made: ca.SX | None = None  # [z+; u] in the symbols of the crossings; as update and command have them unless given
 
     WAYS: ClassVar = {"ClosedLoop": "take `loop.digital(period)`, whose law it is"}
 
@@ -89,6 +93,7 @@ class SampledLaw:
         refuse_misfit("SampledLaw", "command", self.command, self.commands.size, 1, "one for each command")
         refuse_misfit("SampledLaw", "update", self.update, self.memory.size, 1, "one for each of the memory")
         refuse_unknown("SampledLaw", self._symbols, command=self.command, update=self.update)
+        refuse_strangers("SampledLaw", self._symbols, self._all_crossings, made=self._made)
 
     @property
     def _symbols(self) -> dict[str, ca.SX]:
@@ -104,14 +109,31 @@ class SampledLaw:
         """The law as a `Step` with the states [z; u], where u is that of the last instant, and the parameters
         [p; y; r], of which the last two are named below 'y.' and 'r.'.
         """
-        u = self.commands.prefixed("u.")
+        u, handed = self.commands.prefixed("u."), self.readings.prefixed("y.") + self.references.prefixed("r.")
         states, x = self.memory + u, ca.vertcat(self.z, u.symbols())
-        parameters = self.parameters + self.readings.prefixed("y.") + self.references.prefixed("r.")
-        p, t, none = ca.vertcat(self.p, self.y, self.r), ca.SX.sym("t"), Layout()
+        values, parameters = handed.symbols(), self.parameters + handed
+        p, t, none = ca.vertcat(self.p, values), ca.SX.sym("t"), Layout()
         still = Ode(self.name, states, parameters, none, t, x, p, ca.SX.zeros(x.numel(), 1), ca.SX(0, 1))
-        new = ca.densify(ca.vertcat(self.update, self.command))
-        rule = Rule(ca.SX.sym("h"), self.k, t, x, p, ca.SX(0, 1), ca.SX(0, 1), new, ca.SX(0, 1))
+        crossings = (Crossing(handed, ca.vertcat(self.y, self.r), values), *self._all_crossings)
+        none_of_it = ca.SX(0, 1)
+        rule = Rule(ca.SX.sym("h"), self.k, t, x, p, none_of_it, none_of_it, self._made, none_of_it, crossings)
         return Step(self.period, states, parameters, none, rule, still, (1.0,))
+
+    @property
+    def _made(self) -> ca.SX:
+        return ca.densify(ca.vertcat(self.update, self.command) if self.made is None else self.made)
+
+    @cached_property
+    def _all_crossings(self) -> tuple[Crossing, ...]:
+        """The crossings, behind one that gives zero for each symbol of the loop on which nothing of the law depends."""
+        own = [*self._symbols.values(), *(crossing.symbols for crossing in self.crossings)]
+        known = {symbol.element_hash() for symbol in ca.symvar(ca.vertcat(*own))}
+        used = ca.symvar(ca.vertcat(ca.SX(0, 1), *(crossing.values for crossing in self.crossings)))
+        idle = [symbol for symbol in used if symbol.element_hash() not in known]
+        if not idle:
+            return self.crossings
+        layout = Layout((Entry("idle", np.zeros(len(idle))),))
+        return (Crossing(layout, ca.vertcat(*idle), ca.SX.zeros(len(idle), 1)), *self.crossings)
 
     @cached_property
     def F(self) -> ca.Function:
@@ -126,7 +148,7 @@ class SampledLaw:
         for port in (self.memory, self.readings, self.references, self.commands, self.parameters):
             head += [repr((entry.name, entry.shape, entry.unit)).encode() for entry in port.entries]
             head += [np.ascontiguousarray(port.default).tobytes()]
-        return fingerprint_of(b"".join(head), self.F)
+        return fingerprint_of(b"".join(head), self.step.rule.parts)
 
     @door
     def named(self, name: str) -> SampledLaw:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import Any, ClassVar, TypeVar
 
 import casadi as ca
 
-from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.crossing import Crossing, plain, refuse_strangers
+from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
 from workbench.core.ode import Ode
+from workbench.core.switches import NEAR, Switches
 from workbench.validation.refusals import Array, require, seconds, whole
 from workbench.validation.signatures import door
 
@@ -29,12 +31,48 @@ RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
+class Segments:
+    """The parts of a step from switch to switch, each a classical Runge-Kutta step of the first n states.
+
+    A segment begins at the offset s [s] from t_k and ends at `end`; the first begins at 0 with the states `start`, the
+    last ends at `length`.
+    """
+
+    s: ca.SX  # symbol of the offset, (1, 1)
+    start: ca.SX  # (n, 1), in h, k, t, x, p and w
+    rate: ca.SX  # (n, 1), in t, m, x and p; m is the middle of the segment
+    end: ca.SX  # in s, (1, 1), in h, k, s, x and p; x is the state at s
+    length: ca.SX  # of the step in s, (1, 1), in h
+    first: ca.SX  # the offset of the first switch, or the length, (1, 1), in h, k, t, x, p and w
+    switches: Switches
+
+    @staticmethod
+    def of(switches: Switches, begin: ca.SX, length: ca.SX, x: ca.SX, start: ca.SX, substeps: int = 1) -> Segments:
+        """The segments of a step from `begin` on, which end at the switches and at those of its substeps."""
+        s = ca.SX.sym("s")
+        at = switches.after(begin, s, length)
+        first = ca.substitute(at, ca.vertcat(s, x), ca.vertcat(0, start))
+        if substeps > 1:
+            near, h = NEAR * (begin + length), length / substeps
+            grid = (ca.floor((s + near) / h) + 1) * h
+            at = ca.if_else(grid < at - near, grid, at)
+        return Segments(s, start, switches.rate, at, length, first, switches)
+
+    @property
+    def parts(self) -> list[ca.SX]:
+        """All that a kernel makes of them, as `graph.stepped` reads it."""
+        return [ca.densify(part) for part in (self.first, self.length, self.end, self.start, self.rate)]
+
+
+@dataclass(frozen=True, eq=False)
 @door
 class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
     The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
-    next value of the other entries; the rate knows none of them. y holds from t_k on.
+    next value of the other entries; the rate knows none of them. y holds from t_k on. Update and y may have symbols of
+    `crossings`, as what a computer makes of its readings has; the rate may not. Where a switch lies within a step, the
+    first entries are what the segments make instead.
 
     Raises
     ------
@@ -48,42 +86,68 @@ class Rule:
     x: ca.SX  # of the state, (nx, 1)
     p: ca.SX  # of the parameters, (np, 1)
     w: ca.SX  # of standard normal numbers, (nw, 1), fresh ones at every step of every run
-    rate: ca.SX  # (n, 1), in t, x and p
+    rate: ca.SX  # (n, 1), in t, m, x and p
     update: ca.SX  # (nx - n, 1), in all the symbols
     output: ca.SX  # y, (ny, 1), in h, k, t, x and p
+    crossings: tuple[Crossing, ...] = ()  # in the order in which their values are made
+    m: ca.SX = field(default_factory=lambda: ca.SX.sym("m"))  # of the middle of the step in s, (1, 1)
+    segments: Segments | None = None  # None where no switch is known
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
             refuse_misfit("Rule", name, getattr(self, name), 1, 1)
         for name in ("x", "p", "w", "rate", "update", "output"):
             refuse_misfit("Rule", name, getattr(self, name), getattr(self, name).numel(), 1, "a column")
-        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w")}
-        refuse_unknown("Rule", symbols, rate=self.rate, update=self.update, output=self.output)
+        symbols = {name: getattr(self, name) for name in ("h", "k", "t", "x", "p", "w", "m")}
+        refuse_strangers("Rule", symbols, (), rate=self.rate)
+        refuse_strangers("Rule", symbols, self.crossings, update=self.update, output=self.output)
         if self.rate.numel() + self.update.numel() != self.x.numel():
             raise ValueError(
                 f"`Rule(rate=..., update=...)` must together have one entry for each of the {self.x.numel()} states; "
                 f"got {self.rate.numel()} and {self.update.numel()}."
             )
 
+    @property
+    def symbols(self) -> list[ca.SX]:
+        """The symbols h, k, t, x, p, w, v of the crossings, (nv, 1), and m."""
+        v = ca.vertcat(ca.SX(0, 1), *(crossing.symbols for crossing in self.crossings))
+        return [self.h, self.k, self.t, self.x, self.p, self.w, v, self.m]
+
     @cached_property
     def parts(self) -> ca.Function:
-        """Rate and update as a CasADi function (h, k, t, x, p, w) -> (n, 1), (nx - n, 1)."""
-        symbols = [self.h, self.k, self.t, self.x, self.p, self.w]
-        return ca.Function("workbench_parts", symbols, [ca.densify(self.rate), ca.densify(self.update)])
+        """Rate, update and the values of the crossings as a CasADi function (h, k, t, x, p, w, v, m) of `symbols`."""
+        values = [self.rate, self.update, *(crossing.values for crossing in self.crossings)]
+        return ca.Function("workbench_parts", self.symbols, [ca.densify(value) for value in values])
+
+    @cached_property
+    def segment_parts(self) -> ca.Function | None:
+        """The parts of its segments as a CasADi function of `symbols` and s, if it has any."""
+        if self.segments is None:
+            return None
+        return ca.Function("workbench_segments", [*self.symbols, self.segments.s], self.segments.parts)
 
     @cached_property
     def next(self) -> ca.SX:
-        """x+, (nx, 1), in h, k, x, p and w."""
+        """x+, (nx, 1), in h, k, x, p and w, of a step within which there is no switch."""
+        return ca.substitute(self.plain(self._next), self.t, self.k * self.h)
+
+    @cached_property
+    def _next(self) -> ca.SX:
+        """x+, (nx, 1), in h, k, x, p, w and the symbols of the crossings."""
         n, t = self.rate.numel(), self.k * self.h
         update = ca.substitute(self.update, self.t, t)
         if not n:
             return update
-        f = ca.Function("f", [self.t, self.x[:n], self.p], [self.rate])
+        f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
         return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+
+    def plain(self, expression: ca.SX) -> ca.SX:
+        """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
+        return plain(self.crossings, expression)
 
     @cached_property
     def F(self) -> ca.Function:
-        """x+ as a CasADi function (h, k, x, p, w) -> (nx, 1)."""
+        """`next` as a CasADi function (h, k, x, p, w) -> (nx, 1)."""
         symbols = [self.h, self.k, self.x, self.p, self.w]
         return ca.Function("workbench_rule", symbols, [ca.densify(self.next)])
 
@@ -95,7 +159,7 @@ class Rule:
     @property
     def written_out(self) -> Rule:
         """The same rule as one update that contains every stage of its Runge-Kutta step."""
-        return replace(self, rate=ca.SX(0, 1), update=self.next)
+        return replace(self, rate=ca.SX(0, 1), update=self._next, segments=None)
 
     @door
     def extended(self, symbols: ca.SX, update: ca.SX) -> Rule:
@@ -122,11 +186,13 @@ class Step:
     flow: Ode
     amplification: tuple[float, ...]
     substeps: int = 1
+    finer: Callable[[], Step] | None = None  # the same span in twice the substeps, where these are written out
 
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
-        "Sampled": "take its `step(substeps)`",
-        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step()`",
+        "Sampled": "take its `step(substeps)`; `simulate(sampled, until=...)` chooses the substeps",
+        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step(substeps)`; "
+        "`simulate(loop, until=...)` chooses the step",
     }
 
     def __post_init__(self) -> None:
@@ -147,6 +213,14 @@ class Step:
         """The number of operations of one step, roughly."""
         return self.rule.operations
 
+    @property
+    def halved(self) -> Step | None:
+        """The step that moves the flow by half the length, for the states of the flow; None where none is known."""
+        if self.finer is not None:
+            return self.finer()
+        n = self.rule.rate.numel()
+        return replace(self, h=self.h / 2) if n and n == self.flow.states.size else None
+
     @cached_property
     def F(self) -> ca.Function:
         """The step as a CasADi function (k, x, p, w) -> (nx, 1)."""
@@ -159,7 +233,7 @@ class Step:
 
     def _function(self, name: str, value: ca.SX, cse: bool) -> ca.Function:
         rule = self.rule
-        value = ca.substitute(value, ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
+        value = ca.substitute(rule.plain(value), ca.vertcat(rule.t, rule.h), ca.vertcat(rule.k * self.h, self.h))
         return ca.Function(name, [rule.k, rule.x, rule.p, rule.w], [value], {"cse": cse})
 
     @door
@@ -192,8 +266,20 @@ def rk4(ode: Ode, h: float) -> Step:
 
 @lru_cache(maxsize=64)
 def _rk4(ode: Ode) -> Rule:
-    h, k = ca.SX.sym("h"), ca.SX.sym("k")
-    return Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
+    h, k, switches = ca.SX.sym("h"), ca.SX.sym("k"), ode.switches
+    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
+    if not switches.known:
+        return rule
+    segments = Segments.of(switches, k * h, h, ode.x, ode.x)
+    return replace(rule, rate=switches.rate, m=switches.m, segments=segments)
+
+
+def held_at(
+    middle: ca.SX, m: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX, rate: ca.SX
+) -> Callable[[ca.SX, ca.SX, ca.SX], ca.SX]:
+    """A rate in t, m, x and p as a function of (t, x, p), with the middle of the step in the place of m."""
+    f = ca.Function("f", [t, x, p, m], [rate])
+    return lambda time, state, parameters: f(time, state, parameters, middle)
 
 
 def runge_kutta(f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float) -> X:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.recording import Recording, Words
+from workbench.handover.memory_digest import Words
+from workbench.handover.recording import Recording
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError, lacking

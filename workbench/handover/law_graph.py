@@ -10,9 +10,11 @@ import numpy as np
 
 from workbench.core import SampledLaw, Step
 from workbench.simulate.kernel.arrays import Arrays
+from workbench.simulate.kernel.barriers import rewritten, without_barriers
 from workbench.simulate.kernel.casadi_to_graph import read_with
-from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node, rewritten, stepped
+from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node
 from workbench.simulate.kernel.plan import Evaluation
+from workbench.simulate.kernel.stages import stepped
 from workbench.validation.signatures import door
 
 
@@ -60,7 +62,7 @@ def split(
     stages = stages or []
     flat = [value for stage in stages for part in stage.values() for value in part]
     first, held = read_with(step, flat)
-    graph = stepped(rewritten(first), int(step.rule.rate.numel()))
+    graph = without_barriers(stepped(rewritten(first), int(step.rule.rate.numel())))
     places = iter([None if i is None else graph.results[i] for i in held])
     named = tuple({name: tuple(next(places) for _ in part) for name, part in stage.items()} for stage in stages)
     graph = Graph(graph.nodes, graph.results[: step.states.size])

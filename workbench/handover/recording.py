@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 import casadi as ca
 import numpy as np
-import numpy.typing as npt
 
 from workbench.core import Entry, Layout, Sampled, Step
 from workbench.core.sampled_law import SampledLaw
+from workbench.handover.export_folder import write_files
+from workbench.handover.memory_digest import Words, digest
+from workbench.handover.vector_files import signals_of, vector_files
 from workbench.simulate.arithmetic import PORTABLE, march_of
 from workbench.simulate.batch import table_of
 from workbench.simulate.job import Job
@@ -23,15 +26,15 @@ from workbench.validation import refusals
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 
-Words = npt.NDArray[np.uint64]
-
 BLOCK = 10_000  # periods at a time, so that a million need little memory
-BASIS, PRIME = 0xCBF29CE484222325, 0x100000001B3  # of FNV-1a with 64 bits
 
 
 @dataclass(frozen=True, eq=False)
 class Recording:
-    """The instants k = 0, ..., N - 1 of a loop; the memory is kept as a digest, and made again where it is asked for.
+    """The instants k = 0, ..., N - 1 of a loop, with the bits that its law was handed and sent.
+
+    `rows["y.q"]` is the reading q at each instant as the law got it, `rows["r.q"]` the reference, and `rows["u.v"]` the
+    command that acts from the instant on. The memory is kept as a digest, and made again where it is asked for.
 
     Parameters
     ----------
@@ -61,6 +64,43 @@ class Recording:
     def periods(self) -> int:
         """The number of instants."""
         return len(self.u)
+
+    @property
+    def signals(self) -> Layout:
+        """The readings, references and commands below 'y.', 'r.' and 'u.'."""
+        return signals_of(self.law)
+
+    @property
+    def t(self) -> Array:
+        """The instants k period in s, (N,)."""
+        return np.asarray(np.arange(self.periods) * self.law.period, dtype=float)
+
+    def __getitem__(self, name: str) -> Array:
+        """A signal by its name, (N,) or (N, *shape)."""
+        columns = self.signals.unpack(np.concatenate([self.y, self.r, self.u], axis=1))
+        return columns[refusals.known(name, columns, "signals of this recording")]
+
+    @door
+    def write(self, folder: str | Path, form: str = "csv", name: str | None = None) -> list[Path]:
+        """Write the signals to a folder as test vectors of the law in another machine; the paths of the files.
+
+        Parameters
+        ----------
+        form
+            "csv" is NAME_vectors.csv, a row an instant, whose numbers are doubles to the last bit; "c" is
+            NAME_vectors.h with the same numbers as arrays, and NAME_check.c, a program that hands them to NAME_step of
+            the exported law and compares its commands bit by bit.
+        name
+            The prefix of the law in C; that of the law unless given.
+
+        Raises
+        ------
+        ValueError
+            If the form is none of these, the name cannot be one of C, or a file of somebody else is in the way.
+        """
+        files = vector_files(self.law, (self.y, self.r, self.u), form, name)
+        target = write_files(folder, files)
+        return [target / path for path in files]
 
     @property
     def inputs(self) -> Array:
@@ -97,14 +137,28 @@ class Recording:
 
 @door
 def record(
-    sampled: Sampled, law: SampledLaw, periods: int, *, substeps: int = 1, p: Array | None = None, seed: int = 0
+    sampled: Sampled,
+    law: SampledLaw | None = None,
+    periods: int | None = None,
+    *,
+    until: float | None = None,
+    substeps: int = 1,
+    p: Array | None = None,
+    seed: int = 0,
 ) -> Recording:
-    """The recording of so many periods of a loop from its start, with the plant in `substeps` Runge-Kutta steps each.
+    """The readings, references and commands of the law in its loop, bit by bit, from the start of the loop.
+
+    A signal of a run, `runs["omega"]`, is computed again from the states of the run and may differ from these in a last
+    digit: test vectors for an exported law are made of a recording.
 
     Parameters
     ----------
     law
-        As `sampled.law(...)` gives it.
+        As `sampled.law(...)` gives it; `sampled.law()` unless given.
+    periods, until
+        The number of periods, or their length in s.
+    substeps
+        Runge-Kutta steps of the plant in a period, on which the readings depend, and the bits of the law do not.
     p
         (np,) or (1, np) of the loop.
     seed
@@ -113,19 +167,20 @@ def record(
     Raises
     ------
     ValueError
-        If the law is none of this loop, the number of periods is none from 1 on, or the run diverges.
+        If the law is none of this loop, the number of periods is none from 1 on or not said, the length is no multiple
+        of the period, or the run diverges.
 
     Examples
     --------
-    >>> from workbench.handover.recording import record
     >>> motor = wb.DCMotor()
     >>> pid = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(motor, controller=pid, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
-    >>> rows = record(loop, loop.law(), 100)
-    >>> rows.y.shape, rows.u.shape
-    ((100, 1), (100, 1))
+    >>> rows = wb.record(loop, until=1.0)
+    >>> rows.signals.names, rows["u.v"].shape
+    (('y.omega', 'r.omega', 'u.v'), (100,))
     """
-    periods = refusals.whole("record(periods=...)", periods)
+    sampled = refusals.require("record(sampled=...)", sampled, Sampled)
+    law, periods = sampled.law() if law is None else law, _periods(sampled, periods, until)
     step = _taken(sampled, law, substeps)
     step.flow.refuse_beyond("record(periods=...)", periods * step.h)
     rows = table_of("record(p=...)", step.parameters, p)
@@ -133,7 +188,12 @@ def record(
         raise ValueError(f"`record(p=...)` takes the parameters of one run; got {len(rows)} rows.")
     seed = refusals.seed("record(seed=...)", seed)
     job = Job(step, rows, 1, seed, np.zeros(1, dtype=np.int64), arithmetic=PORTABLE)
-    ports = (("y.", law.readings), ("r.", law.references), ("hold.", law.commands))
+    return _recorded(law, job, periods)
+
+
+def _recorded(law: SampledLaw, job: Job, periods: int) -> Recording:
+    """The rows of a job whose states are those of the loop and what its computer is handed."""
+    ports, step = (("y.", law.readings), ("r.", law.references), ("hold.", law.commands)), job.step
     columns = [_places(step.states, port.names, prefix) for prefix, port in ports]
     kept = _places(step.states, law.memory.names, "")
     shares: list[tuple[Array, ...]] = []
@@ -172,28 +232,28 @@ def single(recording: Recording) -> Recording:
     return replace(recording, y=y, r=r, u=commands, digests=digest(rows[1:]), rows=rows)
 
 
+def _periods(sampled: Sampled, periods: int | None, until: float | None) -> int:
+    """The number of periods, from one of the two."""
+    if (periods is None) == (until is None):
+        raise ValueError(
+            "`record(periods=..., until=...)` takes the number of periods or their length in s, one of the two; got "
+            f"{'none' if until is None else 'both'}."
+        )
+    if until is None:
+        return refusals.whole("record(periods=...)", periods)
+    return refusals.multiple(
+        "record(until=...)", refusals.seconds("record(until=...)", until), sampled.period, "the period"
+    )
+
+
 def _floats(numbers: Array) -> Any:
     return numbers.astype(np.float32)
 
 
-def digest(rows: Array) -> Words:
-    """FNV-1a with 64 bits of the bytes of each row, in the order of this processor's memory from its least byte on.
-
-    Every NaN counts as the one of the sign 0 and the first bit of the fraction.
-    """
-    rows = np.where(np.isnan(rows), rows.dtype.type(np.nan), rows)
-    octets = np.ascontiguousarray(rows, dtype=rows.dtype.newbyteorder("<")).view(np.uint8)
-    octets = np.ascontiguousarray(octets.reshape(len(rows), -1).T)
-    total = np.full(len(rows), BASIS, dtype=np.uint64)
-    for column in octets:
-        total = (total ^ column) * np.uint64(PRIME)
-    return total
-
-
 def _taken(sampled: Sampled, law: SampledLaw, substeps: int) -> Step:
     """The step of a loop with what its computer is handed as further states."""
-    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.taken.items()))
-    parts = [ca.vec(part) for part in sampled.taken.values()]
+    layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in sampled.handed.items()))
+    parts = [ca.vec(part) for part in sampled.handed.values()]
     step = sampled.step(substeps).extended(layout, ca.SX.sym("taken", layout.size), ca.vertcat(*parts, ca.SX(0, 1)))
     needs = [f"y.{name}" for name in law.readings.names] + [f"r.{name}" for name in law.references.names]
     needs += [f"hold.{name}" for name in law.commands.names] + [*law.memory.names]

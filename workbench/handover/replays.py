@@ -16,11 +16,6 @@ from workbench.validation.signatures import door
 
 __all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 
-ALONE = (
-    "By itself this law rounds otherwise than in its loop, where its equations were simplified together with those of "
-    "the plant and the reference."
-)
-CHECKED = 1000  # periods in which that is looked for
 COLUMNS = ("target", "periods", "bits", "differing", "memories", "flags", "first", "reason")  # of a row
 
 
@@ -31,7 +26,6 @@ class Replay:
     code: CCode
     recording: Recording
     results: tuple[TargetResult, ...]
-    alone: str = ""  # the first difference of the law by itself from the law in its loop; empty if there is none
 
     @property
     def equal(self) -> bool:
@@ -73,8 +67,6 @@ class Replay:
             sentences.append(f"not run: {result.reason}" * bool(result.reason))
             lines += [f"{result.target}: {sentence}." for sentence in sentences if sentence]
         lines.append("memories: periods whose memory differs; most: the longest period; stack, code and data in bytes")
-        if self.alone:
-            lines.append(f"{ALONE} The first difference, on every machine: {self.alone}.")
         return "\n".join(lines)
 
 
@@ -143,14 +135,7 @@ def replay(
         if progress is not None:
             progress(target.name)
         results.append(compare(target, code, recording, limit))
-    return Replay(code, recording, tuple(results), _alone(code, recording))
-
-
-def _alone(code: CCode, recording: Recording) -> str:
-    """The first difference of the law's own graph from the loop, in doubles."""
-    if code.real != "double":
-        return ""
-    return compare(TARGETS["numpy"], code, recording.until(min(CHECKED, recording.periods))).first
+    return Replay(code, recording, tuple(results))
 
 
 def _target(target: str | AbstractTarget) -> AbstractTarget:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import casadi as ca
 
 from workbench.core import Entry, Layout, Signals
+from workbench.core.crossing import Crossing
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import Parts, euler, is_recursion
@@ -66,6 +67,25 @@ class Answer(NamedTuple):
     moved: Mapping[str, Signals]  # the memories of observer and law at the next instant
     own: Mapping[str, ca.SX]  # the law's own signals
 
+    @property
+    def named(self) -> dict[str, ca.SX]:
+        """All of them by names of their own, always in the same order."""
+        groups = {name: part for name, part in self._asdict().items() if name != "moved"}
+        return wiring.above({**groups, **self.moved})
+
+    def crossed(self) -> tuple[Answer, Crossing]:
+        """The same signals as numbers for whoever takes them, and the crossing that hands them over."""
+        crossing = Crossing.of(self.named)
+        groups = {name: wiring.below(name, crossing.parts) for name in self._fields if name != "moved"}
+        moved = {socket: Signals(wiring.below(socket, crossing.parts)) for socket in self.moved}
+        signals = {name: Signals(groups[name]) for name in ("est", "asked", "limited", "acts")}
+        return Answer(**signals, waiting=groups["waiting"], moved=moved, own=groups["own"]), crossing
+
+    def states(self) -> dict[str, ca.SX]:
+        """The states at the next instant, but those of the plant: memories, commands on their way, and what is held."""
+        holds = {**self.acts, **{f"{name}_hat": part for name, part in self.est.items()}, **self.own}
+        return self.waiting | wiring.above({**self.moved, "hold": holds})
+
 
 @dataclass(frozen=True)
 class Computer:
@@ -82,18 +102,34 @@ class Computer:
     fine: int
     outside: Outside
 
-    def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> tuple[dict[str, ca.SX], dict[str, ca.SX]]:
-        """The states x after the instant t_k, all that the computer remembers and holds; and what it is handed then."""
-        t = k * self.period
-        plant = self._moved_plant(k, t, wiring.split(x)["plant"], x)
-        ref = self.outside.meets("references", wiring.wanted(self.loop, t))
-        y = self.outside.meets("readings", wiring.measured(self.loop, t, plant))
+    def after(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> tuple[dict[str, ca.SX], tuple[Crossing, ...]]:
+        """The states x after the instant t_k, all that the computer remembers and holds, in symbols of the crossings.
+
+        The computer is handed its readings and references as numbers, and hands over numbers: its part of the equations
+        is the one that `answer` gives to whoever asks for the law alone.
+        """
+        crossings, plant = list[Crossing](), wiring.split(x)["plant"]
+
+        def numbers(socket: str, parts: Mapping[str, ca.SX]) -> Signals:
+            crossings.append(Crossing.of(wiring.above({socket: parts})))
+            return Signals(wiring.below(socket, crossings[-1].parts))
+
+        if is_recursion(self.loop.plant):
+            plant = numbers("plant", self._moved_plant(k, k * self.period, plant, x))
+        said = self.reference(k)
+        crossings.append(said)
+        ref = Signals(wiring.below("r", said.parts))
+        if self.outside.parts.get("references"):
+            ref = numbers("r", self.outside.meets("references", ref))
+        y = self.outside.meets("readings", wiring.measured(self.loop, k * self.period, plant))
         y = y | self.instruments.read(y.only(self.instruments.reads), w)
-        answer = self.answer(k, x, y, ref)
-        holds = {**answer.acts, **{f"{name}_hat": part for name, part in answer.est.items()}, **answer.own}
-        after = answer.waiting | wiring.above({"plant": plant, **answer.moved, "hold": holds})
-        taken = wiring.above({"y": y.only(self.loop.observer.reads), "r": ref.only(self.loop.controller.follows)})
-        return after, {name: ca.densify(ca.SX(part)) for name, part in taken.items()}
+        answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).crossed()
+        return wiring.above({"plant": plant}) | answer.states(), (*crossings, made)
+
+    def reference(self, k: ca.SX) -> Crossing:
+        """The signals that the law follows at t_k, as the reference says them."""
+        ref = wiring.wanted(self.loop, k * self.period)
+        return Crossing.of(wiring.above({"r": ref.only(self.loop.controller.follows)}))
 
     def answer(self, k: ca.SX, x: Mapping[str, ca.SX], y: Signals, ref: Signals) -> Answer:
         """The answer at t_k to readings y and wanted signals."""
@@ -120,10 +156,8 @@ class Computer:
         return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
 
     def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
-        """The states of a plant in discrete time after the held command; those of any other plant as they are."""
+        """The states of a plant in discrete time after the held command."""
         plant = self.loop.plant
-        if not is_recursion(plant):
-            return z
         u = Signals({name: x[f"hold.{name}"] for name in plant.inputs.names})
         new = wiring.asked(plant, "update", plant.states, t - self.every["plant"] * self.period, z, u)
         runs = k > 0 if self.every["plant"] == 1 else ca.logic_and(k > 0, ca.fmod(k, self.every["plant"]) == 0)

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Signals, lift
+from workbench.core.crossing import plain
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
@@ -38,23 +39,23 @@ def law_alone(
     wanted = Layout() if built_in else loop.controller.follows
     k, x, y, r = ca.SX.sym("k"), states.symbols(), readings.symbols(), wanted.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, Outside())
-    ref = wiring.wanted(lifted.block, k * period) if built_in else Signals(wanted.view(r))
+    said = computer.reference(k)
+    ref = Signals(wiring.below("r", said.parts) if built_in else wanted.view(r))
     answer = computer.answer(k, states.view(x), Signals(readings.view(y)), ref)
-    after = _after(answer)
-    commands = loop.plant.inputs
-    command = ca.densify(commands.flatten({name: ca.densify(ca.SX(part)) for name, part in answer.acts.items()}))
+    handed, made = answer.crossed()
+    crossings = (said, made) if built_in else (made,)
+    commands, after = loop.plant.inputs, handed.states()
+    acts = commands.flatten(handed.acts)
+    memory = _needed(states, x, {n: plain(crossings, part) for n, part in after.items()}, plain(crossings, acts))
+    new = ca.vertcat(memory.flatten({name: after[name] for name in memory.names}), acts)
+    update, command = ca.vertsplit(plain(crossings, new), [0, memory.size, new.numel()])
     parameters, p = lifted.layout + gauges.layout, ca.vertcat(lifted.symbols, gauges.symbols)
-    memory = _needed(states, x, after, command)
-    update = memory.flatten({name: after[name] for name in memory.names})
     chosen = _present(parameters, p, ca.vertcat(update, command))
+    ports = (memory, readings, wanted, commands, chosen)
     return SampledLaw(
         type(loop.controller).__name__,
         period,
-        memory,
-        readings,
-        wanted,
-        commands,
-        chosen,
+        *ports,
         k,
         ca.vertcat(*(x[states.slice(name)] for name in memory.names), ca.SX(0, 1)),
         y,
@@ -62,14 +63,17 @@ def law_alone(
         ca.vertcat(*(p[parameters.slice(name)] for name in chosen.names), ca.SX(0, 1)),
         command,
         update,
-        _stages(loop, ref if built_in else None, answer),
+        _stages(loop, ref if built_in else None, answer, handed),
         _limits(loop, instruments),
         {name: periods for name, periods in queue.periods.items() if periods},
-        (
-            *wiring.notes(loop),
-            *((f"{', '.join(truths)}: an input that no instrument of the plant gives",) * bool(truths)),
-        ),
+        (*wiring.notes(loop), *_note_of(truths)),
+        crossings,
+        new,
     )
+
+
+def _note_of(truths: tuple[str, ...]) -> tuple[str, ...]:
+    return (f"{', '.join(truths)}: an input that no instrument of the plant gives",) if truths else ()
 
 
 def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Any, Any]]:
@@ -79,13 +83,6 @@ def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[A
     if low is not None and high is not None and len(law.drives.entries) == 1:
         own[law.drives.names[0]] = (low, high)
     return own | {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())}
-
-
-def _after(answer: Answer) -> dict[str, ca.SX]:
-    """The states at the next instant, but those of the plant."""
-    holds = {**answer.acts, **{f"{name}_hat": part for name, part in answer.est.items()}}
-    after = answer.waiting | wiring.above({**answer.moved, "hold": holds})
-    return {name: ca.densify(ca.SX(part)) for name, part in after.items()}
 
 
 def _readings(loop: Blocks, truths: tuple[str, ...]) -> Layout:
@@ -122,21 +119,21 @@ def _present(parameters: Layout, p: ca.SX, expression: ca.SX) -> Layout:
     return Layout(tuple(entry for entry in parameters.entries if rows[parameters.slice(entry.name)].any()))
 
 
-def _stages(loop: Blocks, ref: Signals | None, answer: Answer) -> tuple[Stage, ...]:
+def _stages(loop: Blocks, ref: Signals | None, answer: Answer, handed: Answer) -> tuple[Stage, ...]:
     """The values of the loop's blocks in the order of the loop, under names that tell them apart."""
     law, observer = loop.controller, loop.observer
     stages = []
     if ref is not None and not isinstance(loop.reference, Rest):
         stages.append(_stage("Reference", loop.reference, {f"{name}_ref": part for name, part in ref.items()}))
-    stages.append(_stage("Observer", observer, {f"{name}_hat": part for name, part in answer.est.items()}))
-    stages.append(_stage("Law", law, {**answer.own, **answer.asked}))
+    stages.append(_stage("Observer", observer, {f"{name}_hat": part for name, part in handed.est.items()}))
+    stages.append(_stage("Law", law, {**handed.own, **handed.asked}))
     if any(answer.limited[name] is not answer.asked[name] for name in answer.asked):
-        stages.append(Stage("Limits", {f"{name}_limited": part for name, part in answer.limited.items()}))
-    if answer.waiting:
-        stages.append(Stage("Queue of commands", {**answer.waiting, **wiring.above({"acts": answer.acts})}))
+        stages.append(Stage("Limits", {f"{name}_limited": part for name, part in handed.limited.items()}))
+    if handed.waiting:
+        stages.append(Stage("Queue of commands", {**handed.waiting, **wiring.above({"acts": handed.acts})}))
     stages += [
         Stage(f"Memory of the {socket}", wiring.above({socket: moved}))
-        for socket, moved in answer.moved.items()
+        for socket, moved in handed.moved.items()
         if len(moved)
     ]
     return tuple(stages)

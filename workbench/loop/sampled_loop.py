@@ -11,12 +11,14 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Signals, lift
+from workbench.core.crossing import plain
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.computer import Computer, periods_of, remembered, units_of
 from workbench.loop.contracts import is_recursion
 from workbench.loop.injected_signals import Outside, refuse_inputs_of_recursion
 from workbench.loop.law_alone import law_alone
+from workbench.loop.port_checks import refuse_instruments
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import SOCKETS, Blocks
 
@@ -34,14 +36,14 @@ def digital(
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     refuse_inputs_of_recursion(loop, outside)
-    wiring.refuse_instruments(loop, instruments)
+    refuse_instruments(loop, instruments)
     every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
     remembers = wiring.memory(loop) + remembered(loop, every, queue)
     k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
-    answer, taken = computer.after(k, remembers.view(x), w)
+    answer, crossings = computer.after(k, remembers.view(x), w)
     after = {n: ca.densify(ca.SX(part)) for n, part in answer.items()}
     units = units_of(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
@@ -56,9 +58,11 @@ def digital(
     flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
     drawing = wiring.drawn(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
+    flow = replace(flow, measures=wiring.measures(loop))
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(law_alone, loop, period, instruments, queue, fine)
-    return Sampled(flow, period, k, w, states.flatten(after), methods, law, taken)
+    crossed = states.flatten(after)
+    return Sampled(flow, period, k, w, plain(crossings, crossed), methods, law, crossings, crossed)
 
 
 def _between(

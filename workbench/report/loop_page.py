@@ -9,10 +9,10 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import Loop
 from workbench.metrics import AbstractMetric
 from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
-from workbench.study.contract import Loop
 from workbench.study.ledger.durability import write_durably
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data

@@ -4,8 +4,9 @@
     portable    every product and every sum is rounded by itself
     casadi      as CasADi's machine does it, with this platform's elementary functions, for steps that no graph can hold
 
-The first two have the same bits on every machine, compiled or in NumPy. They know no sine of more than 1e12 rad and no
-remainder of a quotient beyond 2^52: a run that comes to need one has diverged.
+Engines are "native", compiled for this processor, up to 30,000 operations unless it is named; "numpy", many times
+slower; and "casadi". The first two arithmetics have the same bits on every machine, compiled or in NumPy. They know no
+sine of more than 1e12 rad and no remainder of a quotient beyond 2^52: a run that comes to need one has diverged.
 """
 
 from __future__ import annotations
@@ -25,8 +26,8 @@ from workbench.validation.signatures import door
 
 FUSED, PORTABLE, CASADI = NAMES = ("fused", "portable", "casadi")
 # Counts up with whatever can change a bit of the first two: the reading and rewriting of graphs, the stages of a step,
-# elementary functions, noise, rounding.
-VERSION = 1
+# elementary functions, noise, rounding, switches.
+VERSION = 2
 MOST_COMPILED = 30_000  # operations of a step: LLVM needs minutes for more, and a stack that grows with them
 FEW_RUNS = 64  # up to so many, CasADi's machine is faster than NumPy
 ENGINES = {"native": (FUSED, PORTABLE), "numpy": (PORTABLE, FUSED), "casadi": (CASADI,)}  # the first if none is named

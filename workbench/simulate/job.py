@@ -45,7 +45,13 @@ class Job:
     @property
     def plan(self) -> Plan:
         """The plan of its kernel."""
-        return Plan.of_step(self.step, self.varied)
+        return Plan.of_step(self.step, self.varied, self.switched)
+
+    @cached_property
+    def switched(self) -> bool:
+        """True if some run may have a switch within a step."""
+        segments = self.step.rule.segments
+        return segments is not None and segments.switches.come(self.p)
 
     @property
     def fused(self) -> bool:

@@ -11,6 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
+from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
@@ -19,8 +20,9 @@ from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
-from workbench.simulate.step_size import change, longest_steps, modes_at
-from workbench.study.contract import Sweep, again, equations_of
+from workbench.simulate.stability import longest_steps, modes_at
+from workbench.simulate.step_size import change
+from workbench.study.contract import Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
@@ -105,7 +107,10 @@ class CompiledSweep:
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
-        return fingerprint_of(plain(parts), self.coarse.rule.parts)
+        rule, head = self.coarse.rule, plain(parts)
+        if rule.segment_parts is not None:
+            head += fingerprint_of(b"", rule.segment_parts).encode()
+        return fingerprint_of(head, rule.parts)
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
         """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""

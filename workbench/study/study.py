@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import answer
 from workbench.metrics import Measurement
-from workbench.study.contract import Run, Sweep, answer
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.live.knob import Knob
@@ -78,16 +79,18 @@ class Outcome:
     ode: Ode | Sampled
     measurement: Measurement
 
+    def __repr__(self) -> str:
+        return f"<Outcome of '{self.case.name}': {self.measurement.summary}>"
+
     @property
     def digest(self) -> str:
         """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
         run, ode = self.case.run, self.ode
         times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
         spans = [None if span is None else float(span) for span in times]
-        noise = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()
-        digest = hashlib.sha256(repr((ode.fingerprint, spans, *noise)).encode())
-        for numbers in (ode.parameters.default, ode.states.default):
-            digest.update(numbers.astype("<f8").tobytes())
+        seed = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()  # that of its noise
+        digest = hashlib.sha256(repr((ode.fingerprint, spans, *seed)).encode())
+        digest.update(np.concatenate([ode.parameters.default, ode.states.default]).astype("<f8").tobytes())
         return digest.hexdigest()
 
     @property
@@ -111,7 +114,8 @@ class Outcome:
         steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + steps + beyond + missed
+        flow = self.ode.flow if isinstance(self.ode, Sampled) else self.ode
+        return self.ode.notes + methods + steps + beyond + missed + flow.switches.warnings
 
     @door
     def within(self, metric: str) -> bool | None:

@@ -93,10 +93,12 @@ def calls() -> dict[str, Any]:
 
 def _linear() -> dict[str, Any]:
     cut, loop = LOOP.broken(), control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
+    (arriving,) = cut.outputs_at(0.0, cut.states.default).values()
+    acting = cut.parameters.pack({"drive": arriving})[0]
     return {
         "along": partial(linear.along, ODE, TIMES, np.zeros((5, 2)), None),
-        "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default),
-        "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default])),
+        "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default, frozen=True, side=None),
+        "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default], acting)),
         "controllability": partial(linear.controllability, SYSTEM, 1e-9),
         "observability": partial(linear.observability, SYSTEM, 1e-9),
         "disk_margin": partial(linear.disk_margin, loop),

@@ -241,7 +241,7 @@ def _functions(loop: Ode | Step) -> tuple[ca.Function, ca.Function, ca.Function]
     rule = loop.rule
     symbols = [rule.k, rule.x, rule.p]
     noiseless = ca.substitute(
-        ca.vertcat(rule.next, rule.output),
+        ca.vertcat(rule.next, rule.plain(rule.output)),
         ca.vertcat(rule.t, rule.h, rule.w),
         ca.vertcat(rule.k * loop.h, loop.h, ca.SX.zeros(rule.w.numel())),
     )

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.design.linear.corners import Corners, differing
 from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
 from workbench.validation.notebook_display import show
@@ -29,6 +30,8 @@ MOST_STARTS = 100_000
 @show
 class Equilibrium:
     """A state x (nx,) at which f(x, p, u) = 0, with the poles (nx,) of df/dx in 1/s, the slowest to decay first.
+
+    The poles are NaN on a corner, where pieces with other Jacobians meet: `linearize(..., side=...)` has those of each.
 
     `error` is a further step of Newton, relative to the size of x. `condition` is the norm of df/dx, or its median over
     the starts where that is larger, times the norm of its inverse: from 1e10 on the point may be one of a continuum,
@@ -212,7 +215,10 @@ def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
 
 def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
-    poles = np.linalg.eigvals(A).astype(complex)
+    poles, corners = np.linalg.eigvals(A).astype(complex), Corners.of(ode)
+    pieces, n = corners.pieces(0.0, x, p), len(x)
+    if pieces and differing(pieces)[:n, :n].any():
+        poles = np.full(n, np.nan + 0j)
     step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
     _, sizes, directions = np.linalg.svd(A)
     along = _along(ode, x, p, directions[sizes * ISOLATED <= max(sizes[0], usual)])

@@ -31,6 +31,7 @@ FORMS = {
     "or": ("{} || {}", LOGIC, (ATOM, ATOM)),
     "not": ("!{}", SIGNED, (ATOM,)),
     "if_else": ("{} ? {} : {}", CHOICE, (ATOM, ATOM, ATOM)),
+    "barrier": ("{}", ATOM, (ATOM,)),
 }
 TRUTHS = {*COMPARISONS, "and", "or", "not"}
 OF_TRUTHS = {"and": (0, 1), "or": (0, 1), "not": (0,), "if_else": (0,)}  # the operands that are truths

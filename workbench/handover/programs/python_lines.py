@@ -70,6 +70,7 @@ TEXTS: Mapping[str, str] = {
     "fnma": "{2} - {0} * {1}",
     "inv": "divided(1.0, {})",
     "if_else": "{1} if {0} else {2}",
+    "barrier": "{}",
 }
 COMPARISONS = ("lt", "le", "eq", "ne")
 TRUTHS = {"not": (0,), "and": (0, 1), "or": (0, 1), "if_else": (0,)}  # the operands that are truths

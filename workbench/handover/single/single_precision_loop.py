@@ -8,6 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Sampled, SampledLaw
+from workbench.core.crossing import plain
 from workbench.core.numbers import Bounds
 from workbench.validation.signatures import door
 
@@ -50,7 +51,7 @@ def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
     places = [i for name in named for i in states.indices(name)]
     p = [i for name in law.parameters.names for i in sampled.parameters.indices(name)]
     z = [i for name in law.memory.names for i in states.indices(name)]
-    taken = sampled.taken
+    taken = sampled.handed
     given = (
         sampled.k,
         flow.x[z],
@@ -59,12 +60,12 @@ def in_single_precision(sampled: Sampled, law: SampledLaw) -> Sampled:
         flow.p[p],
     )
     new = _rounded(law.F, given, unit)
-    jump = ca.vertcat(sampled.jump, flow.x[sampled.jump.numel() :, 0])
+    crossed = ca.vertcat(sampled.after, flow.x[sampled.jump.numel() :, 0])
     for i, part in zip(places, new, strict=True):
-        jump[i] = part
+        crossed[i] = part
     one = Layout((Entry(UNIT, np.ones(()), "1", Bounds(1.0, 1.0)),))
     wider = replace(flow, parameters=flow.parameters + one, p=ca.vertcat(flow.p, unit))
-    return replace(sampled, flow=wider, jump=jump)
+    return replace(sampled, flow=wider, jump=plain(sampled.crossings, crossed), crossed=crossed)
 
 
 def single(x: ca.SX, unit: ca.SX) -> ca.SX:

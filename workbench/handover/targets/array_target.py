@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.recording import BLOCK, Recording, digest
+from workbench.handover.memory_digest import digest
+from workbench.handover.recording import BLOCK, Recording
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError

@@ -10,7 +10,8 @@ import numpy as np
 
 from workbench.core import SampledLaw
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.recording import BLOCK, Recording, digest
+from workbench.handover.memory_digest import digest
+from workbench.handover.recording import BLOCK, Recording
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import ANSWERS, INPUTS, Answers
 from workbench.handover.targets.programs import TargetError, run

@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from workbench.handover.c99.c_code import CCode
-from workbench.handover.recording import Recording, Words
+from workbench.handover.memory_digest import Words
+from workbench.handover.recording import Recording
 from workbench.handover.targets.harness import Answers
 from workbench.validation.refusals import Array
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
-from workbench.handover.recording import Words
+from workbench.handover.memory_digest import Words
 from workbench.handover.targets.programs import TargetError
 from workbench.validation.refusals import Array
 

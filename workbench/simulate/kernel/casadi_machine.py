@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Step
+from workbench.core.step import held_at, runge_kutta
 from workbench.simulate.job import Job, Progress
 from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its steps
 LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to run it ten times
+MOST_SEGMENTS = 4096  # of a step
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
 
 
@@ -36,7 +40,7 @@ def _march(job: Job, x: Array, tell: Progress, done_before: float, part: float) 
         for piece in pieces:
             # (B, steps, nw) to CasADi's (nw, B steps), run by run
             noise = job.noise(np.arange(k, k + piece * size)).reshape(runs * piece * size, -1).T
-            out = np.array(_marcher(job.step, piece, size, runs)(np.vstack([now, job.p.T]), noise))
+            out = np.array(_marcher(job.step, piece, size, runs, job.switched)(np.vstack([now, job.p.T]), noise))
             out = out.reshape(len(now), runs, size)
             now, k = out[:, :, -1], k + piece * size
             tell(min(done_before + part * (k - job.begin) / (kept * stride), 1.0))
@@ -55,13 +59,47 @@ def _pieces(stride: int, most: int) -> list[int]:
 
 
 @lru_cache(maxsize=64)
-def _marcher(step: Step, stride: int, kept: int, runs: int) -> ca.Function:
+def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = False) -> ca.Function:
     """[k; x; p] and the noise to [k; x] at `kept` times, `stride` steps apart, all side by side, for each run."""
-    z, w = ca.SX.sym("z", 1 + step.states.size + step.parameters.size), ca.SX.sym("w", step.noises)
-    k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, z.numel()])
+    size = 1 + step.states.size + step.parameters.size
     often = stride * kept > 1  # what is shared gains more than it costs to find
-    one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, step.F(k, x, p, w), p)], {"cse": often})
-    start, noise = ca.MX.sym("start", z.numel()), ca.MX.sym("noise", w.numel(), stride * kept)
+    symbols: Any = (ca.MX if switched else ca.SX).sym
+    z, w = symbols("z", size), symbols("w", step.noises)
+    k, x, p = ca.vertsplit(z, [0, 1, 1 + step.states.size, size])
+    after = _segmented(step, often)(k, x, p, w) if switched else step.F(k, x, p, w)
+    one = ca.Function("workbench_one", [z, w], [ca.vertcat(k + 1, after, p)], {"cse": often})
+    start, noise = ca.MX.sym("start", size), ca.MX.sym("noise", step.noises, stride * kept)
     states = one.fold(stride).mapaccum(kept)(start, noise)[: 1 + step.states.size, :]
     march = ca.Function("workbench_march", [start, noise], [states])
     return march if runs == 1 else march.map(runs, "thread", min(runs, 8))
+
+
+def _segmented(step: Step, shared: bool) -> ca.Function:
+    """x+ (k, x, p, w) of a step from switch to switch; not a number where there are more than `MOST_SEGMENTS`."""
+    rule, parts, options = step.rule, step.rule.segments, {"cse": shared}
+    assert parts is not None
+    n, number = parts.start.numel(), [rule.t, rule.h]
+    k, p, x = rule.k, rule.p, rule.x[: parts.start.numel()]
+
+    def at_begin(value: ca.SX) -> ca.SX:
+        return ca.substitute(rule.plain(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
+
+    end, length = at_begin(parts.end), at_begin(parts.length)
+    begin, span = k * step.h + parts.s, end - parts.s
+    f = held_at(begin + span / 2, rule.m, rule.t, x, p, parts.rate)
+    held = ca.vertcat(k, p, parts.s, x)
+    moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span))
+    segment, wait = (ca.Function("segment", [held], [made], options) for made in (moved, held))
+    v, place = ca.MX.sym("v", held.numel()), 1 + p.numel()
+    one = ca.Function.if_else("one", segment, wait)(v[place] < step.h, v)
+    many = ca.Function("one_segment", [v], [one]).fold(MOST_SEGMENTS)
+    symbols = [k, rule.x, p, rule.w]
+    first = ca.Function("first", symbols, [ca.vertcat(at_begin(parts.first) < length)], options)
+    start = ca.Function("start", symbols, [ca.vertcat(k, p, 0, at_begin(parts.start))], options)
+    arguments = [ca.MX.sym(symbol, like.numel()) for symbol, like in zip("kxpw", symbols, strict=True)]
+    last = many(start(*arguments))
+    late = last[place] < step.h
+    ends = ca.vertcat(ca.if_else(late, math.nan, last[place + 1 :]), step.F(*arguments)[n:, :])
+    split, whole = (ca.Function("step", arguments, [made]) for made in (ends, step.F(*arguments)))
+    chosen = ca.Function.if_else("segments", split, whole)(first(*arguments), *arguments)
+    return ca.Function("workbench_segments", arguments, [chosen])

@@ -15,6 +15,7 @@ import casadi as ca
 from workbench.core import Rule, Step
 from workbench.core.expressions import evaluated
 from workbench.notation.program import NAMES
+from workbench.simulate.kernel.barriers import BARRIER, joined
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
@@ -38,14 +39,39 @@ def read(step: Step) -> Graph:
 
 @lru_cache(maxsize=128)
 def _graph(rule: Rule) -> Graph:
+    earlier = []
+    for crossing in rule.crossings:
+        reader = _Reader()
+        results = reader.read(_function(rule, crossing.values))
+        earlier.append(Graph(tuple(reader.nodes.held), tuple(results)))
     reader = _Reader()
-    results = tuple(reader.read(rule.parts))
-    return Graph(tuple(reader.nodes.held), results)
+    results = reader.read(_function(rule, rule.rate, rule.update))
+    return Graph(tuple(reader.nodes.held), tuple(results), tuple(earlier))
+
+
+def _function(rule: Rule, *values: ca.SX) -> ca.Function:
+    """Values as a function of the symbols of a rule; each part of a graph is read from one of its own."""
+    return ca.Function("workbench_part", rule.symbols, [ca.densify(value) for value in values])
+
+
+def read_segments(step: Step) -> Graph | None:
+    """The graph of the parts of a step's segments; None where no switch is known."""
+    return _segments(step.rule)
+
+
+@lru_cache(maxsize=128)
+def _segments(rule: Rule) -> Graph | None:
+    if rule.segment_parts is None:
+        return None
+    reader = _Reader()
+    results = tuple(reader.read(rule.segment_parts))
+    return Graph(tuple(reader.nodes.held), results, _graph(rule).earlier)
 
 
 @lru_cache(maxsize=128)
 def _unknown(graph: Graph) -> tuple[str, int] | None:
     """The first operation that no kernel has, and the first result that needs it."""
+    graph = joined(graph)
     for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN)):
         for i, result in enumerate(graph.results):
             if place in graph.before([result]):
@@ -58,16 +84,17 @@ def read_with(step: Step, values: Sequence[ca.SX]) -> tuple[Graph, list[int | No
 
     Beside it, for each value its place among the results, or None where the step has no use of it.
     """
-    reader, rule = _Reader(), step.rule
-    read(step)  # refuses operations
-    results = reader.read(rule.parts)
-    own = len(reader.nodes.held)
-    symbols = [rule.h, rule.k, rule.t, rule.x, rule.p, rule.w]
-    found = reader.read(ca.Function("values", symbols, [ca.vertcat(ca.SX(0, 1), *map(ca.densify, values))]))
-    needed = set(Graph(tuple(reader.nodes.held), ()).before(results))
-    kept = [place for place in dict.fromkeys(found) if place in needed]
+    reader, rule, earlier = _Reader(), step.rule, read(step).earlier
+    results = reader.read(_function(rule, rule.rate, rule.update))
+    found = reader.read(_function(rule, ca.vertcat(ca.SX(0, 1), *values)))
+    both = joined(Graph(tuple(reader.nodes.held), (*results, *found), earlier))
+    needed = set(both.before(both.results[: len(results)]))
+    ends = dict(zip(found, both.results[len(results) :], strict=True))
+    inner = {place: both.nodes[i].operands[0] if both.nodes[i].op == BARRIER else i for place, i in ends.items()}
+    kept = [place for place, i in inner.items() if i in needed]
     places = {place: len(results) + i for i, place in enumerate(kept)}
-    return Graph(tuple(reader.nodes.held[:own]), (*results, *kept)), [places.get(place) for place in found]
+    nodes = tuple(reader.nodes.held)
+    return Graph(nodes, (*results, *kept), earlier), [places.get(place) for place in found]
 
 
 class _Reader:

@@ -1,4 +1,4 @@
-"""Graph: a block of operations, each of them once; the same with less work in it, and that of a whole step.
+"""Graph: a block of operations, each of them once; and the same with less work in it.
 
 The rewriting depends on the graph alone and not on which parameters vary, so neither do the bits of a run.
 """
@@ -8,13 +8,11 @@ from __future__ import annotations
 import enum
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
-
-from workbench.core.step import AHEAD, DIVISOR, NODES, WEIGHTS
 
 DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
@@ -37,15 +35,21 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-SOURCES = ("h", "k", "t", "x", "p", "w")
+# v is what an earlier part hands over, m the middle of a step or segment, s the offset at which a segment begins, and z
+# the state there.
+SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "s")
 LEVELS = {
     "const": Level.LENGTH,
     "h": Level.LENGTH,
     "p": Level.PARAMETERS,
     "k": Level.TIME,
     "t": Level.TIME,
+    "m": Level.TIME,
+    "s": Level.STATE,
+    "z": Level.STATE,
     "x": Level.STATE,
     "w": Level.STATE,
+    "v": Level.STATE,
 }
 COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or"}
 FOLDED: Mapping[str, Callable[..., float]] = {
@@ -62,10 +66,14 @@ FOLDED: Mapping[str, Callable[..., float]] = {
 
 @dataclass(frozen=True, eq=False)
 class Graph:
-    """The nodes of x+ = F(h, k, x, p, w) in the order of evaluation, and which of them are the entries of x+."""
+    """The nodes of x+ = F(h, k, x, p, w) in the order of evaluation, and which of them are the entries of x+.
+
+    The results of the parts `earlier` are the sources v, in their order; see `barriers`.
+    """
 
     nodes: tuple[Node, ...]
     results: tuple[int, ...]
+    earlier: tuple[Graph, ...] = ()
 
     @cached_property
     def levels(self) -> tuple[Level, ...]:
@@ -86,6 +94,15 @@ class Graph:
             op, operands, value, _ = self.nodes[place]
             values[place] = FOLDED[op](*(values[i] for i in operands)) if operands else h if op == "h" else value
         return values
+
+    @cached_property
+    def of_segments(self) -> frozenset[int]:
+        """The nodes that depend on where a segment begins, and in which state."""
+        found: set[int] = set()
+        for place, node in enumerate(self.nodes):
+            if node.op in ("s", "z") or not found.isdisjoint(node.operands):
+                found.add(place)
+        return frozenset(found)
 
     def after(self, op: str, indices: Collection[int]) -> frozenset[int]:
         """The nodes that depend on the sources `op` of the given indices."""
@@ -146,11 +163,6 @@ class Nodes:
         if place == len(self.held):
             self.held.append(node)
         return place
-
-
-def rewritten(graph: Graph) -> Graph:
-    """The graph with sums of angles opened and products fused, in an order for few registers."""
-    return ordered(fused(opened(graph)))
 
 
 def opened(graph: Graph) -> Graph:
@@ -234,51 +246,3 @@ def ordered(graph: Graph) -> Graph:
         else:
             stack += sorted(waiting, key=lambda i: height[i])
     return graph.part(order, {})
-
-
-def stepped(graph: Graph, rates: int) -> Graph:
-    """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged."""
-    nodes = Nodes()
-    add, constant = nodes.add, nodes.constant
-    needed = {node.entry for node in graph.nodes if node.op == "x"}
-    before = {i: add("x", entry=i) for i in sorted(needed.union(range(rates)))}
-    if not rates:
-        after = _put(graph, graph.results, nodes, 0.0, before)
-        return Graph(tuple(nodes.held), tuple(after))
-    h = add("h")
-    now, total, updates = before, list[int](), list[int]()
-    for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
-        made = _put(graph, graph.results[:rates] if total else graph.results, nodes, node, now)
-        updates += made[rates:]
-        total = [_plus(nodes, weight, *both) for both in zip(made, total, strict=True)] if total else made[:rates]
-        if ahead:
-            step = add("mul", (constant(ahead), h))
-            now = {i: add("fma", (step, made[i], before[i])) for i in range(rates) if i in needed}
-    share = add("div", (h, constant(DIVISOR)))
-    after = [add("fma", (share, rate, before[i])) for i, rate in enumerate(total)]
-    return Graph(tuple(nodes.held), (*after, *updates))
-
-
-def _plus(nodes: Nodes, weight: float, rate: int, so_far: int) -> int:
-    return nodes.add("add", (so_far, rate)) if weight == 1 else nodes.add("fma", (nodes.constant(weight), rate, so_far))
-
-
-def _put(graph: Graph, results: Sequence[int], nodes: Nodes, node: float, state: Mapping[int, int]) -> list[int]:
-    """The places of some results once their graph is among other nodes, at `node` of a step and with this state."""
-    new: dict[int, int] = {}
-    for place in graph.before(results):
-        op, operands, value, entry = graph.nodes[place]
-        if op == "t":
-            new[place] = _time(nodes, node)
-        elif op == "x":
-            new[place] = state[entry]
-        else:
-            new[place] = nodes.add(op, tuple([new[i] for i in operands]), value, entry)
-    return [new[place] for place in results]
-
-
-def _time(nodes: Nodes, node: float) -> int:
-    """(k + node) h, the second part added to the first."""
-    h = nodes.add("h")
-    begin = nodes.add("mul", (nodes.add("k"), h))
-    return nodes.add("add", (begin, nodes.add("mul", (nodes.constant(node), h)))) if node else begin

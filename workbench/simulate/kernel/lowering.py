@@ -15,6 +15,7 @@ the values made once a run (nl, width).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import reduce
 
 from workbench.simulate.kernel.emission import Emission, declarations
@@ -57,7 +58,7 @@ enter:
 {enter}
   br label %step
 step:
-  %i = phi i64 [ 0, %enter ], [ %i1, %step ]
+  %i = phi i64 [ 0, %enter ], [ %i1, %{latch} ]
 {states}
   %here = add i64 %past, %i
   %k = add i64 %here, %begin
@@ -67,7 +68,7 @@ step:
   %time_skip = add i64 %group_skip, %member
   %time_here = getelementptr double, ptr %table, i64 %time_skip
 {body}
-  %i1 = add i64 %i, 1
+{segments}  %i1 = add i64 %i, 1
   %more = icmp slt i64 %i1, %stride
   br i1 %more, label %step, label %keep
 keep:
@@ -88,6 +89,19 @@ next:
 end:
   ret i1 %alive1
 }}"""
+
+# The part of a step in which some run has several segments: one segment of all runs after the other.
+SEGMENTS = """  br i1 {several}, label %segment, label %whole
+segment:
+{phis}
+{body}
+  br i1 {more}, label %segment, label %segmented
+segmented:
+{chosen}
+  br label %whole
+whole:
+{ends}
+"""
 
 TABLE = """
 define void @workbench_table(i64 %groups, i64 %begin, ptr %constants, ptr %p, ptr %table)
@@ -115,7 +129,7 @@ end:
 
 
 def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
-    nx, graph = len(plan.graph.results), plan.graph
+    nx, graph = plan.states, plan.graph
     lane = {place: i for i, place in enumerate(plan.lanes)}
     row = {place: i for i, place in enumerate(plan.table)}
 
@@ -139,12 +153,14 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
     before.evaluation.make(plan.per_run)
     before.store("%scratch", map(before.evaluation.value, plan.lanes))
     body.evaluation.make(plan.inside)
-    ends = [body.evaluation.value(place) for place in graph.results]
+    ends = [body.evaluation.value(place) for place in graph.results[:nx]]
+    latch, segments, ends = _segments(plan, body, ends) if plan.segments else ("step", "", ends)
     enter, keep, last = (Emission(graph, width, fused, prefix, inside) for prefix in ("s", "t", "w"))
     starts = [enter.lane("%x_here", i) for i in range(nx)]
     keep.store("%x_here", ends)
     keep.store("%out_here", ends)
     _any_finite(last, ends)
+    states = (f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %{latch} ]" for i in range(nx))
     return PIECE.format(
         stack=stack,
         width=width,
@@ -153,13 +169,51 @@ def _piece(plan: Plan, width: int, fused: bool, stack: str) -> str:
         np=len(plan.parameters),
         nx=nx,
         group_size=len(plan.table) * width,
-        states="\n".join(f"  %x{i} = phi {body.type} [ {starts[i]}, %enter ], [ {ends[i]}, %step ]" for i in range(nx)),
+        states="\n".join(states),
         prepare=before,
         enter=enter,
         body=body,
+        segments=segments,
+        latch=latch,
         keep=keep,
         alive=last,
     )
+
+
+def _segments(plan: Plan, step: Emission, ends: Sequence[str]) -> tuple[str, str, list[str]]:
+    """The loop over the segments of a step, behind its other operations, which make the states `ends`.
+
+    The block in which it ends, its lines, and the states behind it.
+    """
+    assert plan.segments is not None
+    graph, places, width, number = plan.graph, plan.segments, step.width, step.type
+    within = graph.of_segments
+
+    def load(e: Emission, place: int) -> str:
+        node = graph.nodes[place]
+        if place not in within:
+            return str(step.evaluation.value(place))  # in lines before the loop, which so are done once
+        return "%s" if node.op == "s" else f"%z{node.entry}"
+
+    e, chosen = Emission(graph, width, step.fused, "q", load), Emission(graph, width, step.fused, "c", load)
+    begins = [step.evaluation.value(place) for place in places.start]
+    several = step.evaluation.truth(places.several).value
+    e.evaluation.make(plan.aside)
+    end, z = e.evaluation.value(places.end), [e.evaluation.value(place) for place in places.ends]
+    more = _some(e, e.evaluation.truth(places.more).value)
+    phis = [f"  %s = phi {number} [ {step.constant(0.0)}, %step ], [ {end}, %segment ]"]
+    phis += [f"  %z{i} = phi {number} [ {begins[i]}, %step ], [ {z[i]}, %segment ]" for i in range(len(z))]
+    picked = [chosen.do("select", several, new, old) for new, old in zip(z, ends, strict=False)]
+    joined = (f"  %whole{i} = phi {number} [ {ends[i]}, %step ], [ {picked[i]}, %segmented ]" for i in range(len(z)))
+    text = SEGMENTS.format(
+        several=_some(step, several), phis="\n".join(phis), body=e, more=more, chosen=chosen, ends="\n".join(joined)
+    )
+    return "whole", text, [*(f"%whole{i}" for i in range(len(z))), *ends[len(z) :]]
+
+
+def _some(e: Emission, truths: str) -> str:
+    """The instruction that says if a truth holds in any lane."""
+    return e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({e.flags} {truths})")
 
 
 def _noise(e: Emission, place: int, steps: str) -> str:
@@ -173,7 +227,7 @@ def _noise(e: Emission, place: int, steps: str) -> str:
 def _any_finite(e: Emission, states: list[str]) -> None:
     """The line that says if this or an earlier block has a run with finite states: of a finite number, x - x is 0."""
     total = reduce(Number.__add__, [Number(e, x) - Number(e, x) for x in states])
-    some = e.line(f"call i1 @llvm.vector.reduce.or.v{e.width}i1({e.flags} {total.compare('eq', total).value})")
+    some = _some(e, total.compare("eq", total).value)
     e.lines.append(f"  %alive1 = or i1 %alive, {some}")
 
 

@@ -5,9 +5,9 @@ It serves where nothing can be compiled, with the bits of the compiled march, wh
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -32,39 +32,88 @@ def march(job: Job, x: Array, tell: Progress) -> None:
                 tell(min(done / total, 1.0))
 
 
+class Loop(NamedTuple):
+    """Lines on a tape with their constants, the places of the nodes that come in, and the places of some results."""
+
+    lines: list[Line]
+    constants: dict[int, Value]
+    sources: dict[int, int]
+    results: list[int]
+
+    @staticmethod
+    def of(plan: Plan, fused: bool, made: Sequence[int], results: Sequence[int]) -> Loop:
+        """The loop that makes some nodes of a plan, and of them the results."""
+        tape, sources = Tape(fused), dict[int, int]()
+
+        def load(node: int) -> int:
+            return sources.setdefault(node, tape.place(node))
+
+        evaluation = Evaluation(plan.graph, tape, load)
+        evaluation.make(made)
+        places = [evaluation.value(place) for place in results]
+        return Loop(tape.lines(places), tape.constants, sources, places)
+
+    def play(self, values: Mapping[int, Value]) -> list[Value]:
+        """The results from the values of the nodes that come in."""
+        held = self.constants | {place: values[node] for node, place in self.sources.items()}
+        play(self.lines, held)
+        return [held[place] for place in self.results]
+
+
 @lru_cache(maxsize=64)
-def _loop(plan: Plan, fused: bool) -> tuple[list[Line], dict[int, Value], dict[int, int], list[int]]:
-    """The loop of a plan on a tape: its lines, its constants, where the nodes are that come in, and the results."""
-    tape, sources = Tape(fused), dict[int, int]()
-
-    def load(node: int) -> int:
-        return sources.setdefault(node, tape.place(node))
-
-    evaluation = Evaluation(plan.graph, tape, load)
-    evaluation.make(plan.inside)
-    results = [evaluation.value(place) for place in plan.graph.results]
-    return tape.lines(results), tape.constants, sources, results
+def _loops(plan: Plan, fused: bool) -> tuple[Loop, Loop | None, tuple[int, ...]]:
+    """The loop of a step, that of a segment of it, and the nodes that the first makes for the second."""
+    results, segments = plan.graph.results[: plan.states], plan.segments
+    if segments is None:
+        return Loop.of(plan, fused, plan.inside, results), None, ()
+    segment = Loop.of(plan, fused, plan.aside, (segments.more, segments.end, *segments.ends))
+    inside = set(plan.inside)
+    lent = tuple(node for node in segment.sources if node in inside)
+    wanted = (*results, segments.several, *segments.start, *lent)
+    return Loop.of(plan, fused, plan.inside, wanted), segment, lent
 
 
 def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     plan, nodes, part = job.plan, job.plan.graph.nodes, job.part(lot, job.stride, job.begin)
-    lines, constants, sources, results = _loop(plan, job.fused)
+    loop, segment, lent = _loops(plan, job.fused)
     steps = np.arange(piece.begin, piece.begin + piece.length)
     per_run = _values(job, plan.per_run, plan.lanes, part.p.T)
     per_step = _values(job, plan.behind_table + plan.per_step, plan.table, part.p[0], steps.astype(float))
-    values = constants | {place: per_run[node] for node, place in sources.items() if node in per_run}
-    timed = {place: np.broadcast_to(per_step[node], len(steps)) for node, place in sources.items() if node in per_step}
-    moving = {place: nodes[node] for node, place in sources.items() if nodes[node].op in ("x", "w", "k")}
+    timed = {node: np.broadcast_to(value, len(steps)) for node, value in per_step.items()}
+    moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k")}
     state = np.ascontiguousarray(x[lot, piece.start].T)
     with np.errstate(all="ignore"):
         for step, k in enumerate(steps):
             now: dict[str, Any] = {"x": state, "w": part.noise(steps[step : step + 1])[:, 0].T, "k": {0: np.float64(k)}}
-            values |= {place: row[step : step + 1] for place, row in timed.items()}
-            values |= {place: now[node.op][node.entry] for place, node in moving.items()}
-            play(lines, values)
-            state = np.stack([np.broadcast_to(values[place], len(lot)) for place in results])
+            values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
+            values |= {node: now[source.op][source.entry] for node, source in moving.items()}
+            made = [np.broadcast_to(value, len(lot)) for value in loop.play(values)]
+            state = np.stack(made[: plan.states])
+            if segment is not None:
+                values |= zip(lent, made[len(made) - len(lent) :], strict=True)
+                _march_segments(plan, segment, values, state, made[plan.states], made[plan.states + 1 :])
             if (step + 1) % piece.steps == 0:
                 x[lot, piece.row + step // piece.steps] = state.T
+
+
+def _march_segments(
+    plan: Plan, loop: Loop, values: Mapping[int, Value], state: Array, several: Array, start: Sequence[Array]
+) -> None:
+    """Put the states at the end of a step into `state` (nx, B) for the runs in which it has several segments."""
+    runs = np.flatnonzero(several)
+    if not runs.size:
+        return
+    assert plan.segments is not None
+    nodes, n = plan.graph.nodes, len(plan.segments.ends)
+    z, s, goes = np.stack(start[:n])[:, runs], np.zeros(len(runs)), True
+    few = {node: value[runs] if np.shape(value) == several.shape else value for node, value in values.items()}
+    while goes:
+        for node in loop.sources:
+            if nodes[node].op in ("s", "z"):
+                few[node] = s if nodes[node].op == "s" else z[nodes[node].entry]
+        more, s, *ends = (np.broadcast_to(value, len(runs)) for value in loop.play(few))
+        z, goes = np.stack(ends), bool(np.any(more))
+    state[:n, runs] = z
 
 
 def _values(job: Job, places: Sequence[int], wanted: Sequence[int], p: Array, k: Array | None = None) -> dict[int, Any]:

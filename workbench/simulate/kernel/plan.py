@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 from workbench.core import Step
 from workbench.simulate.kernel import elementary_functions as f
-from workbench.simulate.kernel.casadi_to_graph import read
-from workbench.simulate.kernel.graph import Graph, Level, Node, rewritten, stepped
+from workbench.simulate.kernel.barriers import BARRIER, rewritten
+from workbench.simulate.kernel.casadi_to_graph import read, read_segments
+from workbench.simulate.kernel.graph import Graph, Level, Node
+from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.kernel.target_operations import Machine, Number, Truth, Value, fma, select
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
@@ -31,7 +34,18 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "fmin": f.smaller,
     "fmax": f.larger,
     "sign": f.sign,
+    BARRIER: lambda a: a,
 }
+
+
+class Segmented(NamedTuple):
+    """The places of the results of a step that may have several segments."""
+
+    several: int
+    start: tuple[int, ...]  # the states at the begin of the first
+    more: int  # whether another segment follows one that begins at s in the state z
+    end: int  # where that one ends
+    ends: tuple[int, ...]  # the states there
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,26 +56,31 @@ class Plan:
     numbers: tuple[int, ...]  # of the length of the step alone, that others use
     per_run: tuple[int, ...]  # of parameters too
     per_step: tuple[int, ...]  # of time and of parameters that are equal in all runs
-    inside: tuple[int, ...]  # all others
+    inside: tuple[int, ...]  # all others of a step
+    aside: tuple[int, ...]  # of a segment of a step, made where a step has several
+    states: int  # the first results, x+
     lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
     table: tuple[int, ...]  # the same, made once a step
 
     @staticmethod
-    def of_step(step: Step, varied: tuple[int, ...]) -> Plan:
-        """The plan of a step's graph, made once for all lengths."""
-        return _planned(graph_of(step), varied)
+    def of_step(step: Step, varied: tuple[int, ...], segments: bool = True) -> Plan:
+        """The plan of a step's graph, made once for all lengths; of `graph_of` with its segments or without."""
+        return _planned(graph_of(step, segments), varied, step.states.size)
 
     @staticmethod
-    def of(graph: Graph, varied: Iterable[int]) -> Plan:
-        """The plan where the parameters `varied` differ from run to run."""
+    def of(graph: Graph, varied: Iterable[int], states: int | None = None) -> Plan:
+        """The plan where the parameters `varied` differ from run to run; of a graph with segments, so many `states`."""
+        states = len(graph.results) if states is None else states
         moving = graph.after("p", set(varied))
         groups: dict[Level, list[int]] = {level: [] for level in Level}
         for place, level in enumerate(graph.levels):
             groups[Level.STATE if level is Level.TIME and place in moving else level].append(place)
         numbers, per_run, per_step, inside = (tuple(group) for group in groups.values())
+        within = graph.of_segments
+        inside, aside = (tuple(i for i in inside if (i in within) is there) for there in (False, True))
         used, needed = (
             {i for place in places for i in graph.nodes[place].operands if not _is_plain(graph.nodes[i])}
-            for places in (inside, per_run + per_step + inside)
+            for places in (inside + aside, per_run + per_step + inside + aside)
         )
         used |= {place for place in graph.results if not _is_plain(graph.nodes[place])}
         return Plan(
@@ -70,8 +89,17 @@ class Plan:
             per_run,
             per_step,
             inside,
+            aside,
+            states,
             *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
         )
+
+    @cached_property
+    def segments(self) -> Segmented | None:
+        """The results of a step that may have several segments; None of any other."""
+        more = self.graph.results[self.states :]
+        n = (len(more) - 3) // 2
+        return Segmented(more[0], more[1 : n + 1], more[n + 1], more[n + 2], more[n + 3 :]) if more else None
 
     @cached_property
     def behind_table(self) -> tuple[int, ...]:
@@ -94,9 +122,13 @@ class Plan:
         return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
 
 
-def graph_of(step: Step) -> Graph:
-    """The graph of a step as every kernel evaluates it, made once for all lengths; refused as by `read`."""
-    return _stepped(pass_of(step), int(step.rule.rate.numel()))
+def graph_of(step: Step, segments: bool = True) -> Graph:
+    """The graph of a step as every kernel evaluates it, made once for all lengths; refused as by `read`.
+
+    Without its segments it serves runs that have no switch within a step, with the same bits.
+    """
+    parts = read_segments(step) if segments else None
+    return _stepped(pass_of(step), int(step.rule.rate.numel()), None if parts is None else _rewritten(parts))
 
 
 def pass_of(step: Step) -> Graph:
@@ -109,8 +141,8 @@ _stepped = lru_cache(maxsize=128)(stepped)
 
 
 @lru_cache(maxsize=128)
-def _planned(graph: Graph, varied: tuple[int, ...]) -> Plan:
-    return Plan.of(graph, varied)
+def _planned(graph: Graph, varied: tuple[int, ...], states: int) -> Plan:
+    return Plan.of(graph, varied, states)
 
 
 def _is_plain(node: Node) -> bool:

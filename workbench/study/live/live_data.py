@@ -17,7 +17,7 @@ from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, LiveCell, LiveMark, links
-from workbench.study.live.marches import Modules, coarse_and_fine, march, plain, switches, watched
+from workbench.study.live.marches import Modules, coarse_and_fine, march, may_switch, plain, switches, watched
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
@@ -122,6 +122,8 @@ def _loop(
     metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
     drawing = outcome.ode.drawing
     seen = ca.vertcat(fine.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, fine))
+    places = [knob.places(fine) for knob in knobs]
+    switched = may_switch(fine, run.p[0], [k for here in places for k in here if k < fine.parameters.size])
     moving = {"first": len(wanted), "places": seen.numel() - len(wanted)}  # behind the outputs
     made = {
         "scenario": case.scenario,
@@ -133,12 +135,12 @@ def _loop(
         "rows": len(run.t) - 1,
         "p": plain(run.p[0]),
         "x0": plain(run.x[0, 0]),
-        "moves": _moves(knobs, fine.parameters.size, [knob.places(fine) for knob in knobs]),
+        "moves": _moves(knobs, fine.parameters.size, places),
         "seed": str(case.run.seed),
         "normals": fine.noises,
         "switches": switches(outcome.ode),
-        "coarse": march(coarse, round(every / coarse.h), modules),
-        "fine": march(fine, round(every / fine.h), modules),
+        "coarse": march(coarse, round(every / coarse.h), modules, switched),
+        "fine": march(fine, round(every / fine.h), modules, switched),
         "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
         "drawing": None if drawing is None else drawing.data | moving,
         "metrics": [

@@ -34,8 +34,8 @@ class Modules:
         return [*self.packed].index(code)
 
 
-def march(step: Step, stride: int, modules: Modules) -> dict[str, Any]:
-    """The march of a step that keeps each `stride`-th state, as plain data.
+def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> dict[str, Any]:
+    """The march of a step that keeps each `stride`-th state, as plain data; with its switches unless there are none.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def march(step: Step, stride: int, modules: Modules) -> dict[str, Any]:
     """
     from workbench.simulate.kernel import webassembly  # with llvmlite, which not every machine has
 
-    plan = Plan.of_step(step, ())
+    plan = Plan.of_step(step, (), switched)
     return {
         "module": modules.place(webassembly.compiled(plan)),
         "h": step.h,
@@ -63,15 +63,26 @@ def watched(step: Step, expressions: ca.SX) -> Step:
     n = int(expressions.numel())
     y, none = ca.SX.sym("y", n), ca.SX(0, 1)
     held = replace(
-        rule, x=ca.vertcat(rule.x, y), rate=none, update=ca.vertcat(rule.x, ca.densify(expressions)), output=none
+        rule,
+        x=ca.vertcat(rule.x, y),
+        rate=none,
+        update=ca.vertcat(rule.x, ca.densify(expressions)),
+        output=none,
+        segments=None,
     )
     states = step.states + Layout(tuple(Entry(f"watched {i}", np.zeros(())) for i in range(n)))
     return replace(step, states=states, outputs=Layout(), rule=held)
 
 
+def may_switch(step: Step, p: Array, places: Sequence[int]) -> bool:
+    """True if a run with the parameters p (np,), of which those at some places are turned, has switches in time."""
+    switches = step.flow.switches
+    return switches.known and (switches.come(p[np.newaxis]) or switches.depends_on(places))
+
+
 def switches(equation: Ode | Sampled) -> bool:
     """True if an equation jumps where a comparison of states turns: there rounding may decide when."""
-    graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step())
+    graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step(1))
     return any(node.op in JUMPS and level is Level.STATE for node, level in zip(graph.nodes, graph.levels, strict=True))
 
 
