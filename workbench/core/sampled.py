@@ -20,6 +20,7 @@ from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
 from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
+from workbench.core.switches import Switches
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
@@ -125,6 +126,11 @@ class Sampled:
     def notes(self) -> tuple[str, ...]:
         """The notes of the flow."""
         return self.flow.notes
+
+    @property
+    def switches(self) -> Switches:
+        """The switches of the flow."""
+        return self.flow.switches
 
     @property
     def states(self) -> Layout:

@@ -16,7 +16,7 @@ from workbench.validation.refusals import Array
 
 RUNS_AT_ONCE = 1024  # side by side in one call, each of which holds all its steps
 LONGEST = 512  # steps of a marcher to one time: to build it takes as long as to run it ten times
-MOST_SEGMENTS = 4096  # of a step
+LEVELS, AT_ONCE = 3, 16  # of loops in loops, each of so many rounds, for the segments of a step
 STEPS_PER_CALL = 20_000  # of all runs, between two looks at progress and divergence: about a tenth of a second
 
 
@@ -75,7 +75,7 @@ def _marcher(step: Step, stride: int, kept: int, runs: int, switched: bool = Fal
 
 
 def _segmented(step: Step, shared: bool) -> ca.Function:
-    """x+ (k, x, p, w) of a step from switch to switch; not a number where there are more than `MOST_SEGMENTS`."""
+    """x+ (k, x, p, w) of a step from switch to switch; not a number where there are more than 4096."""
     rule, parts, options = step.rule, step.rule.segments, {"cse": shared}
     assert parts is not None
     n, number = parts.start.numel(), [rule.t, rule.h]
@@ -91,8 +91,10 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
     moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span))
     segment, wait = (ca.Function("segment", [held], [made], options) for made in (moved, held))
     v, place = ca.MX.sym("v", held.numel()), 1 + p.numel()
-    one = ca.Function.if_else("one", segment, wait)(v[place] < step.h, v)
-    many = ca.Function("one_segment", [v], [one]).fold(MOST_SEGMENTS)
+    many = segment
+    for _ in range(LEVELS):  # each asks once whether all is done, so that a step of few segments takes few questions
+        goes_on = ca.Function.if_else("goes_on", many, wait)(v[place] < step.h, v)
+        many = ca.Function("segments", [v], [goes_on]).fold(AT_ONCE)
     symbols = [k, rule.x, p, rule.w]
     first = ca.Function("first", symbols, [ca.vertcat(at_begin(parts.first) < length)], options)
     start = ca.Function("start", symbols, [ca.vertcat(k, p, 0, at_begin(parts.start))], options)
