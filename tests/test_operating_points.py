@@ -223,7 +223,7 @@ def test_a_loop_that_does_not_rest_is_refused_unless_it_is_asked_for_as_frozen()
 def test_a_loop_in_a_computer_is_cut_at_what_its_law_commands_there():
     loop = wb.ClosedLoop(CONVERTER, controller=wb.Regulator.of(CONVERTER, wb.lqr(BUCKBOOST, Q, R)))
     cut = loop.digital(1e-4, at="d")
-    x = cut.states.default
+    x = cut.states.default.copy()
     x[cut.states.slice("plant.i")], x[cut.states.slice("plant.v")] = BUCKBOOST.x0
     for name in cut.states.names:  # what the computer holds there
         if name.startswith("hold."):
