@@ -74,7 +74,7 @@ def sampled(lag: float, period: float, saturation: str) -> Step:
 def linear_part(lag: float, period: float) -> LinearPart:
     """From the switched torque of the first joint to its s, where the second joint switches nothing."""
     step = sampled(lag, period, "clip")
-    p = step.parameters.default
+    p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
     return cut(step, step.states.default, p)
 

@@ -5,7 +5,8 @@ import pytest
 from equations import decay, explosion
 
 from workbench.core import rk4
-from workbench.simulate.step_size import Accuracy, accuracy, change, pilot_runs, step_for_tolerance
+from workbench.simulate.pilots import pilot_runs
+from workbench.simulate.step_size import Accuracy, accuracy, change, step_for_tolerance
 
 
 def test_the_step_for_a_tolerance_is_the_first_half_that_keeps_it():

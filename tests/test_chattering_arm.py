@@ -29,7 +29,7 @@ def loop(lag, saturation="clip", gravity=9.81, q=FOLDED):
 
 def alone(made):
     """Parameters with no layer on the second joint."""
-    p = made.parameters.default
+    p = made.parameters.default.copy()
     p[made.parameters.labels.index("controller.K[1]")] = 0.0
     return p
 

@@ -7,7 +7,8 @@ import pytest
 
 from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.target_operations import Number
+from workbench.simulate.kernel.further_functions import DOUBLE
+from workbench.simulate.kernel.target_operations import Number, number
 
 mpmath = pytest.importorskip("mpmath")  # it comes with sympy
 
@@ -25,6 +26,19 @@ ANGLES = np.concatenate(
         np.nextafter(FAR, 0),
     ]
 )
+MORE = DOUBLE.functions
+
+
+def tiny(decades):
+    """Numbers of both signs below 1 with even logarithms; for fewer than none above 1."""
+    return RNG.choice([-1.0, 1.0], 500) * 10.0 ** -RNG.uniform(*sorted((0, decades)), 500)
+
+
+def side(x):
+    """The other side at the right angle, as the reader of graphs writes it."""
+    return ((1.0 - x) * (x + 1.0)).do("sqrt")
+
+
 CASES = {
     "sin": (lambda x: f.sine_or_cosine(f.reduce_angle(x), 0), ANGLES),
     "cos": (lambda x: f.sine_or_cosine(f.reduce_angle(x), 1), ANGLES),
@@ -32,6 +46,17 @@ CASES = {
     "tanh": (f.hyperbolic_tangent, np.concatenate([RNG.uniform(-25, 25, 1000), 10.0 ** RNG.uniform(-20, 0, 500)])),
     "log": (f.logarithm, np.concatenate([10.0 ** RNG.uniform(-320, 308, 1000), RNG.uniform(0.5, 2, 500)])),
     "atan2": (f.arc_tangent, RNG.uniform(-1, 1, 1500), RNG.uniform(-1, 1, 1500)),
+    "expm1": (MORE["expm1"], np.concatenate([RNG.uniform(-45, 709, 1000), RNG.uniform(-2, 2, 1000), tiny(300)])),
+    "log1p": (MORE["log1p"], np.concatenate([abs(tiny(-300)), RNG.uniform(-1, 3, 1000), tiny(16), tiny(300)])),
+    "sinh": (MORE["sinh"], np.concatenate([RNG.uniform(-710.4, 710.4, 1000), RNG.uniform(-3, 3, 1000), tiny(300)])),
+    "cosh": (MORE["cosh"], np.concatenate([RNG.uniform(-710.4, 710.4, 1000), RNG.uniform(-3, 3, 1000), tiny(300)])),
+    "asinh": (MORE["asinh"], np.concatenate([tiny(-300), RNG.uniform(-5, 5, 1000), tiny(300)])),
+    "acosh": (MORE["acosh"], np.concatenate([1 + abs(tiny(15)), RNG.uniform(1, 5, 1000), 1 + abs(tiny(-300))])),
+    "atanh": (MORE["atanh"], np.concatenate([1 - abs(tiny(15)), RNG.uniform(-1, 1, 1000), tiny(300)])),
+    "hypot": (MORE["hypot"], np.concatenate([tiny(-300), tiny(5)]), np.concatenate([tiny(-300), tiny(5)])),
+    "atan": (lambda x: f.arc_tangent(x, number(x.machine, 1.0)), np.concatenate([tiny(-300), tiny(300)])),
+    "asin": (lambda x: f.arc_tangent(x, side(x)), np.concatenate([1 - abs(tiny(15)), RNG.uniform(-1, 1, 1000)])),
+    "acos": (lambda x: f.arc_tangent(side(x), x), np.concatenate([1 - abs(tiny(15)), RNG.uniform(-1, 1, 1000)])),
 }
 
 

@@ -13,12 +13,12 @@ from wasm_runs import Kernel, unpacked
 
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
+from workbench.core.equations import equations_of
 from workbench.metrics.contract import Integral
 from workbench.metrics.value_program import Program
 from workbench.report.html_page import html
 from workbench.report.number_text import measured
 from workbench.study import case_runs, writeup
-from workbench.study.contract import equations_of
 from workbench.study.document.document import Bars, Column, Figure, Measured, Panel, Points, Section, Series, Table
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data

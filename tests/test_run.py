@@ -123,7 +123,8 @@ def test_a_local_sensitivity_of_a_computer_is_that_of_its_own_step():
 class Silent(AbstractController):
     """A law that returns nothing."""
 
-    reads, drives = layout(omega="rad/s"), layout(v="V")
+    reads = follows = layout(omega="rad/s")
+    drives = layout(v="V")
 
     def command(self, t, z, est, ref):
         """None."""

@@ -61,7 +61,7 @@ def test_along_a_run_the_equation_is_solved_to_rounding():
 def residual_at(speed, size):
     """At a speed in rad/s and with weights so many times heavier, or R lighter."""
     ode = loop(reference=Hold([0.0, 0.0]), R=WEIGHTS["R"] / size).ode()
-    x = ode.states.default
+    x = ode.states.default.copy()
     x[ode.states.slice("plant.qd")] = [speed, -speed]
     return ode.outputs_at(0.0, x)["residual"].item()
 

@@ -55,6 +55,14 @@ def errors(name, got, wanted):
         ("tanh", np.tanh, spread(1e-30, 12.0)),
         ("log", np.log, np.abs(spread(1e-45, 3e38)) + np.float32(1e-45)),
         ("log", np.log, np.abs(spread(1e-3, 2.0)) + np.float32(1e-45)),
+        ("expm1", np.expm1, spread(1e-30, 87.0)),
+        ("log1p", np.log1p, np.abs(spread(1e-30, 3e38))),
+        ("log1p", np.log1p, spread(1e-30, 0.99)),
+        ("sinh", np.sinh, spread(1e-30, 89.0)),
+        ("cosh", np.cosh, spread(1e-30, 89.0)),
+        ("asinh", np.arcsinh, spread(1e-30, 3e38)),
+        ("acosh", np.arccosh, np.float32(1.0) + np.abs(spread(1e-6, 1e30))),
+        ("atanh", np.arctanh, spread(1e-30, 0.99999)),
     ],
 )
 def test_functions_of_a_float_are_within_three_units_in_the_last_place(name, of_doubles, points):
@@ -83,11 +91,29 @@ def test_an_angle_beyond_the_largest_has_no_sine():
     assert np.isfinite(computed("cos", [LARGEST_ANGLE, -LARGEST_ANGLE])).all()
 
 
-@pytest.mark.parametrize("name", ["exp", "tanh", "log"])
+IEEE = {"asinh": np.arcsinh, "acosh": np.arccosh, "atanh": np.arctanh}
+
+
+@pytest.mark.parametrize(
+    "name", ["exp", "tanh", "log", "expm1", "log1p", "sinh", "cosh", "asinh", "acosh", "atanh", "hypot", "copysign"]
+)
 def test_functions_of_what_is_no_common_number_are_those_of_ieee(name):
+    pairs = name in ("hypot", "copysign")
+    given = [side.ravel() for side in np.meshgrid(ODD, ODD)] if pairs else [ODD]
     with np.errstate(all="ignore"):
-        wanted = {"exp": np.exp, "tanh": np.tanh, "log": np.log}[name](ODD)
-    np.testing.assert_allclose(computed(name, ODD), wanted, rtol=2e-7, atol=0)
+        wanted = IEEE.get(name, getattr(np, name, None))(*given)
+    got = computed(name, *given)
+    np.testing.assert_allclose(got, wanted, rtol=3e-7, atol=0)
+    numbers = ~np.isnan(wanted)
+    assert name == "tanh" or (np.signbit(got) == np.signbit(wanted))[numbers].all()  # tanh -0 is 0 here
+
+
+def test_the_length_of_two_floats_is_within_three_units_in_the_last_place():
+    for low, high in ((1e-3, 1.0), (1e-44, 1e38)):
+        y, x = spread(low, high), np.random.default_rng(2).permutation(spread(low, high, seed=1))
+        relative, units = errors("hypot", computed("hypot", y, x), np.hypot(y.astype(float), x.astype(float)))
+        assert relative <= STATED["hypot"]
+        assert units < 3.0
 
 
 def test_the_angle_of_what_is_no_common_number_is_that_of_ieee():
@@ -224,6 +250,16 @@ def test_c_and_numpy_have_the_same_floats(name, tmp_path):
 def test_c_and_numpy_have_the_same_floats_in_every_function(tmp_path):
     def every(y, k, p):
         pair = [ca.sin(y[0]), ca.cos(y[0]), ca.exp(y[0]), ca.tanh(y[0]), ca.log(ca.fabs(y[0]) + 0.1), ca.floor(y[0])]
+        pair += [
+            ca.expm1(y[0]),
+            ca.log1p(ca.fabs(y[0])),
+            ca.sinh(y[0]),
+            ca.cosh(y[0]),
+            ca.asinh(y[0]),
+            ca.atanh(y[0] / 99),
+        ]
+        pair += [ca.acosh(1 + ca.fabs(y[0])), ca.hypot(y[0], y[1]), ca.copysign(y[0], y[1]), ca.ceil(y[0])]
+        pair += [ca.atan(y[0]), ca.asin(y[0] / 99), ca.acos(y[0] / 99)]
         pair += [ca.atan2(y[0], y[1]), ca.fmod(y[0], y[1]), ca.fmin(y[0], y[1]), ca.fmax(y[0], y[1]), ca.sign(y[1])]
         return ca.vertcat(
             *pair, ca.sqrt(ca.fabs(y[0])), ca.if_else(y[0] < y[1], y[0], 2 * y[1]), ca.sin(0.01 * k) * y[0]
@@ -272,6 +308,18 @@ EACH_FLOAT = {  # the function, the sizes of its argument, and what is checked; 
     "exp": ("exp", "0.0f", "88.0f", "see(f_expf(x), exp(x)); if (x <= 87.0f) see(f_expf(-x), exp(-(double)x));"),
     "log": ("log", "0x1p-149f", "0x1.fffffep127f", "see(f_logf(x), log(x));"),
     "tanh": ("tanh", "0.0f", "12.0f", "see(f_tanhf(x), tanh(x));"),
+    "expm1": ("expm1", "0.0f", "88.0f", "see(f_expm1f(x), expm1(x)); see(f_expm1f(-x), expm1(-(double)x));"),
+    "log1p": (
+        "log1p",
+        "0.0f",
+        "0x1.fffffep127f",
+        "see(f_log1pf(x), log1p(x)); if (x < 1.0f) see(f_log1pf(-x), log1p(-(double)x));",
+    ),
+    "sinh": ("sinh", "0.0f", "89.0f", "see(f_sinhf(x), sinh(x));"),
+    "cosh": ("cosh", "0.0f", "89.0f", "see(f_coshf(x), cosh(x));"),
+    "asinh": ("asinh", "0.0f", "0x1.fffffep127f", "see(f_asinhf(x), asinh(x));"),
+    "acosh": ("acosh", "1.0f", "0x1.fffffep127f", "see(f_acoshf(x), acosh(x));"),
+    "atanh": ("atanh", "0.0f", "0x1.fffffep-1f", "see(f_atanhf(x), atanh(x));"),
     "atan2": (
         "atan2",
         "0x1p-30f",

@@ -13,7 +13,7 @@ from workbench.plants import Manipulator
 from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.simulate import simulate, step_limit
-from workbench.simulate.step_size import longest_steps, modes_at
+from workbench.simulate.stability import longest_steps, modes_at
 
 RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 

@@ -7,10 +7,10 @@ from wasm_runs import Kernel, unpacked
 
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
+from workbench.core.equations import equations_of
 from workbench.metrics.accumulators import maker
 from workbench.simulate.kernel import llvm, webassembly
 from workbench.simulate.kernel.plan import Plan
-from workbench.study.contract import equations_of
 from workbench.study.live.knob import Knob
 from workbench.study.live.marches import Modules, march, watched
 

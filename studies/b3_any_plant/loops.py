@@ -11,7 +11,7 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins
+from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins, operating_point
 from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
@@ -32,18 +32,18 @@ BAND = 0.05  # of what the start is off
 def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     """The loop of a plant and a law, which holds the outputs at the operating point."""
     plant, point = setting.plant, setting.point
-    holds = (Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items())
-    reference = Together(tuple(holds))
+    holds = {name: Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items()}
     if law == PID:
         second = setting.pid(setting)
         if computer and isinstance(second, PID2):  # against windup; the others have no integral, or are never limited
             second = replace(second, low=setting.limit[0], high=setting.limit[1])
+        reference = Together(tuple(hold for name, hold in holds.items() if name in second.follows))
         return ClosedLoop(plant, controller=second, reference=reference)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
     model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = LinearObserver(model, setting.design.estimator.K, x_0=point.x, u_0=point.u)
     regulator = Regulator.of(plant, setting.design.regulator.K, point.x, point.u, follow=plant.outputs.names)
-    return ClosedLoop(plant, observer, regulator, reference)
+    return ClosedLoop(plant, observer, regulator, Together(tuple(holds.values())))
 
 
 def cut(setting: Setting, law: str) -> Any:
@@ -58,12 +58,11 @@ def cut(setting: Setting, law: str) -> Any:
     ode = closed.broken(f"{setting.name}, {law}")
     if isinstance(closed.controller, Cascade):  # of PD: their integrals stand still, which is no pole of the loop
         ode = freeze(ode, ("controller.outer.integral", "controller.inner.integral"))
-    x = ode.states.default
-    for name, part in setting.open.states.unpack(point.x).items():
-        for place in (f"plant.{name}", f"observer.{name}_hat"):
-            if place in ode.states:
-                x[ode.states.slice(place)] = np.ravel(part)
-    return broken_loop(ode, 0.0, x, u=point.u)
+    whole, rest = closed.ode(), setting.open.states.unpack(point.x)
+    wanted = {f"plant.{name}": part for name, part in rest.items()}
+    at_rest = whole.states.unpack(operating_point(whole, wanted).x)  # with the memory of observer and law
+    x = np.concatenate([np.ravel(at_rest[name]) for name in ode.states.names])
+    return broken_loop(ode, 0.0, x)
 
 
 @cache

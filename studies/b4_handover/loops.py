@@ -14,7 +14,7 @@ from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, plant, proposed_repaired, rival
 from workbench.controllers import LinearLaw, Regulator
-from workbench.core import Sampled
+from workbench.core import LinearSystem, Sampled
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqg, lqr
 from workbench.loop import ClosedLoop, Instruments, open_loop
@@ -129,7 +129,9 @@ def arm_lqg(period: float) -> ClosedLoop:
     costs = np.diag([1 / 0.05**2] * 2 + [0.0] * 2), np.diag([1 / 20.0**2] * 2)
     driven, heard = 0.5**2 * np.eye(2), np.diag([1e-4**2] * 2 + [1e-3**2] * 2)
     design = lqg(model, *costs, driven, heard, G=model.B)
-    law = LinearLaw(design.controller, u0=point.u, v0=np.concatenate([POSE, (0.0, 0.0)]))
+    names = {"inputs": model.output_labels, "outputs": model.input_labels}
+    turned = LinearSystem.of(-design.controller, **names)  # it is given the error, and has its own sign for y inside
+    law = LinearLaw(turned, error=True, u0=point.u)
     body = Manipulator(ARM, q=np.add(POSE, 0.1), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
     return ClosedLoop(body, FullState(2), law, Hold(POSE))
 

@@ -19,7 +19,8 @@ from studies.performance.processes import in_a_process
 from studies.performance.workload import HORIZON, STATES, VARIED_COLUMNS, H, loop, rmse, rows_of, run, workload
 from workbench.core import Step, rk4
 from workbench.simulate import simulate
-from workbench.simulate.step_size import pilot_runs, step_for_tolerance
+from workbench.simulate.pilots import pilot_runs
+from workbench.simulate.step_size import step_for_tolerance
 from workbench.validation.refusals import Array
 
 EQUAL = ((1e-3, 20.0), (3e-5, 10.0))  # the error of the RMSE, and how many times as fast we must be
@@ -169,8 +170,7 @@ def by_pilot(target: float, effort: Effort) -> tuple[Runner, float]:
     wanted, rows, horizon = reference(effort), rows_of(effort.batch), effort.horizon
 
     def chosen(p: Array, tolerance: float) -> float:
-        x0 = np.broadcast_to(STATES.default, (len(p), STATES.size))
-        few = pilot_runs(p, x0)
+        few = pilot_runs(p, x0 := np.broadcast_to(STATES.default, (len(p), STATES.size)))
         return step_for_tolerance(stepped, p[few], x0[few], horizon, tolerance, horizon / CELLS)
 
     def error_of(tolerance: float) -> float:

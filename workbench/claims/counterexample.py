@@ -18,6 +18,7 @@ from workbench.core.layout import Layout
 from workbench.metrics import AbstractMetric, measure
 from workbench.reference import reference
 from workbench.simulate import StepLimit
+from workbench.validation.places import other_kind
 from workbench.validation.refusals import Array, described, known, nearest, refusal
 from workbench.validation.signatures import door
 
@@ -88,6 +89,8 @@ class CounterExample:
     @door
     def write(self, path: Path | str) -> None:
         """Store it as JSON."""
+        if kind := other_kind(path):
+            raise refusal("CounterExample.write(path=...)", "a file that can be written", path, f": that is {kind}")
         fields = asdict(self) | {"value": float(self.value).hex(), "error": float(self.error).hex()}
         try:
             Path(path).write_text(json.dumps(fields, indent=1) + "\n", encoding="utf-8")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from workbench.cli.errors import one_sentence
+from workbench.cli.errors import one_sentence, printable_lines
 
 if TYPE_CHECKING:
     from workbench.core import AbstractArm
@@ -30,7 +30,7 @@ def derive(robot: str, form: str, numbers: bool) -> None:
         from workbench.core import Dynamics
 
         arm = arm_of(robot)
-        click.echo(handover.FORMS[form](handover.in_numbers(*arm) if numbers else Dynamics.of(*arm)))
+        click.echo(printable_lines(handover.FORMS[form](handover.in_numbers(*arm) if numbers else Dynamics.of(*arm))))
 
 
 def arm_of(robot: str) -> tuple[AbstractArm, str]:

@@ -65,6 +65,11 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
+def printable_lines(text: str) -> str:
+    """The same of a text of several lines, whose ends stay."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
 def aside(text: str) -> None:
     """Print a line on stderr."""
     click.echo(printable(text), err=True)

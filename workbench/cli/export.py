@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from workbench.cli.errors import aside, one_sentence
+from workbench.cli.errors import aside, one_sentence, printable
 
 if TYPE_CHECKING:
     from workbench.core import Sampled
@@ -33,6 +33,7 @@ PERIODS = 2000  # of the run that tells whether the loop holds at its period
 @click.option("--settable", is_flag=True, help="Numbers of the law that can be set between two instants.")
 @click.option("--built-in", is_flag=True, help="The reference of the loop within the law, and not as an input.")
 @click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
+@click.option("--overwrite", is_flag=True, help="Replace files that were edited, or that no export has written.")
 @click.option("--safe", multiple=True, metavar="NAME=VALUE", help="The command where a number is not finite.")
 def export(file: Path, form: str, loop: str | None, case: str | None, out: Path | None, **asked: Any) -> None:
     """Write the law of a loop in FILE for another machine: observer, law, limits and delay, without the plant."""
@@ -52,11 +53,11 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
         options: dict[str, Any] = {"warnings": warnings, "command": _command()} | ({"safe": safe} if safe else {})
         options |= {"precision": "single"} if asked["precision"] == "single" else {}
         options |= {"parameters": "settable"} if asked["settable"] else {}
-        paths = written(law, form, out, name=asked["name"], **options)
+        paths = written(law, form, out, name=asked["name"], overwrite=asked["overwrite"], **options)
         if form.startswith("fmi") and not _has_library(paths[0]):
             aside("The FMU has C sources alone, as no compiler was found here: `apt-get install gcc`.")
         aside(f"'{chosen}', every {law.period:g} s.")
-        click.echo(f"Written: {', '.join(map(str, paths))}.")
+        click.echo(printable(f"Written: {', '.join(map(str, paths))}."))
 
 
 def _safe(texts: tuple[str, ...]) -> dict[str, float]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from workbench.cli.errors import aside, one_sentence
+from workbench.cli.errors import aside, one_sentence, printable
 
 PATH = click.Path(path_type=Path)
 USUAL = "loop"
@@ -44,7 +44,7 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
         if page.printed:
             aside(page.printed)
         aside(f"'{name}' until {horizon:g} s, at steps of {h:g} s.")
-        click.echo(f"The page is {place}.")
+        click.echo(printable(f"The page is {place}."))
 
 
 def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
@@ -65,7 +65,7 @@ def _times(module: ModuleType) -> tuple[float | None, float]:
     from workbench.simulate import Trajectories
 
     runs = (value for value in _values(vars(module)) if isinstance(value, Trajectories))
-    return next(((float(one.t[-1]), one.step.h / one.step.substeps) for one in runs), (None, USUAL_STEP))
+    return next(((float(one.t[-1]), one.page_step) for one in runs), (None, USUAL_STEP))
 
 
 def _values(held: Mapping[str, Any]) -> Iterator[Any]:

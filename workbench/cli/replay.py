@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from workbench.cli.errors import aside, one_sentence
+from workbench.cli.errors import aside, one_sentence, printable_lines
 
 PATH = click.Path(path_type=Path)
 
@@ -55,6 +55,6 @@ def replay(
             precision=precision,
             progress=lambda target: aside(f"{target} ..."),
         )
-        click.echo(f"'{chosen}': {result.text()}")
+        click.echo(printable_lines(f"'{chosen}': {result.text()}"))
         if not result.equal:
             sys.exit(1)

@@ -30,6 +30,7 @@ def results(folder: Path, digests: bool, form: str) -> None:
 def _write(folder: Path, form: str) -> Iterator[str]:
     """Write the single cases and the runs of each complete sweep to files; a line names each, or a missing one."""
     from workbench.study import run_tables
+    from workbench.study.ledger.about import UNUSED
     from workbench.study.ledger.store import TABLE, contents
 
     cases = (folder / run_tables.CASES).is_file()
@@ -47,3 +48,10 @@ def _write(folder: Path, form: str) -> Iterator[str]:
         yield f"{run_tables.write(sample, folder / 'runs', form)}: {sample.note}."
     for name in (name for name, table in tables.items() if table is None):
         yield f"{name} is not complete: `workbench status {folder}` says how far it is."
+    if not about.sweeps:
+        yield f"The study '{about.study}' has no sweeps."
+    if unused := about.unused(held):
+        yield UNUSED.format(count=unused, out=folder)
+    if about.has_changed(folder):
+        script = about.script_from(folder)
+        yield f"'{script}' has changed since it was run: these are earlier runs, and `workbench run` makes new ones."

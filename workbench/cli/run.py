@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from workbench.cli.errors import aside, of_the_study, one_sentence
+from workbench.cli.errors import aside, of_the_study, one_sentence, printable
 
 PATH = click.Path(path_type=Path)
 
@@ -79,5 +79,6 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 folder.write(
                     page, target, run_tables.tables(results), live_data(study, results, page, script.shown(place))
                 )
-        click.echo("\n".join([*findings, f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."]))
+        places = f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."
+        click.echo("\n".join(map(printable, [*findings, places])))
         gc.freeze()  # nothing more is freed before the process ends, which frees all

@@ -23,6 +23,7 @@ from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning
 from workbench.validation.refusals import described, nearest
+from workbench.validation.signatures import door
 
 
 def check_file(file: Path) -> None:
@@ -68,6 +69,7 @@ def module_of(file: Path) -> ModuleType:
     return module
 
 
+@door
 def load(file: Path | str) -> Study:
     r"""The `study` of a file, or of the `study.py` in a folder, which is run for it.
 
@@ -76,7 +78,7 @@ def load(file: Path | str) -> Study:
     LookupError
         If there is no such file, or it defines no `study`.
     ValueError
-        If that is no `Study`.
+        If that is no `Study`, or the path is none that a file can have.
 
     Examples
     --------

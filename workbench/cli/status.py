@@ -14,6 +14,7 @@ from workbench.cli.errors import one_sentence, printable
 def status(folder: Path) -> None:
     """Say how much of the study in DIR is done, and what has failed."""
     with one_sentence():
+        from workbench.study.ledger.about import UNUSED
         from workbench.study.ledger.store import contents, lost, runs_of
 
         held, about = contents(folder)
@@ -25,6 +26,12 @@ def status(folder: Path) -> None:
                 f"{len(sweep.chunks)} chunks, {sum(map(lost, there)):,} failed; {sweep.arithmetic}."
             )
             click.echo(printable(line))
+        if unused := about.unused(held):
+            click.echo(printable(UNUSED.format(count=unused, out=folder)))
         complete = all(name in held for sweep in about.sweeps for name in sweep.chunks)
         rest = "Nothing is missing." if complete else "Its command goes on with the rest."
+        if about.has_changed(folder):
+            rest = "It has changed since it was run: only its command can say what is missing."
+        elif not about.sweeps:
+            rest = "It has no sweeps."
         click.echo(printable(f"The study is '{about.study}' in '{about.script_from(folder)}'. {rest}"))

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from workbench.cli.derive import arm_of
-from workbench.cli.errors import one_sentence
+from workbench.cli.errors import one_sentence, printable
 
 COLOURS = {"same": "green", "differs": "red", "not refuted": "yellow"}
 
@@ -30,6 +30,6 @@ def verify(file: Path, robot: str) -> None:
         entries = findings(file, Dynamics.of(*arm_of(robot)))
         for finding in entries:
             head, *details = finding.lines
-            click.secho(head, fg=COLOURS.get(finding.kind or ""))
-            click.echo("\n".join(details), nl=bool(details))
+            click.secho(printable(head), fg=COLOURS.get(finding.kind or ""))
+            click.echo("\n".join(map(printable, details)), nl=bool(details))
         sys.exit(1 if any(finding.kind == "differs" for finding in entries) else 0)

@@ -3,13 +3,13 @@ from __future__ import annotations
 from typing import Any
 
 import casadi as ca
-import numpy as np
 
 from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractController, AbstractPlant, Follows, Parts, Reads
-from workbench.validation.refusals import known, matrix, vector
+from workbench.loop.plant_rest import point_for
+from workbench.validation.refusals import known, matrix
 
 
 @block
@@ -19,8 +19,8 @@ class Regulator(AbstractController):
         u = u0 - K (x - x0).
 
     The columns of K are in the order of `states`; those that `follow` have their wanted value from the reference, in
-    the place of that in x0. With K of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the poles of
-    that design near x0.
+    the place of that in x0. With the design of `lqr` or `place` for the plant linearised at (x0, u0) the loop has the
+    poles of that design near x0.
 
     References
     ----------
@@ -30,7 +30,7 @@ class Regulator(AbstractController):
     --------
     >>> plant = wb.CartPole(phi=0.1)
     >>> linear = wb.linearize(wb.open_loop(plant), 0.0, np.zeros(4))
-    >>> law = wb.Regulator.of(plant, wb.lqr(linear, Q=np.eye(4), R=[[1.0]]).K, follow=("x",))
+    >>> law = wb.Regulator.of(plant, wb.lqr(linear, Q=np.eye(4), R=[[1.0]]), follow=("x",))
     >>> law.reads.names, law.follows.names, law.drives.names
     (('x', 'xd', 'phi', 'phid'), ('x',), ('F',))
     """
@@ -41,6 +41,7 @@ class Regulator(AbstractController):
     x0: Vector = parameter(unit=ANY, shape=("nx",), symbol="x_0")
     u0: Vector = parameter(unit=ANY, shape=("nu",), symbol="u_0")
     follow: tuple[str, ...] = ()
+    hint_on_follows = "`Regulator.of(..., follow=({names},))`"
 
     def __post_init__(self) -> None:
         matrix("Regulator(K=...)", self.K, self.inputs.size, self.states.size)
@@ -49,11 +50,27 @@ class Regulator(AbstractController):
 
     @staticmethod
     def of(plant: AbstractPlant, K: Any, x0: Any = None, u0: Any = None, follow: tuple[str, ...] = ()) -> Regulator:
-        """The law for a plant that is held at x0 by u0, both zero unless given; it needs an estimate of each state."""
-        nx, nu = plant.states.size, plant.inputs.size
-        x = np.zeros(nx) if x0 is None else vector("Regulator.of(x0=...)", x0, nx, "states")
-        u = np.zeros(nu) if u0 is None else vector("Regulator.of(u0=...)", u0, nu, "inputs")
-        return Regulator(plant.states, plant.inputs, matrix("Regulator.of(K=...)", K, nu, nx), x, u, follow)
+        """The law for a plant that is held at the point of a design; it needs an estimate of each state.
+
+        Parameters
+        ----------
+        K
+            The answer of `lqr` or `place` for the linearised plant, which carries its point; or a gain (nu, nx) alone,
+            which is about x0 and u0, or about zero if the plant rests there.
+        x0, u0
+            (nx,) and (nu,), in the place of those of the design.
+
+        Raises
+        ------
+        ValueError
+            If a gain alone comes without x0 and u0 and the plant does not rest at zero, the design is for other states
+            or inputs or for a point that is not at rest, or a number is not of its shape.
+        LookupError
+            If a state to follow is none of the plant.
+        """
+        gain, x, u = point_for("Regulator.of", plant, K, x0, u0)
+        checked = matrix("Regulator.of(K=...)", gain, plant.inputs.size, plant.states.size)
+        return Regulator(plant.states, plant.inputs, checked, x, u, follow)
 
     @property
     def reads(self) -> Layout:

@@ -7,6 +7,7 @@ import numpy as np
 
 from workbench.core import AbstractArm, Layout, block, parameter
 from workbench.core.block import Matrix, Number
+from workbench.core.point import gain_of
 from workbench.loop.arm_ports import AbstractArmController, motors
 from workbench.loop.contracts import Follows, Parts, Reads
 from workbench.validation.refusals import Array, as_array, refusal
@@ -32,8 +33,8 @@ class StateFeedback(AbstractArmController):
     --------
     >>> arm = wb.named("cart-pole")
     >>> linear = wb.linearize(wb.open_loop(wb.Manipulator(arm, q=[0.0, 0.0])), 0.0, np.zeros(4), at_rest=True)
-    >>> K = wb.lqr(linear, Q=np.eye(4), R=[[1.0]]).K
-    >>> K.shape, wb.StateFeedback.of(arm, K).drives["tau"].unit
+    >>> design = wb.lqr(linear, Q=np.eye(4), R=[[1.0]])
+    >>> design.K.shape, wb.StateFeedback.of(arm, design).drives["tau"].unit
     ((1, 4), 'N')
     """
 
@@ -60,8 +61,12 @@ class StateFeedback(AbstractArmController):
 
     @staticmethod
     def of(model: AbstractArm, K: Any) -> StateFeedback:
-        """The law u = -K [e; ed], with K (m, 2n) as a regulator's design gives it."""
-        return StateFeedback(model, *halves("StateFeedback.of(K=...)", K, model.dof, len(model.motors)))
+        """The law u = tau_ref - K [e; ed] of a regulator's design, or of its K (m, 2n) alone.
+
+        The feedforward tau_ref and the error are those of the reference, so the point is wherever that is.
+        """
+        gain, _ = gain_of(K)
+        return StateFeedback(model, *halves("StateFeedback.of(K=...)", gain, model.dof, len(model.motors)))
 
     @property
     def drives(self) -> Layout:

@@ -15,7 +15,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds, shaped
 from workbench.core.port import ANY
 from workbench.validation.notebook_display import cell, show, table_to_html
-from workbench.validation.refusals import numbers, one_of, refusal
+from workbench.validation.refusals import a, numbers, one_of, refusal
 from workbench.validation.signatures import door, fit_field
 
 # The user gives a float or an array; in the lifted twin the same field holds an SX.
@@ -133,7 +133,13 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
 
 def unit_of(owner: Any, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say."""
-    texts = {name: str(getattr(owner, name)).split(", ") for name in PLACE.findall(quantity.unit)}
+    names = PLACE.findall(quantity.unit)
+    if missing := [name for name in names if not hasattr(owner, name)]:
+        raise LookupError(
+            f"`parameter(unit={quantity.unit!r})` of {a(type(owner))} must have names of its attributes in braces, "
+            f"whose texts become parts of the unit; it has no {missing[0]!r}."
+        )
+    texts = {name: str(getattr(owner, name)).split(", ") for name in names}
     units = [quantity.unit] * max(map(len, texts.values()), default=1)
     for name, each in texts.items():
         units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]

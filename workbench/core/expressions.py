@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping
@@ -17,7 +16,6 @@ from workbench.validation.signatures import door
 
 T = TypeVar("T")
 ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads
-UNSEEN = ("Callback", "External", "Fmu")  # in the name of a class of CasADi functions whose operations stand elsewhere
 AT_ONCE = 64  # points of one call: for thousands CasADi takes longer to write down their pattern than their values
 
 
@@ -27,7 +25,10 @@ class SymbolError(TypeError):
 
 @contextlib.contextmanager
 def symbols_are_no_numbers() -> Iterator[None]:
-    """Within this context a symbol refuses to become a number; else CasADi makes it NaN, in silence."""
+    """Within this context a symbol refuses to become a number, and rounds as a number does.
+
+    Else CasADi makes it NaN, in silence, and rounds halves away from zero.
+    """
 
     def guard(convert: Callable[[ca.SX], Any]) -> Callable[[ca.SX], Any]:
         def to_number(symbol: ca.SX) -> Any:
@@ -40,13 +41,61 @@ def symbols_are_no_numbers() -> Iterator[None]:
     with ONE_AT_A_TIME, warnings.catch_warnings():
         warnings.simplefilter("ignore", FutureWarning)  # of CasADi's, on NumPy's functions of its symbols
         plain = {name: getattr(ca.SX, name) for name in ("__float__", "__int__", "__bool__")}
-        try:
-            for name, method in plain.items():
-                setattr(ca.SX, name, guard(method))
+        methods = {name: guard(method) for name, method in plain.items()}
+        methods |= {"__round__": _round, "rint": rounded}
+        methods |= {name: _rounding(getattr(ca.SX, name)) for name in ("__array_ufunc__", "__array_function__")}
+        with _replaced(ca.SX, methods):
             yield
-        finally:
-            for name, method in plain.items():
-                setattr(ca.SX, name, method)
+
+
+@contextlib.contextmanager
+def _replaced(owner: type, methods: Mapping[str, Any]) -> Iterator[None]:
+    """Within this context a class has these methods."""
+    plain = {name: vars(owner).get(name) for name in methods}
+    try:
+        for name, method in methods.items():
+            setattr(owner, name, method)
+        yield
+    finally:
+        for name, own in plain.items():
+            if own is None:
+                delattr(owner, name)
+            else:
+                setattr(owner, name, own)
+
+
+def rounded(x: ca.SX) -> ca.SX:
+    """The nearest whole number, of two that are as near the even one, as of NumPy's `rint` and Python's `round`."""
+    low = ca.floor(x)
+    above, odd = x - low, low - 2 * ca.floor(low / 2)  # both exact: of a large number there is nothing above
+    return low + ca.if_else(above == 0.5, odd, ca.if_else(above > 0.5, 1, 0))
+
+
+def _round(x: ca.SX, digits: int | None = None) -> ca.SX:
+    if digits is not None:
+        raise SymbolError(f"`round(x, {digits})` of the symbol '{x}' has no equation, as it rounds decimal digits")
+    return rounded(x)
+
+
+def _numpy_round(a: ca.SX, decimals: int = 0) -> ca.SX:
+    """NumPy's `round`: of a scaled number to a whole one."""
+    scale = 10.0 ** abs(decimals)
+    if decimals < 0:
+        return rounded(a / scale) * scale
+    return rounded(a * scale) / scale if decimals else rounded(a)
+
+
+def _rounding(plain: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of CasADi that answers NumPy's functions, but for those that round, which CasADi answers otherwise."""
+
+    def answer(symbol: ca.SX, function: Any, *how: Any, **options: Any) -> Any:
+        if function is np.rint and how[0] == "__call__" and not options:
+            return rounded(how[1])
+        if function in (np.round, np.around):
+            return _numpy_round(*how[1], **how[2])
+        return plain(symbol, function, *how, **options)
+
+    return answer
 
 
 def refuse_unknown(owner: str, symbols: Mapping[str, ca.SX], **made: ca.SX) -> None:
@@ -114,40 +163,6 @@ def memory(place: Any) -> Any:
     return memoryview(place)
 
 
-def instructions(function: ca.Function) -> list[tuple[Any, ...]]:
-    """The operations of an SX function in order, as plain tuples that print the same everywhere.
-
-    A call of a function that CasADi does not write out, such as a table of `ca.interpolant`, has the digest of all that
-    this function is made of: its grid, its values and the functions that it calls.
-
-    Raises
-    ------
-    ValueError
-        If a function that is called cannot be seen, as a `Callback` or a compiled library cannot.
-    """
-    lines: list[tuple[Any, ...]] = []
-    expressions = function.instructions_sx()
-    for k in range(function.n_instructions()):
-        op, value = function.instruction_id(k), ""
-        if op == ca.OP_CONST:
-            value = function.instruction_constant(k).hex()
-        elif op == ca.OP_CALL:
-            value = _digest(expressions.nz[k].which_function())
-        lines.append((op, tuple(function.instruction_input(k)), tuple(function.instruction_output(k)), value))
-    return lines
-
-
-def _digest(called: ca.Function) -> str:
-    """The SHA-256 of a function with its tables and all that it calls."""
-    for part in (called, *called.find_functions()):
-        if any(kind in part.class_name() for kind in UNSEEN):
-            raise ValueError(
-                f"The equations call '{part.name()}', whose operations CasADi cannot show (a {part.class_name()}), "
-                "so two loops that differ in it could not be told apart: write it as an expression or as a table."
-            )
-    return hashlib.sha256(called.serialize().encode()).hexdigest()
-
-
 def evaluated(
     function: ca.Function,
     inputs: Callable[[int, int], T],
@@ -166,5 +181,6 @@ def evaluated(
         elif code == ca.OP_CONST:
             registers[writes[0]] = constant(function.instruction_constant(line))
         else:
-            registers[writes[0]] = operation(code, *(registers[read] for read in reads))
+            value = operation(code, *(registers[read] for read in reads))
+            registers |= dict.fromkeys(writes, value)  # a call writes several, of which none is known here
     return results

@@ -97,8 +97,10 @@ class Layout:
 
     @property
     def default(self) -> Array:
-        """The flat vector (size,) of defaults."""
-        return np.concatenate([entry.default.ravel(order="F") for entry in self.entries] or [np.zeros(0)])
+        """The flat vector (size,) of defaults, only to be read: change a copy, or take other values by `pack`."""
+        vector = np.concatenate([entry.default.ravel(order="F") for entry in self.entries] or [np.zeros(0)])
+        vector.flags.writeable = False
+        return vector
 
     @cached_property
     def labels(self) -> tuple[str, ...]:

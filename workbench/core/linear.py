@@ -11,11 +11,12 @@ from typing import Annotated, Any
 import casadi as ca
 import numpy as np
 
-from workbench.core.block import Matrix, block, parameter
+from workbench.core.block import Matrix, Vector, block, parameter
 from workbench.core.layout import Entry, Layout
+from workbench.core.point import Point
 from workbench.core.port import ANY
 from workbench.validation.notebook_display import listed
-from workbench.validation.refusals import known, refusal, seconds
+from workbench.validation.refusals import known, refusal, seconds, vector
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]
@@ -26,7 +27,9 @@ MADE_UP = re.compile(r"[uy]\[\d+\]")  # python-control's names of inputs and out
 class LinearSystem:
     """A linear system in continuous time, or in steps of dt [s] where that is given:
 
-        x' = A x + B u    or    x+ = A x + B u,              y = C x + D u.
+        x' = A x + B u    or    x+ = A x + B u,              y = C x + D u
+
+    and, where it has a point (x0, u0, y0), with x - x0, x+ - x0, u - u0 and y - y0 in the places of x, x+, u and y.
 
     A is (nx, nx), B (nx, nu), C (ny, nx) and D (ny, nu). A system without states has D alone, and one that has no D
     passes no input on at once. `states` has their names, their units and where they start.
@@ -40,6 +43,9 @@ class LinearSystem:
     C: Matrix = parameter(default=None, unit=ANY, shape=("ny", "nx"), symbol="C_y")
     D: Matrix = parameter(default=None, unit=ANY, shape=("ny", "nu"))
     dt: float | None = None
+    x0: Vector = parameter(default=None, unit=ANY, shape=("nx",), symbol="x_0")
+    u0: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_0")
+    y0: Vector = parameter(default=None, unit=ANY, shape=("ny",), symbol="y_0")
 
     def __post_init__(self) -> None:
         if self.dt is not None:
@@ -53,6 +59,9 @@ class LinearSystem:
                     f"`LinearSystem({letter}=...)` must have shape {shape}, for {nx} states, {nu} inputs and {ny} "
                     f"outputs; got {got}."
                 )
+        for name, port in (("x0", self.states), ("u0", self.inputs), ("y0", self.outputs)):
+            if getattr(self, name) is not None:
+                vector(f"LinearSystem({name}=...)", getattr(self, name), port.size, f"numbers {', '.join(port.labels)}")
 
     def __repr__(self) -> str:
         ways = " to ".join(listed(port.names) for port in (self.inputs, self.outputs))
@@ -70,38 +79,44 @@ class LinearSystem:
     ) -> LinearSystem:
         """A `StateSpace` or a `TransferFunction` of python-control, with its names and its matrices bit by bit.
 
-        Labels that count from zero, as q[0] and q[1], become one quantity q of that shape.
+        The point and the units of a linearised system are kept, and those of a law designed from one. Labels that count
+        from zero, as q[0] and q[1], become one quantity q of that shape.
 
         Parameters
         ----------
         inputs, outputs
             Names, one for each number, in the place of the system's own.
         units
-            The units of states, inputs and outputs, by name; one that is not named fits any other.
+            The units of states, inputs and outputs, by name; one that is not named has that of the point, or fits any.
         dt
             The period in s of a discrete system that python-control was told none of (`dt=True`).
 
         Raises
         ------
         ValueError
-            If it is no such system, is improper, not finite, or lacks a name or a period.
+            If it is no such system, is improper, not finite, lacks a name or a period, or was linearised where it does
+            not rest.
         LookupError
             If a unit is given to a name that the system has not.
         """
         if isinstance(system, LinearSystem):
             return system
-        space = _state_space(system)
+        space, point = _state_space(system), _resting(system)
         labels = {
             "inputs": _labels("inputs", inputs, space.input_labels, system),
             "outputs": _labels("outputs", outputs, space.output_labels, system),
             "states": list(space.state_labels),
         }
-        ports = {port: _in_units(layout_of(own), units or {}) for port, own in labels.items()}
+        known_units = {port: _units(getattr(point, port)) if point else {} for port in labels}
+        ports = {port: _in_units(layout_of(own), known_units[port] | dict(units or {})) for port, own in labels.items()}
         for name in units or {}:
             known(name, [n for port in ports.values() for n in port.names], "states, inputs and outputs")
         matrices = {letter: np.asarray(getattr(space, letter), dtype=float) for letter in "ABCD"}
         parts: dict[str, Any] = {letter: m for letter, m in matrices.items() if letter == "D" or ports["states"].size}
-        return LinearSystem(**ports, **parts, dt=_period(system, dt))
+        own = {name: getattr(point, name) for name in ("x0", "u0", "y0") if point is not None}
+        # a point at zero adds no numbers to the equations; states of a transfer function have no point
+        offsets = {name: value for name, value in own.items() if np.any(value)}
+        return LinearSystem(**ports, **parts, **offsets, dt=_period(system, dt))
 
     @staticmethod
     def recognises(value: object) -> bool:
@@ -110,13 +125,40 @@ class LinearSystem:
         return isinstance(value, LinearSystem) or by_matrices or _is_transfer(value)
 
     def moved(self, x: States, u: Inputs) -> dict[str, ca.SX]:
-        """A x + B u for columns x and u, by the names of the states."""
-        return self.states.view(self.A @ x + self.B @ u) if self.states.size else {}
+        """A x + B u about the point for columns x and u, by the names of the states."""
+        if not self.states.size:
+            return {}
+        moved = self.A @ _less(x, self.x0) + self.B @ _less(u, self.u0)
+        return self.states.view(moved if self.x0 is None or self.dt is None else self.x0 + moved)
 
     def shown(self, x: States, u: Inputs) -> ca.SX:
-        """C x + D u for columns x and u, as a column."""
-        parts = [gain @ column for gain, column in ((self.C, x), (self.D, u)) if gain is not None]
-        return sum(parts, ca.SX.zeros(self.outputs.size))
+        """C x + D u about the point for columns x and u, as a column."""
+        columns = ((self.C, x, self.x0), (self.D, u, self.u0))
+        parts = [gain @ _less(column, at) for gain, column, at in columns if gain is not None]
+        shown = sum(parts, ca.SX.zeros(self.outputs.size))
+        return shown if self.y0 is None else self.y0 + shown
+
+
+def _less(column: ca.SX, at: Any) -> ca.SX:
+    return column if at is None else column - at
+
+
+def _resting(system: Any) -> Point | None:
+    """The point of a system; one at which it does not rest is refused."""
+    point = getattr(system, "point", None)
+    if not isinstance(point, Point):
+        return None
+    if point.moving:
+        raise ValueError(
+            f"`LinearSystem.of(system)` must be linear about a rest point, as it has no constant rate: {point.moving} "
+            f"where '{system.name}' was linearised. Linearise at a point of `operating_point` or `equilibria`, or take "
+            "`control.ss(system)`, which forgets the point."
+        )
+    return point
+
+
+def _units(port: Layout) -> dict[str, str]:
+    return {entry.name: entry.unit for entry in port.entries}
 
 
 def layout_of(labels: Sequence[str]) -> Layout:

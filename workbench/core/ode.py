@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -12,7 +11,8 @@ from typing import ClassVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
 from workbench.core.switches import Switches, find_switches
@@ -28,8 +28,8 @@ class Ode:
     Raises
     ------
     ValueError
-        If symbols, rate or output do not have the sizes of their layouts, or rate or output has a symbol that is none
-        of t, x and p.
+        If symbols, rate or output do not have the sizes of their layouts, if rate or output has a symbol that is none
+        of t, x and p, or if a state and a parameter have one name.
     LookupError
         If an input is no parameter.
 
@@ -55,6 +55,7 @@ class Ode:
     notes: tuple[str, ...] = ()  # warnings for a reader of reports: an estimate that uses the truth, say
     follows: tuple[str, ...] = ()  # of a loop, the outputs that follow a reference, each beside it (`x_ref`)
     drives: tuple[str, ...] = ()  # of a loop, the commands
+    measures: tuple[str, ...] = ()  # of a loop, the outputs of its plant
     horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
     counts: str = ""  # the thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do
     drawing: Drawing | None = None  # of the plant, in t, x and p
@@ -62,7 +63,7 @@ class Ode:
     WAYS: ClassVar = {
         "ClosedLoop": "a loop becomes one by its method `ode()`",
         "Sampled": "a loop that a computer closes jumps at its instants: `measure(...)`, a `Run` and "
-        "`simulate(sampled.step(substeps), ...)` take it as it stands",
+        "`simulate(sampled, until=...)` take it as it stands",
     }
 
     def __post_init__(self) -> None:
@@ -77,6 +78,12 @@ class Ode:
             refuse_unknown("Ode", symbols, drawing=self.drawing.coordinates)
         for name in self.inputs:
             self.parameters.slice(name)
+        if twice := sorted(set(self.states.labels) & set(self.parameters.labels)):
+            kind = "an input" if twice[0] in self.inputs else "a parameter"
+            raise ValueError(
+                "`Ode(states=..., parameters=...)` must have different names, by which symbols are told apart; "
+                f"'{twice[0]}' of '{self.name}' is a state and {kind}: rename one of them."
+            )
 
     @staticmethod
     @door
@@ -155,17 +162,27 @@ class Ode:
             self.parameters.default if p is None else vector(f"{call}(p=...)", p, self.parameters.size, "parameters"),
         )
 
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The signals of a picture for which none are named: what a loop is about, or all outputs, or all states.
+
+        A loop is about what follows a reference, or, where nothing does, the outputs of its plant; and its commands.
+        """
+        applied = (f"{name}_applied" for name in self.drives)
+        commands = tuple(name for name in applied if name in self.outputs) or self.drives
+        about = tuple(name for name in (*(self.follows or self.measures), *commands) if name in self.outputs)
+        return about or self.outputs.names or self.states.names
+
     @cached_property
     def fingerprint(self) -> str:
-        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values."""
-        digest = hashlib.sha256()
-        for layout in (self.states, self.parameters, self.outputs):
-            for entry in layout.entries:
-                digest.update(repr((entry.name, entry.shape, entry.unit)).encode())
+        """The digest of the equations (64 hexadecimal digits), the same in every process and for all default values.
+
+        It holds all that the equations call, such as the values of a table; a `ValueError` names what it cannot see.
+        """
+        layouts = (self.states, self.parameters, self.outputs)
+        entries = (repr((entry.name, entry.shape, entry.unit)) for layout in layouts for entry in layout.entries)
         function = ca.Function("f", [self.t, self.x, self.p], [self.rate, self.output])
-        for line in instructions(function):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        return fingerprint_of("".join(entries).encode(), function)
 
     @door
     def refuse_beyond(self, call: str, until: float) -> None:
@@ -188,6 +205,14 @@ class Ode:
 
     def _repr_html_(self) -> str:
         return layouts_to_html(self.name, {"state": self.states, "parameter": self.parameters})
+
+
+def time_beside(*layouts: Layout) -> ca.SX:
+    """A symbol of time that no label of the layouts has as its name: t, else t with underscores behind it."""
+    name, taken = "t", {label for layout in layouts for label in layout.labels}
+    while name in taken:
+        name += "_"
+    return ca.SX.sym(name)
 
 
 @door

@@ -18,6 +18,8 @@ from workbench.validation.signatures import door
 ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
 Way: TypeAlias = Literal["read", "filtered", "estimated"]
 Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
+AFFIX = re.compile(r"d{1,3}|_\w+|\d+")  # of a name that is derived from another one: `xd`, `x_ref`, `x2`
+NUMBER = re.compile(r"\d+")
 SECONDS = re.compile(r"/s(?:\^(\d+))?$")
 
 
@@ -136,9 +138,8 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
     for entry in wanted.entries:
         if entry.name not in offered:
             held = ", ".join(map(repr, offered.names)) or "none"
-            clauses.append(
-                f"'{entry.name}', where {{gives}} {held}{nearest(entry.name, offered.names).replace(' Did', '; did')}"
-            )
+            near = misspelt(entry.name, offered)
+            clauses.append(f"'{entry.name}', where {{gives}} {held}{near.replace(' Did', '; did')}")
             continue
         other = offered[entry.name]
         if entry.size != other.size:
@@ -148,6 +149,18 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
             want, got = (e.unit or "1" for e in (entry, other))
             clauses.append(f"'{entry.name}' in [{want}], where {{gives}} it in [{got}]")
     return clauses
+
+
+def misspelt(name: str, port: Layout) -> str:
+    """The question "Did you mean ...?" where a name is that of a signal of the port, misspelt; else empty."""
+    return nearest(name, [other for other in port.names if not _related(name, other)])
+
+
+def _related(one: str, other: str) -> bool:
+    """True if two names are those of two signals, and not one of them misspelt: `x` and `xd`, `h_1` and `h_2`."""
+    short, long = sorted((one, other), key=len)
+    affix = AFFIX.fullmatch(long[len(short) :]) if long.startswith(short) else None
+    return affix is not None or long.endswith(f"_{short}") or NUMBER.sub("", one) == NUMBER.sub("", other)
 
 
 def signals_of(call: str, port: Layout, parts: object) -> Signals:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
+from importlib import import_module
+from typing import Literal
 
 import casadi as ca
 import numpy as np
 
 from workbench.core.crossing import Crossing, plain, refuse_strangers
-from workbench.core.expressions import instructions, refuse_misfit
+from workbench.core.expressions import refuse_misfit
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.shapes import Drawing
 from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
+from workbench.core.switches import Switches
 from workbench.validation.refusals import MOST, seconds, whole
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
+PERIODS = 100  # over which the substeps of a step without a number are chosen
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,7 +47,7 @@ class Sampled:
     >>> digital = loop.digital(0.01, delay=True)
     >>> digital.states.names[-3:]
     ('hold.next', 'hold.v', 'hold.omega_hat')
-    >>> wb.simulate(digital.step(10), until=2.0)["omega"][0, -1].round(2)
+    >>> wb.simulate(digital, until=2.0)["omega"][0, -1].round(2)
     array([1.])
     """
 
@@ -124,6 +128,11 @@ class Sampled:
         return self.flow.notes
 
     @property
+    def switches(self) -> Switches:
+        """The switches of the flow."""
+        return self.flow.switches
+
+    @property
     def states(self) -> Layout:
         """The states of the flow."""
         return self.flow.states
@@ -153,8 +162,15 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int = 1) -> Step:
-        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow."""
+    def step(self, substeps: int | Literal["chosen"] = "chosen") -> Step:
+        """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
+
+        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
+        """
+        if substeps == "chosen":
+            periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
+            chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
+            return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
         flow, h = self.flow, self.period / substeps
         t, p, switches = self.k * self.period, flow.p, flow.switches
@@ -168,7 +184,8 @@ class Sampled:
             segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
             rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps)
+        finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
+        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)
 
     @door
     def disturbed(self) -> Sampled:
@@ -238,12 +255,10 @@ class Sampled:
     @cached_property
     def fingerprint(self) -> str:
         """A name of flow, jump and period (64 hexadecimal digits), the same in every process; see `Ode`."""
-        digest = hashlib.sha256(f"{self.flow.fingerprint} {self.period.hex()}".encode())
         handed = [crossing.symbols for crossing in self.crossings]
         values = [*(crossing.values for crossing in self.crossings), self.after]
-        for line in instructions(ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+        jump = ca.Function("g", [self.k, self.flow.x, self.flow.p, self.w, *handed], values)
+        return fingerprint_of(f"{self.flow.fingerprint} {self.period.hex()}".encode(), jump)
 
     def __repr__(self) -> str:
         return f"<Sampled '{self.name}': every {self.period:g} s, {self.flow.sizes}>"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,7 +11,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.crossing import Crossing, refuse_strangers
-from workbench.core.expressions import instructions, refuse_misfit, refuse_unknown
+from workbench.core.expressions import refuse_misfit, refuse_unknown
+from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.ode import Ode
 from workbench.core.step import Rule, Step
@@ -144,14 +144,11 @@ class SampledLaw:
     @cached_property
     def fingerprint(self) -> str:
         """The digest of equations, period and default numbers (64 hexadecimal digits), the same in every process."""
-        digest = hashlib.sha256(self.period.hex().encode())
+        head = [self.period.hex().encode()]
         for port in (self.memory, self.readings, self.references, self.commands, self.parameters):
-            for entry in port.entries:
-                digest.update(repr((entry.name, entry.shape, entry.unit)).encode())
-            digest.update(np.ascontiguousarray(port.default).tobytes())
-        for line in instructions(self.step.rule.parts):
-            digest.update(repr(line).encode())
-        return digest.hexdigest()
+            head += [repr((entry.name, entry.shape, entry.unit)).encode() for entry in port.entries]
+            head += [np.ascontiguousarray(port.default).tobytes()]
+        return fingerprint_of(b"".join(head), self.step.rule.parts)
 
     @door
     def named(self, name: str) -> SampledLaw:

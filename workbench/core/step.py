@@ -186,11 +186,13 @@ class Step:
     flow: Ode
     amplification: tuple[float, ...]
     substeps: int = 1
+    finer: Callable[[], Step] | None = None  # the same span in twice the substeps, where these are written out
 
     WAYS: ClassVar = {
         "Ode": "wrap it in `rk4(ode, h)`",
-        "Sampled": "take its `step(substeps)`",
-        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step()`",
+        "Sampled": "take its `step(substeps)`; `simulate(sampled, until=...)` chooses the substeps",
+        "ClosedLoop": "take `rk4(loop.ode(), h)`, or `loop.digital(period).step(substeps)`; "
+        "`simulate(loop, until=...)` chooses the step",
     }
 
     def __post_init__(self) -> None:
@@ -210,6 +212,14 @@ class Step:
     def operations(self) -> int:
         """The number of operations of one step, roughly."""
         return self.rule.operations
+
+    @property
+    def halved(self) -> Step | None:
+        """The step that moves the flow by half the length, for the states of the flow; None where none is known."""
+        if self.finer is not None:
+            return self.finer()
+        n = self.rule.rate.numel()
+        return replace(self, h=self.h / 2) if n and n == self.flow.states.size else None
 
     @cached_property
     def F(self) -> ca.Function:

@@ -116,6 +116,7 @@ def export(
     *,
     name: str | None = None,
     interfaces: Mapping[str, str | Sequence[str]] | None = None,
+    overwrite: bool = False,
     **options: Any,
 ) -> list[Path]:
     """Write a law to a folder in a form for another machine; the paths of its files.
@@ -135,13 +136,16 @@ def export(
         An identifier of C; that of the law unless given.
     interfaces
         Of `ros2`: the interface of the hardware for each number of a signal.
+    overwrite
+        True to replace files that no export has written, or that were edited since.
     options
         Of the C and all that is around it, see `c_code`: precision, parameters, safe, warnings, command.
 
     Raises
     ------
     ValueError
-        If the law has no such form, as a law with limits is no linear one, or a file of somebody else is in the way.
+        If the law has no such form, as a law with limits is no linear one, or a file of
+        somebody else's or an edited one is in the way.
 
     Examples
     --------
@@ -160,7 +164,7 @@ def export(
             raise ValueError(f"`export(form='{form}')` takes no `{option}`, which is for C and what is around it.")
     chosen = prefix_of(member(alone.name) if name is None else name)
     files = writer(Order(alone, chosen, options, interfaces))
-    target = write_files(chosen if folder is None else folder, files)
+    target = write_files(chosen if folder is None else folder, files, overwrite)
     return [target / path for path in files]
 
 

@@ -18,6 +18,7 @@ from workbench.core import Entry, Layout, Sampled, Step
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.export_folder import write_files
 from workbench.handover.memory_digest import Words, digest
+from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.vector_files import signals_of, vector_files
 from workbench.simulate.arithmetic import PORTABLE, march_of
 from workbench.simulate.batch import table_of
@@ -158,7 +159,7 @@ def record(
     periods, until
         The number of periods, or their length in s.
     substeps
-        Runge-Kutta steps of the plant in a period.
+        Runge-Kutta steps of the plant in a period, on which the readings depend, and the bits of the law do not.
     p
         (np,) or (1, np) of the loop.
     seed
@@ -183,6 +184,7 @@ def record(
     law, periods = sampled.law() if law is None else law, _periods(sampled, periods, until)
     step = _taken(sampled, law, substeps)
     step.flow.refuse_beyond("record(periods=...)", periods * step.h)
+    afford_periods("record(periods=...)", law, periods, step.operations)
     rows = table_of("record(p=...)", step.parameters, p)
     if len(rows) != 1:
         raise ValueError(f"`record(p=...)` takes the parameters of one run; got {len(rows)} rows.")
@@ -281,8 +283,7 @@ def _blocks(job: Job, periods: int) -> Iterator[Array]:
         finite = np.isfinite(rows).all(axis=1)
         if not finite.all():
             at = int(np.argmin(finite))
-            state = job.step.states.labels[int(np.argmin(np.isfinite(rows[at])))]
-            k = begin + at - 1
+            state, k = job.step.states.labels[int(np.argmin(np.isfinite(rows[at])))], begin + at - 1
             raise ValueError(
                 f"`record(...)` needs a run that stays finite: '{job.step.flow.name}' diverges in period {k}, in "
                 f"'{state}' first. Take at most {k} periods, or a loop that is stable."
@@ -292,8 +293,7 @@ def _blocks(job: Job, periods: int) -> Iterator[Array]:
 
 
 def _marched(job: Job, x: Array, begin: int, periods: int) -> Array:
-    job = replace(job, begin=begin)
-    rows = np.empty((1, periods + 1, len(x)))
+    job, rows = replace(job, begin=begin), np.empty((1, periods + 1, len(x)))
     rows[0, 0] = x
     if periods:
         march_of(job)(job, rows, lambda share: None)

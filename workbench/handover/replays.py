@@ -6,12 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from workbench.core import Sampled
+from workbench.core import Sampled, SampledLaw
 from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, record, single
+from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
-from workbench.validation.refusals import known, seconds
+from workbench.validation.refusals import known, seconds, whole
 from workbench.validation.signatures import door
 
 __all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
@@ -127,7 +128,7 @@ def replay(
     """
     limit = seconds("replay(limit=...)", limit)
     chosen = [_target(target) for target in (USUAL if targets is None else targets)]
-    code = c_code(sampled.law(reference, truths), name, precision=precision)
+    code = c_code(_affordable(sampled.law(reference, truths), periods), name, precision=precision)
     recording = record(sampled, code.law, periods, substeps=substeps, seed=seed)
     recording = single(recording) if code.real == "float" else recording
     results = []
@@ -136,6 +137,13 @@ def replay(
             progress(target.name)
         results.append(compare(target, code, recording, limit))
     return Replay(code, recording, tuple(results))
+
+
+def _affordable(law: SampledLaw, periods: int) -> SampledLaw:
+    """The law, if so many of its periods can be replayed."""
+    call = "replay(periods=...)"
+    afford_periods(call, law, whole(call, periods), law.step.operations)
+    return law
 
 
 def _target(target: str | AbstractTarget) -> AbstractTarget:

@@ -9,7 +9,8 @@ from workbench.loop.closed_loop import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.dependence import roles
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant
+from workbench.loop.linear_blocks import LinearLaw, LinearPlant
+from workbench.loop.linear_filter import LinearFilter
 from workbench.loop.surroundings import AbstractDisturbance, AbstractInstruments, AbstractReference, Readings, Rest
 
 __all__ = [

@@ -80,6 +80,7 @@ class AbstractArmController(AbstractJoints, AbstractController):
     """
 
     estimates: ClassVar[tuple[str, ...]] = ("q", "qd")
+    hint_on_reads = "It is made for manipulators: take a law of any plant, as `PID2` or `Regulator` is."
 
     @property
     def reads(self) -> Layout:
@@ -116,6 +117,7 @@ class AbstractArmObserver(AbstractJoints, AbstractObserver):
     """
 
     measured: ClassVar[tuple[str, ...]] = ("q", "qd")
+    hint_on_reads = "It is made for manipulators."
 
     @property
     def inputs(self) -> Layout:

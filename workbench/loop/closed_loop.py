@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import casadi as ca
 
 from workbench.core import Ode, Roles, Sampled, Signals, block, lift
 from workbench.core.block import socket
+from workbench.core.ode import time_beside
 from workbench.loop import wiring
 from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
+from workbench.loop.feedback_sign import opposite, refuse_wrong_sign
 from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
-from workbench.loop.linear_blocks import LinearFilter, LinearLaw, LinearPlant, beside, standing_for
+from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
+from workbench.loop.linear_filter import LinearFilter, beside
+from workbench.loop.port_checks import refuse_misfits, refuse_odd_ports, refuse_shared_names
 from workbench.loop.sampled_loop import FINE, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
@@ -26,14 +30,16 @@ from workbench.validation.signatures import door
 class ClosedLoop:
     """A plant, an observer, a controller and a reference, whose ports fit one another.
 
-    A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`. Where there is no
-    observer, the law reads what the instruments read; where there is no reference, it follows nothing.
+    A linear system of python-control stands for its `LinearPlant`, `LinearFilter` or `LinearLaw`: as a law it is given
+    y, as that of `lqg` is, and not the error. Where there is no observer, the law reads what the instruments read;
+    where there is no reference, it follows nothing.
 
     Raises
     ------
     ValueError
-        If there is no plant or no controller; or if a block asks for a signal that no other gives, or in another shape
-        or unit, or an input of the plant is driven by nothing.
+        If there is no plant or no controller; if a block asks for a signal that no other gives, or in another shape
+        or unit; if an input of the plant is driven by nothing, or a reference followed by nothing; if a name means two
+        things; or if a law of python-control, as it stands, makes the loop unstable, and its opposite does not.
 
     Examples
     --------
@@ -44,20 +50,22 @@ class ClosedLoop:
 
     plant: AbstractPlant = socket(standing_for(LinearPlant))
     observer: AbstractObserver = socket(standing_for(LinearFilter), default=None)
-    controller: AbstractController = socket(standing_for(LinearLaw), default=None)
+    controller: AbstractController = socket(standing_for(as_it_stands), default=None)
     reference: AbstractReference = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         empty = {socket for socket, block in vars(self).items() if block is None}
         if "controller" in empty:
             raise refusal("ClosedLoop(controller=...)", "an `AbstractController`", None)
-        wiring.refuse_odd_ports(self)
+        refuse_odd_ports(self)
         if "observer" in empty:
             object.__setattr__(self, "observer", Readings(self.plant.outputs))
         object.__setattr__(self, "observer", beside(self.plant, self.observer))
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
-        wiring.refuse_misfits(self)
+        refuse_misfits(self)
+        if not is_recursion(self.plant) and not is_recursion(self.observer):
+            _refuse_wrong_sign(self, lambda loop: _around(loop, "loop", Outside()), recursion=False)
 
     @property
     def follows(self) -> tuple[str, ...]:
@@ -93,9 +101,10 @@ class ClosedLoop:
     def ode(self, name: str = "loop", *, inputs: bool = False) -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
-        The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and that of
-        the estimate (`e_hat_x`); commands and what acts (`u_applied`); the truths; the observer's errors (`x_error`:
-        true minus estimated); and the law's own signals. An arm calls e_q, e_qd and e_hat_q e, ed and e_hat.
+        The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and the same
+        by the estimate, e_hat_x = x_hat - x_ref; commands and what acts (`u_applied`); the truths; the errors of the
+        observer, x_error = x - x_hat, true minus estimated; and the law's own signals. An arm calls e_q, e_qd and
+        e_hat_q e, ed and e_hat.
 
         With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
         input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs.
@@ -171,15 +180,31 @@ class ClosedLoop:
         outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
         queue = Queue.of(self.plant.inputs, delay)
         gauges = Instruments() if instruments is None else instruments
+        _refuse_wrong_sign(self, lambda loop: digital(loop, length, gauges, queue, 0, name, Outside()), recursion=True)
         return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)
+
+
+def _refuse_wrong_sign(
+    closed: ClosedLoop, equations: Callable[[ClosedLoop], Ode | Sampled], *, recursion: bool
+) -> None:
+    """Refuse a law of python-control, given as it stands, by whose sign the loop of these equations is unstable."""
+    law = closed.controller
+    if isinstance(law, LinearLaw) and law.stands and law.recursion == recursion and not law.follows.size:
+        turned = replace(closed, controller=opposite(law))
+        refuse_wrong_sign(law.system, equations(closed), equations(turned))
 
 
 def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
+            way = (
+                "digital(period, at=...)` in place of `broken()"
+                if outside.cut.size
+                else "digital(period)` in place of `ode()"
+            )
             raise ValueError(
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
-                "`ClosedLoop.digital(period)` in place of `ode()`."
+                f"`ClosedLoop.{way}`."
             )
     lifted = lift(closed)
     loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
@@ -214,6 +239,7 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         notes=wiring.notes(closed, continuous=True),
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
+        measures=wiring.measures(closed),
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
         drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),
@@ -227,7 +253,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
     Raises
     ------
     ValueError
-        If `plant` is none, or moves in discrete time.
+        If `plant` is none, moves in discrete time, or has one name for two of its states, inputs and parameters.
 
     Examples
     --------
@@ -238,9 +264,10 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
         raise ValueError(
             f"`{type(plant).__name__}` moves in discrete time and has no rate: take it in a `digital` loop."
         )
+    refuse_shared_names(plant)
     lifted = lift(plant)
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs
-    u, t, x = inputs.symbols(), ca.SX.sym("t"), states.symbols()
+    u, t, x = inputs.symbols(), time_beside(states, inputs, lifted.layout), states.symbols()
     z = Signals(states.view(x))
     rate = wiring.asked(lifted.block, "rate", states, t, z, Signals(inputs.view(u)))
     y = wiring.asked(lifted.block, "measure", outputs + plant.truths, t, z)

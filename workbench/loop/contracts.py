@@ -107,6 +107,7 @@ class AbstractMember(ABC):
 
     update: Callable[..., Parts]
     period: float | None = None  # s, at which a computer runs it, if it is not that of the loop's computer
+    hint_on_reads: str = ""  # a sentence of advice for who makes it read what is not there
 
     @property
     def memory(self) -> Layout:
@@ -189,6 +190,8 @@ class AbstractController(AbstractMember):
     >>> wb.ClosedLoop(wb.DCMotor(), controller=P(50.0), reference=wb.Step("omega", "rad/s", 1.0)).follows
     ('omega',)
     """
+
+    hint_on_follows: str = ""  # the law, as a noun phrase, that follows what this one reads alone: {names}, {wanted}
 
     @property
     def follows(self) -> Layout:

@@ -15,6 +15,8 @@ from workbench.loop.contracts import AbstractPlant
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.refusals import known, numbers, refusal
 
+LEAST_QUANTUM = 1e-100  # of a smaller one a reading of 1e208 would have more than a double can count
+
 
 @block
 class Sensor:
@@ -30,6 +32,13 @@ class Sensor:
     unit: str
     noise: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
     quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
+
+    def __post_init__(self) -> None:
+        if np.any((self.quantum > 0) & (self.quantum < LEAST_QUANTUM)):
+            raise ValueError(
+                f"`Sensor(quantum=...)` of '{self.output}' must be 0, for none, or at least {LEAST_QUANTUM:g}, as a "
+                f"reading is a count of quanta, which a number must hold; got {self.quantum}."
+            )
 
 
 @block

@@ -1,4 +1,4 @@
-"""Linear systems in the sockets of a loop: a plant, an observer or a law by its matrices."""
+"""Linear systems in the sockets of a loop: a plant or a law by its matrices."""
 
 from __future__ import annotations
 
@@ -14,14 +14,13 @@ from workbench.core.block import Number, States, Vector, socket
 from workbench.core.port import ANY
 from workbench.loop.contracts import (
     AbstractController,
-    AbstractObserver,
     AbstractPlant,
     Follows,
     Inputs,
     Parts,
     Reads,
 )
-from workbench.validation.refusals import known, vector
+from workbench.validation.refusals import vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal
 
@@ -48,8 +47,8 @@ class LinearPlant(AbstractLinear, AbstractPlant):
 
         x' = A x + B u    or    x+ = A x + B u,              y = C x.
 
-    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names; its
-    states start at `start`, (nx,), or at zero.
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. One that
+    was linearised at a point counts from that point. Its states start at `start`, (nx,), or at the point, or at zero.
 
     Raises
     ------
@@ -68,9 +67,11 @@ class LinearPlant(AbstractLinear, AbstractPlant):
     start: Vector = initial(default=None, unit=ANY, shape=("nx",))
 
     def __post_init__(self) -> None:
-        _refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
+        refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
         if self.start is not None:
             vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
+        else:
+            object.__setattr__(self, "start", self.system.x0)
         object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
         object.__setattr__(self, "period", self.system.dt)
 
@@ -114,7 +115,8 @@ class LinearLaw(AbstractLinear, AbstractController):
     of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an input x is
     instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`, whereas the
     errors that a loop shows, `e_x`, have the other sign. `u0` (nu,) and `v0` (nv,) are outputs and inputs at the
-    operating point about which it was designed; zero unless given. A discrete law is exact at its period.
+    operating point about which it was designed. Unless given they are those of the system's own point, if it was
+    designed from a linearised plant, else zero; an error is zero there. A discrete law is exact at its period.
 
     Raises
     ------
@@ -134,11 +136,25 @@ class LinearLaw(AbstractLinear, AbstractController):
     error: bool = False
     u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
     v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
+    hint_on_reads = (
+        "The inputs of a system are taken by their names: an input 'y' is the output y of the plant, or its error by "
+        "`LinearLaw(C, error=True)`, and an input 'y_ref' what is wanted of it."
+    )
+    hint_on_follows = (
+        "`LinearLaw(C, error=True)` where C is a compensator of the error, as that of `lqg` is not, or a system with "
+        "the inputs {names} and {wanted}"
+    )
+    stands = False  # True of a system that was given to a loop as it stands, see `as_it_stands`
 
     def __post_init__(self) -> None:
         for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
             if getattr(self, name) is not None:
                 vector(f"LinearLaw({name}=...)", getattr(self, name), port.size, f"signals {', '.join(port.labels)}")
+        own = {"u0": self.system.y0, "v0": None if self.error else self.system.u0}
+        for name, value in own.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        object.__setattr__(self, "system", replace(self.system, u0=None, y0=None))
         object.__setattr__(self, "period", self.system.dt)
 
     @property
@@ -194,71 +210,20 @@ class LinearLaw(AbstractLinear, AbstractController):
         return v if self.v0 is None else v - self.v0
 
 
-@block
-class LinearFilter(AbstractLinear, AbstractObserver):
-    """A linear system as an observer, in continuous time, or in discrete time where it has a period:
-
-        z' = A z + B [y; u]    or    z+ = A z + B [y; u],              estimates = C z + D [y; u].
-
-    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names: an input
-    of the name of an output of the plant reads that, and its outputs are estimates. `counts_on` names the inputs that
-    are commands; in a loop, unless told, those that are inputs of the plant.
-
-    Raises
-    ------
-    ValueError
-        If `LinearSystem.of` refuses the system, or an estimate follows a command at once (D): an estimate never sees
-        the command of the same instant.
-    LookupError
-        If a command is no input of the system.
-    """
-
-    system: LinearSystem = socket(LinearSystem.of)
-    counts_on: tuple[str, ...] = ()
-
-    def __post_init__(self) -> None:
-        for name in self.counts_on:
-            known(name, self.system.inputs.names, "inputs of the system")
-        why = "an estimate never sees the command of the same instant"
-        _refuse_feedthrough("LinearFilter", self.system, self.counts_on, why)
-        object.__setattr__(self, "period", self.system.dt)
-
-    @property
-    def reads(self) -> Layout:
-        """The inputs of the system, but for commands."""
-        return Layout(tuple(e for e in self.system.inputs.entries if e.name not in self.counts_on))
-
-    @property
-    def inputs(self) -> Layout:
-        """The inputs of the system that are commands."""
-        return Layout(tuple(e for e in self.system.inputs.entries if e.name in self.counts_on))
-
-    @property
-    def gives(self) -> Layout:
-        """The outputs of the system."""
-        return self.system.outputs
-
-    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
-        """C z + D [y; 0]."""
-        del t
-        u = {entry.name: ca.SX.zeros(entry.size) for entry in self.inputs.entries}
-        inputs = self.system.inputs.flatten(dict(y) | u)
-        return Signals(self.gives.view(self.system.shown(self.memory.flatten(z), inputs)))
-
-    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
-        """A z + B [y; u]."""
-        del t, est
-        return self.system.moved(self.memory.flatten(z), self.system.inputs.flatten(dict(y) | dict(u)))
-
-    update = rate
-
-
 def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
     """A function that makes a block of a linear system, and returns any other value unchanged."""
     return lambda value: block(value) if LinearSystem.recognises(value) else value
 
 
-def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+def as_it_stands(system: Any) -> LinearLaw:
+    """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
+    law = LinearLaw(system)
+    object.__setattr__(law, "stands", True)
+    return law
+
+
+def refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+    """Refuse a system that passes one of the inputs on at once."""
     columns = [place for name in names for place in system.inputs.indices(name)]
     if system.D is None:
         return
@@ -270,10 +235,3 @@ def _refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], 
             f"follows its input '{system.inputs.labels[columns[j]]}' by D = {system.D[i, columns[j]]:g}. Add the lag "
             "of its actuator or its sensor."
         )
-
-
-def beside(plant: AbstractPlant, observer: AbstractObserver) -> AbstractObserver:
-    """The observer; a linear system reads the commands of all its inputs that are inputs of the plant."""
-    if not isinstance(observer, LinearFilter) or observer.counts_on:
-        return observer
-    return replace(observer, counts_on=tuple(n for n in observer.system.inputs.names if n in plant.inputs))

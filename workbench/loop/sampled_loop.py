@@ -18,6 +18,7 @@ from workbench.loop.computer import Computer, periods_of, remembered, units_of
 from workbench.loop.contracts import is_recursion
 from workbench.loop.injected_signals import Outside, refuse_inputs_of_recursion
 from workbench.loop.law_alone import law_alone
+from workbench.loop.port_checks import refuse_instruments
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import SOCKETS, Blocks
 
@@ -35,7 +36,7 @@ def digital(
 ) -> Sampled:
     """The loop as a flow and a jump, see `ClosedLoop.digital`."""
     refuse_inputs_of_recursion(loop, outside)
-    wiring.refuse_instruments(loop, instruments)
+    refuse_instruments(loop, instruments)
     every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
     remembers = wiring.memory(loop) + remembered(loop, every, queue)
@@ -57,6 +58,7 @@ def digital(
     flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
     drawing = wiring.drawn(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
+    flow = replace(flow, measures=wiring.measures(loop))
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(law_alone, loop, period, instruments, queue, fine)
     crossed = states.flatten(after)

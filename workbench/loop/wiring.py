@@ -1,4 +1,4 @@
-"""The connections of a loop: the checks of its ports, the answers of its blocks, and the outputs that it shows."""
+"""The connections of a loop: the answers of its blocks, and the outputs that it shows."""
 
 from __future__ import annotations
 
@@ -14,19 +14,13 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import is_block
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
-from workbench.core.port import NoSignalError, misfits, signals_of
+from workbench.core.port import NoSignalError, signals_of
 from workbench.core.shapes import Drawing, drawing_of
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Parts
-from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
-from workbench.validation.refusals import described, nearest, refusal
+from workbench.loop.surroundings import AbstractReference
+from workbench.validation.refusals import described
 
 SOCKETS = ("plant", "observer", "controller")  # those with a memory
-PORTS = {
-    "plant": ("states", "inputs", "outputs", "truths"),
-    "observer": ("memory", "inputs", "reads", "gives"),
-    "controller": ("memory", "reads", "follows", "drives"),
-    "reference": ("says",),
-}
 
 
 class Blocks(Protocol):
@@ -42,72 +36,6 @@ class Blocks(Protocol):
     def reference(self) -> AbstractReference: ...  # noqa: D102
     @property
     def follows(self) -> tuple[str, ...]: ...  # noqa: D102
-
-
-def refuse_odd_ports(loop: object) -> None:
-    """Refuse a loop one of whose blocks has a port that is no layout."""
-    for socket, ports in PORTS.items():
-        block = getattr(loop, socket)
-        for port in ports if block is not None else ():
-            if not isinstance(held := getattr(block, port), Layout):
-                must = "a `Layout`, as `layout(v='V')` makes one of names and units"
-                raise refusal(f"{_name(block)}.{port}", must, held)
-
-
-def refuse_misfits(loop: Blocks) -> None:
-    """Refuse a loop in which a block needs a signal that no other gives, in one sentence that names both."""
-    plant, observer, law, reference = loop.plant, loop.observer, loop.controller, loop.reference
-    if not observer.uses_truth:
-        for name in observer.reads.names:
-            if name in plant.truths and name not in plant.outputs:
-                raise ValueError(
-                    f"`{_name(observer)}` reads '{name}', which no instrument of `{_name(plant)}` gives: read one of "
-                    f"{_names(plant.outputs)}, or declare `uses_truth = True`."
-                )
-    shown = names(loop)
-    if twice := next((name for name in shown if shown.count(name) > 1), None):
-        raise ValueError(
-            f"A loop shows each signal by a name of its own, and here '{twice}' would stand for two of them: rename an "
-            f"input or an output of `{_name(plant)}`."
-        )
-    visible = plant.outputs + plant.truths if observer.uses_truth else plant.outputs
-    _refuse(observer, "reads", observer.reads, plant, "gives", visible)
-    _refuse(observer, "counts on", observer.inputs, plant, "has as inputs", plant.inputs)
-    if isinstance(reference, Rest) and law.follows.size:
-        raise ValueError(
-            f"`{_name(law)}` follows {_names(law.follows)}, and the loop has no reference: give "
-            "`ClosedLoop(reference=...)` one that says it, as a `Step` does."
-        )
-    _refuse(law, "reads", law.reads, plant if isinstance(observer, Readings) else observer, "gives", observer.gives)
-    _refuse(law, "follows", law.follows, reference, "says", reference.says)
-    _refuse(law, "drives", law.drives, plant, "has as inputs", plant.inputs)
-    for name in plant.inputs.names:
-        if name not in law.drives:
-            raise ValueError(
-                f"Every input of `{_name(plant)}` must be driven: nothing drives '{name}', as `{_name(law)}` drives "
-                f"{_names(law.drives)}.{nearest(name, law.drives.names)}"
-            )
-
-
-def refuse_instruments(loop: Blocks, instruments: AbstractInstruments) -> None:
-    """Refuse instruments of another plant, in one sentence that names both."""
-    plant = loop.plant
-    _refuse(instruments, "reads", instruments.reads, plant, "gives", plant.outputs)
-    _refuse(instruments, "limits", instruments.limits, plant, "has as inputs", plant.inputs)
-
-
-def _refuse(asks: object, verb: str, wanted: Layout, gives: object, has: str, offered: Layout) -> None:
-    for clause in misfits(wanted, offered):
-        sentence = f"`{_name(asks)}` {verb} {clause.format(gives=f'`{_name(gives)}` {has}')}"
-        raise ValueError(sentence if sentence.endswith("?") else f"{sentence}.")
-
-
-def _names(port: Layout) -> str:
-    return ", ".join(map(repr, port.names)) or "nothing"
-
-
-def _name(block: object) -> str:
-    return type(block).__name__
 
 
 def memory(loop: Blocks) -> Layout:
@@ -196,6 +124,11 @@ def shown(
     parts += [(name, ca.vec(ca.SX(part)), law.signal_units.get(name, "")) for name, part in own.items()]
     layout = Layout(tuple(Entry(name, np.zeros(part.numel()), unit) for name, part, unit in parts))
     return layout, {name: ca.densify(ca.SX(part)) for name, part, _ in parts}
+
+
+def measures(loop: Blocks) -> tuple[str, ...]:
+    """The outputs of the plant, by the names under which the loop shows them."""
+    return tuple(loop.plant.labels.get(name, name) for name in loop.plant.outputs.names)
 
 
 def names(loop: Blocks) -> list[str]:

@@ -5,26 +5,25 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
-from math import ceil
 from typing import Any
 
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step, rk4
-from workbench.core.switches import DENSEST
 from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
-from workbench.simulate.step_size import POINTS, Check, pilot_runs, tightest
+from workbench.simulate.pilots import PILOTS, pilot_runs
+from workbench.simulate.stability import beyond, tightest
+from workbench.simulate.step_choice import choose_step, longest_step
+from workbench.simulate.step_size import POINTS, Check
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, positive, seconds
 from workbench.validation.signatures import door
 
-COUNT = 100  # of the longest steps that are tried, in a horizon, or about that many
 HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
-SUBSTEPS = 7  # halvings of a sampling period at most: all substeps of a period are written out
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +77,23 @@ class Measurement:
     check: Check | None = None  # that each metric changed by no more than the tolerance that was asked for
 
     def __repr__(self) -> str:
-        """One line: the runs and the metrics."""
-        return f"<Measurement of {len(self.trajectories)} runs: {listed(list(self.scores))}>"
+        """One line: the runs, the metrics, and the warnings."""
+        return f"<Measurement of {len(self.trajectories)} runs: {self.summary}>"
 
     def _repr_html_(self) -> str:
         rows = [row for score in self.scores.values() for row in score.rows]
-        return table_to_html(repr(self.trajectories), HEAD, rows)
+        return table_to_html(repr(self)[1:-1], HEAD, rows)
+
+    @property
+    def summary(self) -> str:
+        """The names of the metrics, and the warnings."""
+        return "; ".join([listed(list(self.scores)), *self.warnings])
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The sentences on the runs that diverged, a step beyond its limit, and the metrics that miss a tolerance."""
+        missed = () if self.check is None else tuple(one.miss for one in self.check.metrics if not one.met)
+        return tuple(filter(None, (self.trajectories.losses, beyond(tightest(self.limits)), *missed)))
 
     @property
     def h(self) -> float:
@@ -178,7 +188,7 @@ def _step_of(
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
         )
-    step = equation.step() if isinstance(equation, Sampled) else rk4(equation, until)
+    step = equation.step(1) if isinstance(equation, Sampled) else rk4(equation, until)
     p, x0 = rows_of("measure", step, p, x0)
     few = pilot_runs(p, x0)
     every = None if every is None else seconds("measure(every=...)", every)
@@ -201,18 +211,12 @@ def chosen_step(
     Of a sampled loop it is the period, its half, its quarter and so on; p and x0 are of the equation alone.
     """
     make = cache(maker(equation, resolved(equation, metrics, until)))
-    if isinstance(equation, Sampled):
-        longest, halvings = equation.period, SUBSTEPS
-    else:
+    unit = until
+    if isinstance(equation, Ode):
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
-        longest, halvings = unit / ceil(COUNT * unit / until), step_size.HALVINGS
-        while make(longest).flow.switches.densest(p) * DENSEST < longest:  # which `simulate` refuses
-            longest /= 2
-    start = _extended(x0, make(longest))
+    start = _extended(x0, make(longest_step(equation, p, until, unit)))
     assert start is not None
-    return step_size.step_for_tolerance(
-        make, p, start, until, tolerance, longest, halvings=halvings, seed=seed, arithmetic=arithmetic
-    )
+    return choose_step(equation, make, p, start, until, unit, tolerance, seed, arithmetic)
 
 
 def _judged(
@@ -225,7 +229,7 @@ def _judged(
         for m in metrics
     }
     # a limit is costly: along all of a few runs, along pilots of more
-    few = len(coarse) <= step_size.PILOTS
+    few = len(coarse) <= PILOTS
     looked_at = np.arange(len(coarse)) if few else np.sort(pilot_runs(coarse.p, coarse.x[:, 0]))
     limits, check = _limits(coarse, looked_at), None
     if tolerance is not None:

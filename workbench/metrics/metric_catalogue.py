@@ -124,7 +124,7 @@ def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
 
 @door
 def observer_error(signal: str) -> Integral:
-    """Root mean square of an observer's error: `x_error` of a signal x that it estimates."""
+    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates."""
     return rmse(signal, f"RMS {signal}")
 
 

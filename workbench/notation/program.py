@@ -39,7 +39,8 @@ SIGNS = {
 }
 WRITTEN_TWICE = {ca.OP_SQ, ca.OP_SIGN}  # so their operand has a variable
 # Functions, by the names that they have in C.
-CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow"
+CALLED = "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod floor pow "
+CALLED += "ceil log1p expm1 hypot copysign"
 FUNCTIONS = {getattr(ca, f"OP_{name.upper()}"): name for name in CALLED.split()} | {ca.OP_CONSTPOW: "pow"}
 # Truths and what is chosen by them, which each language writes in its own way.
 CHOSEN = "lt le eq ne and or not if_else_zero"

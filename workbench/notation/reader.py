@@ -48,7 +48,7 @@ CONDITIONAL: dict[int, Callable[..., Formula]] = {
 }
 FUNCTIONS = (
     "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp log sqrt fabs fmin fmax fmod sign floor "
-    "ceil erf hypot copysign"
+    "ceil erf hypot copysign log1p expm1"
 )
 SAME = {"fabs": "abs", "fmin": "min", "fmax": "max", "fmod": "mod"}  # names in CasADi, and in mathematics
 OPERATIONS |= {

@@ -1,13 +1,26 @@
 """Observers of any plant with a constant gain: Luenberger's, and the Kalman filter as it settles."""
 
+from __future__ import annotations
+
+from typing import Any
+
 import casadi as ca
 
-from workbench.core import Signals, block, parameter
+from workbench.core import Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.port import ANY
 from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
-from workbench.observers.model import MOST_SUBSTEPS, AbstractModelObserver, jacobian, phi, refuse_unfit, stacked
+from workbench.observers.model import (
+    MOST_SUBSTEPS,
+    AbstractModelObserver,
+    jacobian,
+    phi,
+    point_of_model,
+    refuse_unfit,
+    stacked,
+    started,
+)
 from workbench.validation.refusals import seconds, whole
 
 
@@ -22,8 +35,9 @@ class LinearObserver(AbstractModelObserver):
         x_hat' = f_0 + A (x_hat - x_0) + B (u - u_0) + L (y - h_0 - C (x_hat - x_0)),
 
     where A, B, C are the exact Jacobians of f and h at that point, and f_0, h_0 their values. L is (nx, ny), each entry
-    in the unit of its state over that of its output, per second; y are the `outputs`, all where none is named. The
-    error obeys e' = (A - L C) e beside a linear plant. With the gain of `lqe` it is the steady Kalman-Bucy filter.
+    in the unit of its state over that of its output, per second; y are the `outputs`, all where none is named. x_hat
+    starts at `start`, or where the model starts. The error obeys e' = (A - L C) e beside a linear plant. With the gain
+    of `lqe` it is the steady Kalman-Bucy filter.
 
     A computer that holds y and u for a period h steps it by
 
@@ -57,14 +71,37 @@ class LinearObserver(AbstractModelObserver):
     outputs: tuple[str, ...] = ()
     x_0: Vector = parameter(default=None, unit=ANY, shape=("k",), symbol="x_0")
     u_0: Vector = parameter(default=None, unit=ANY, shape=("nu",), symbol="u_0")
+    start: Vector = initial(default=None, unit=ANY, shape=("k",))
 
     def __post_init__(self) -> None:
         states = self.model.states
-        refuse_unfit(self, L=(states, self.reads), x_0=(states,), u_0=(self.inputs,))
+        refuse_unfit(self, L=(states, self.reads), x_0=(states,), u_0=(self.inputs,), start=(states,))
         if self.x_0 is None and self.u_0 is not None:
             raise ValueError(
                 "`LinearObserver(u_0=...)` must come with x_0, as the two are one operating point; got u_0 alone."
             )
+
+    @staticmethod
+    def of(model: AbstractPlant, design: Any, outputs: tuple[str, ...] = ()) -> LinearObserver:
+        """The observer with the gain of a design, which starts at rest at the point of that and is linear about it.
+
+        Parameters
+        ----------
+        design
+            The answer of `steady_kalman` without a period, or the estimator of `lqg` for the linearised model.
+
+        Raises
+        ------
+        ValueError
+            If the design has no point, or that of another model, or does not rest there.
+        """
+        L, point = point_of_model("LinearObserver.of", model, design)
+        names = outputs or point.outputs.names
+        return LinearObserver(model, L, names, x_0=point.x0, u_0=point.u0, start=point.x0)
+
+    @property
+    def memory(self) -> Layout:
+        return started(self.model.states, self.start)
 
     def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
         return self._parts(self._rate(t, self._column(z), y, u))
@@ -117,11 +154,28 @@ class SteadyKalmanFilter(AbstractModelObserver):
     period: float
     outputs: tuple[str, ...] = ()
     substeps: int = 1
+    start: Vector = initial(default=None, unit=ANY, shape=("k",))
 
     def __post_init__(self) -> None:
-        refuse_unfit(self, L=(self.model.states, self.reads))
+        refuse_unfit(self, L=(self.model.states, self.reads), start=(self.model.states,))
         seconds("SteadyKalmanFilter(period=...)", self.period)
         whole("SteadyKalmanFilter(substeps=...)", self.substeps, most=MOST_SUBSTEPS)
+
+    @staticmethod
+    def of(model: AbstractPlant, design: Any, period: float, outputs: tuple[str, ...] = ()) -> SteadyKalmanFilter:
+        """The filter with the gain of `steady_kalman(..., period=period)`, which starts at the point of that.
+
+        Raises
+        ------
+        ValueError
+            If the design has no point, or that of another model, or does not rest there.
+        """
+        L, point = point_of_model("SteadyKalmanFilter.of", model, design)
+        return SteadyKalmanFilter(model, L, period, outputs or point.outputs.names, start=point.x0)
+
+    @property
+    def memory(self) -> Layout:
+        return started(self.model.states, self.start)
 
     def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
         return self._estimates(t, self._corrected(t, z, y))

@@ -1,15 +1,19 @@
 """The model that an observer holds of any plant: its ports, and its equations as columns with their Jacobians."""
 
 from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Signals
+from workbench.core import Entry, Layout, Point, Signals
 from workbench.core.block import Number
+from workbench.core.point import gain_of
 from workbench.loop.contracts import AbstractObserver, AbstractPlant, Inputs, Parts, Reads, is_recursion
+from workbench.loop.plant_rest import refuse_other
 from workbench.loop.wiring import asked
-from workbench.validation.refusals import known
+from workbench.validation.refusals import described, known
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 1000  # of a period; each is written out
@@ -76,6 +80,24 @@ class AbstractModelObserver(AbstractObserver):
 def with_hats(states: Layout) -> Layout:
     """The states of a model as the memory of its observer calls them."""
     return Layout(tuple(Entry(f"{e.name}{HAT}", e.default, e.unit) for e in states.entries))
+
+
+def started(states: Layout, start: Any) -> Layout:
+    """The memory of an observer that starts at a state (nx,), or at that of its model."""
+    parts = {} if start is None else states.unpack(start)
+    return with_hats(Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in states.entries)))
+
+
+def point_of_model(call: str, model: AbstractPlant, design: Any) -> tuple[Any, Point]:
+    """The gain of a design and the rest point of the model that it is about; anything else is refused."""
+    gain, point = gain_of(design)
+    if point is None:
+        raise ValueError(
+            f"`{call}(design=...)` must be a design about a point, as `steady_kalman` and `lqg` return it for a linear "
+            f"model; got {described(design)}. A gain alone is `{call.removesuffix('.of')}(model, L)`."
+        )
+    refuse_other(call, point, model.states, model.inputs)
+    return gain, point
 
 
 def stacked(signals: Signals, port: Layout) -> ca.SX:

@@ -14,18 +14,28 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Signals, block
 from workbench.core.block import Number, States, parameters
-from workbench.core.expressions import symbols_are_no_numbers
+from workbench.core.expressions import SymbolError, symbols_are_no_numbers
+from workbench.core.ode import time_beside
 from workbench.core.port import ANY
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts
-from workbench.validation.refusals import Array, described, raised, text, vector
+from workbench.validation.refusals import Array, described, nearest, raised, text, vector
 
 Port = Layout | tuple[str, ...]
 PLAIN = """
 sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
 sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else
 """
-# What a Python function finds in its argument m: CasADi's functions, some by NumPy's names too.
-FUNCTIONS = SimpleNamespace(
+
+
+class Functions(SimpleNamespace):
+    """The namespace m of a Python function: CasADi's functions, some by NumPy's names too."""
+
+    def __getattr__(self, name: str) -> Any:
+        near = nearest(name, vars(self)).replace(" Did", "; did").rstrip("?")
+        raise AttributeError(f"the functions m have no attribute '{name}'{near}", name=name, obj=self)
+
+
+FUNCTIONS = Functions(
     **{name: getattr(ca, name) for name in PLAIN.split()},
     abs=ca.fabs,
     maximum=ca.fmax,
@@ -115,7 +125,7 @@ class OdePlant(AbstractPlant):
         """
         known, driven = _port("states", states, "x0", x0), _port("inputs", inputs, "u0", u0)
         own = p or Layout()
-        t, x, u, theta = ca.SX.sym("t"), known.symbols(), driven.symbols(), own.symbols()
+        t, x, u, theta = time_beside(known, driven, own), known.symbols(), driven.symbols(), own.symbols()
         numbers = {"p": Signals(own.view(theta))} if own.size else {}
         rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
         watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)
@@ -198,10 +208,35 @@ def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Si
     except Exception as error:  # whatever a function of a user's own does with a symbol
         raise ValueError(
             f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; it "
-            f"raised {raised(error).rstrip('.')}: take `m.sin`, `m.sqrt`, ... of its last argument m in place of "
-            "`math.sin`, and `m.where(c, a, b)` in place of `if`."
+            f"raised {raised(error).rstrip('.')}{_remedy(error, function, given)}."
         ) from error
     return _column(call, values, of)
+
+
+def _remedy(error: BaseException, function: Callable[..., Any], given: dict[str, Any]) -> str:
+    """The advice for an error of a user's function: only where its cause is known."""
+    if _met_a_symbol(error):
+        return (
+            ": take `m.sin`, `m.sqrt`, ... of its last argument m in place of `math.sin`, and `m.where(c, a, b)` in "
+            "place of `if`"
+        )
+    more = [*inspect.signature(function).parameters][len(given) :]  # m, by that name or by another one
+    if "p" not in given and more not in ([], ["m"]) and "Functions" in f"{error} {getattr(error, 'obj', '')!r}":
+        return (
+            ": the last argument of a function without parameters is the namespace m; give parameters by "
+            "`p=layout(R=('ohm', 1.0))`"
+        )
+    if isinstance(error, IndexError):
+        sizes = " and ".join(f"{given[name].numel()} in {name}" for name in "xu" if name in given)
+        return f": there is a number for each name, {sizes}"
+    return ""
+
+
+def _met_a_symbol(error: BaseException) -> bool:
+    """True if a function of `math` or NumPy, or an `if`, met a symbol that it takes for a number."""
+    by_attribute = isinstance(error, AttributeError) and isinstance(error.obj, ca.SX)
+    by_type = isinstance(error, TypeError | NotImplementedError) and "SX" in str(error)
+    return isinstance(error, SymbolError) or by_attribute or (by_type and "Functions" not in str(error))
 
 
 def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
@@ -240,8 +275,9 @@ def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> in
     placed = (part for part in named if part.kind in (part.POSITIONAL_ONLY, part.POSITIONAL_OR_KEYWORD))
     needed = [part.name for part in placed if part.default is part.empty]
     if len(needed) not in (len(given), len(given) + 1):
+        more = " Parameters are given by `p=layout(R=('ohm', 1.0))`." if "p" in needed and "p" not in given else ""
         raise ValueError(
-            f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}."
+            f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}.{more}"
         )
     return len(needed)
 

@@ -91,6 +91,8 @@ class _Reader:
         return rate
 
     def _operation(self, code: int, *a: ca.SX) -> ca.SX:
+        if code == ca.OP_CALL:
+            raise self._refusal("a function that it calls, such as a table")
         if all(part.is_constant() for part in a) and code != ca.OP_IF_ELSE_ZERO:
             return _plain(code, *a)
         match code:

@@ -18,7 +18,7 @@ from workbench.report.html_page import GENERATOR, html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
 from workbench.study.ledger.durability import sync, sync_folder
-from workbench.study.ledger.store import FOLDER
+from workbench.study.ledger.ownership import FOLDER, stranger_in
 
 PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(
@@ -115,17 +115,18 @@ def _earlier(target: Path) -> list[str]:
     if target.exists() and not target.is_dir():
         raise ReportError(f"`write(document, '{target}')` needs a folder; there is a file of that name.")
     held: list[str] = []
+    runs_here = (target / FOLDER).is_dir() and stranger_in(target / FOLDER) is None
     for folder in (target, *(target / name for name in PARTS)):
         for path in folder.iterdir() if folder.is_dir() else ():
             name = path.relative_to(target).as_posix()
-            elsewhere = path.is_symlink() and name != FOLDER  # large ledgers may lie on another disk
-            damaged = name == "index.html" and not (_is_report(path) or (target / FOLDER).is_dir())
-            if elsewhere or damaged or not _OURS.fullmatch(name):
+            damaged = name == "index.html" and not (_is_report(path) or runs_here)
+            if path.is_symlink() or damaged or not _OURS.fullmatch(name):
                 raise _foreign(target, name)
             held.append(name)
     # without a page it is ours if a run is on its way there, or was killed
-    if held and not any(name in ("index.html", FOLDER) or name.startswith(".") for name in held):
-        raise _foreign(target, held[0])
+    others = [name for name in held if name != FOLDER]
+    if others and not (runs_here or any(name == "index.html" or name.startswith(".") for name in others)):
+        raise _foreign(target, others[0])
     return [name for name in held if (target / name).is_file()]
 
 

@@ -9,14 +9,15 @@ from pathlib import Path
 from markupsafe import Markup, escape
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import Loop
 from workbench.metrics import AbstractMetric
 from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
-from workbench.study.contract import Loop
 from workbench.study.ledger.durability import write_durably
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
+from workbench.validation.places import other_kind
 from workbench.validation.signatures import door
 
 HEIGHT = 900  # pixels of the frame in a notebook
@@ -50,8 +51,8 @@ class LoopPage:
         place = Path(path)
         if not place.parent.is_dir():
             raise LookupError(f"`write({str(place)!r})` must be in a folder that is there; '{place.parent}' is none.")
-        if place.is_dir():
-            raise LookupError(f"`write({str(place)!r})` must be the path of a file; a folder has this name.")
+        if kind := other_kind(place):
+            raise LookupError(f"`write({str(place)!r})` must be the path of a file; {kind} has this name.")
         write_durably(place, self.text.encode())
         return place
 

@@ -5,8 +5,9 @@ machine code. Read `batch.py` first, then `arithmetic.py` and `kernel/plan.py`; 
 `workbench.reference`.
 """
 
-from workbench.simulate.batch import simulate
-from workbench.simulate.step_size import StepLimit, step_limit
+from workbench.simulate.simulation import simulate
+from workbench.simulate.stability import StepLimit
+from workbench.simulate.step_size import step_limit
 from workbench.simulate.trajectories import Trajectories
 
 __all__ = ["StepLimit", "Trajectories", "simulate", "step_limit"]

@@ -13,7 +13,7 @@ from workbench.simulate.kernel.noise import STEP_BITS
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
 from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import answer, door
+from workbench.validation.signatures import answer
 
 LARGEST_COPY = 64 * 2**20  # bytes of rows that are copied; larger ones are taken as they are, for want of room
 LARGEST = 4 * 2**30  # bytes of trajectories that are not refused
@@ -21,8 +21,7 @@ LONGEST = 100 * 3600.0  # s of one processor's time, by a cautious estimate, tha
 SECONDS_PER_OPERATION = 1e-10  # of one run in the compiled march, to be told before the start
 
 
-@door
-def simulate(
+def run_step(
     step: Step,
     p: Array | None = None,
     x0: Array | None = None,
@@ -35,40 +34,7 @@ def simulate(
     arithmetic: str | None = None,
     engine: str | None = None,
 ) -> Trajectories:
-    """Run B copies of `step` from time 0 to `until`, each with its own parameters and initial state.
-
-    A run depends on its own rows of p and x0, its key in `runs`, the seed and the arithmetic alone: not on its
-    neighbours, its place, the number of threads or the width of this processor's vectors.
-
-    Parameters
-    ----------
-    p, x0
-        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. An array of more than 64 MB is
-        not copied: leave it as it is while the trajectories are in use.
-    until, every
-        The horizon and the distance of the kept times, in s: multiples of the step; with `every=until` only the end is
-        kept.
-    seed, runs
-        The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
-    arithmetic, engine
-        "fused" and "portable" have the same bits in the engine "native", compiled for this processor, as in "numpy",
-        many times slower; "casadi" is an engine with an arithmetic of its own. Without names it is what runs the step
-        fastest, "native" up to 30,000 operations; `Trajectories.arithmetic` says which arithmetic that was.
-
-    Raises
-    ------
-    ValueError
-        If `step` is none, a number is out of its bounds, a shape is wrong, a time is no multiple of the step, the runs
-        would take too much memory or time, or what is named cannot run the step. A run that diverges is only marked.
-
-    Examples
-    --------
-    >>> step = wb.rk4(wb.open_loop(wb.DCMotor()), 1e-3)
-    >>> p = step.parameters.pack({"v": np.array([1.0, 2.0, 3.0])})
-    >>> runs = wb.simulate(step, p, until=5.0)
-    >>> runs, runs["omega"].shape, runs["omega"][:, -1].round(3)
-    (<3 runs of 'plant' at 5001 times to 5 s>, (3, 5001), array([0.1, 0.2, 0.3]))
-    """
+    """Run B copies of a step, as `simulate` says."""
     tell = progress_of("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
     stride, kept = _spacing(step, p_rows, until, every)

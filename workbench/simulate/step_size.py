@@ -1,46 +1,27 @@
-"""The length of a step: the limit of stability along a run, the step for a tolerance, and the accuracy of metrics."""
+"""The length of a step: its limit along a run, the step for a tolerance, and the accuracy of metrics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 
-import casadi as ca
 import numpy as np
 
-from workbench.core import Ode, Step
-from workbench.core.expressions import rows
-from workbench.simulate.batch import simulate
+from workbench.core import Step
+from workbench.simulate.batch import run_step
+from workbench.simulate.stability import StepLimit, limit_along, longest_steps, modes_at
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.refusals import Array, Integers, whole
+from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 
 POINTS = 400  # of a run, at which its Jacobian is looked at
 NOTHING = 1e-9  # a state or a value that stays below it, in its unit, is as good as zero
-PILOTS = 16
 STATES = 4  # of a run at which its modes are looked at
 HALVINGS = 12
 
 # h -> the step of length h [s], or that of a sampling period with substeps of length h.
 Make = Callable[[float], Step]
-
-
-@dataclass(frozen=True)
-@door
-class StepLimit:
-    """The longest step that keeps every decaying mode of a run decaying; NaN where no state has a Jacobian."""
-
-    h: float  # s, the step that was taken, or a substep of it
-    limit: float  # s
-    at: float  # s, when the limit is reached
-    eigenvalue: complex  # 1/s, of the mode that sets it
-    checked: int  # states of the run at which the eigenvalues were taken
-
-    @property
-    def holds(self) -> bool:
-        """True if the step is within the limit."""
-        return self.h <= self.limit
 
 
 @door
@@ -51,86 +32,9 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
     modes that grow by themselves set no limit. A state whose Jacobian is not finite is not counted; if none is left the
     limit, its time and its mode are NaN, and it does not hold.
     """
-    step, points = trajectories.step, whole("step_limit(points=...)", points)
-    run, h = whole("step_limit(run=...)", run, 0, len(trajectories) - 1), step.h / step.substeps
-    good = np.flatnonzero(np.isfinite(trajectories.x[run]).all(axis=1))
-    picked = good[np.unique(np.linspace(0, len(good) - 1, min(points, len(good))).astype(int))]
-    p = np.repeat(trajectories.p[run][np.newaxis], len(picked), axis=0)
-    modes = modes_at(step.flow, trajectories.t[picked], trajectories.x[run, picked], p)
-    finite = np.isfinite(modes).all(axis=1)
-    picked, modes = picked[finite], modes[finite]
-    if modes.size == 0:
-        return StepLimit(h, np.nan, np.nan, complex(np.nan, np.nan), 0)
-    limits = longest_steps(modes, step.amplification)
-    where = np.unravel_index(np.argmin(limits), limits.shape)
-    return StepLimit(
-        h,
-        float(limits[where]),
-        float(trajectories.t[picked[where[0]]]),
-        complex(modes[where]),
-        len(picked),
-    )
-
-
-def tightest(limits: Sequence[StepLimit]) -> StepLimit:
-    """The limit that is nearest to its step, or farthest below it; one of NaN only where all are."""
-    return max(limits, key=lambda limit: np.nan_to_num(limit.h / limit.limit, nan=-1.0))
-
-
-def modes_at(flow: Ode, t: Array, x: Array, p: Array) -> Array:
-    """The eigenvalues of df/dx at n instants t (n,) and states x (n, >= nx) with parameters p (n, np): (n, m).
-
-    A state on which no rate depends is left out, so that m <= nx. A row with a value that is not finite is NaN.
-    """
-    n, jacobian = len(t), _jacobian(flow)
-    m = jacobian.size1_out(0)
-    A = rows(jacobian, t[:, np.newaxis], x[:, : flow.states.size], p).reshape(n, m, m).transpose(0, 2, 1)
-    acts = np.any(A, axis=(0, 1))
-    A = A[:, acts][:, :, acts]
-    finite = np.isfinite(A).all(axis=(1, 2))
-    modes = np.full(A.shape[:2], np.nan, dtype=complex)
-    modes[finite] = np.linalg.eigvals(A[finite])
-    modes[~np.isfinite(modes).all(axis=1)] = np.nan  # an eigenvalue of a huge matrix may overflow by itself
-    return modes
-
-
-@lru_cache(maxsize=64)
-def _jacobian(flow: Ode) -> ca.Function:
-    """df/dx as a function (t, x, p), of those states alone on which some rate depends."""
-    A = ca.jacobian(flow.rate, flow.x)
-    acts = sorted({column for _, column in zip(*A.sparsity().get_triplet(), strict=True)})
-    return ca.Function("workbench_acting", [flow.t, flow.x, flow.p], [ca.densify(A[acts, acts])])
-
-
-def longest_steps(modes: Array, amplification: tuple[float, ...]) -> Array:
-    """For each mode the longest step h with |R(h lambda)| <= 1; infinite where the mode does not decay."""
-    size = np.abs(modes)
-    decays = (modes.real < 0) & (size > 0)
-    angles, reach = _region(amplification)
-    radius = np.interp(np.abs(np.where(decays, np.angle(modes), np.pi)), angles, reach)
-    with np.errstate(over="ignore"):  # no step is too long for the slowest modes
-        return np.where(decays, radius / np.where(decays, size, 1.0), np.inf)
-
-
-@lru_cache
-def _region(amplification: tuple[float, ...]) -> tuple[Array, Array]:
-    """The reach of the stability region along rays: the first r > 0 with |R(r e^(i angle))| > 1."""
-    stages = len(amplification) - 1
-    angles, r = np.linspace(np.pi / 2, np.pi, 361), np.linspace(0, stages**2 + 2, 2001)[1:]
-    excess = np.abs(np.polyval(amplification, r * np.exp(1j * angles[:, np.newaxis]))) - 1 - 1e-9
-    first = np.maximum(np.argmax(excess > 0, axis=1), 1)
-    row = np.arange(len(angles))
-    before, after = excess[row, first - 1], excess[row, first]
-    crossing = r[first] - (r[1] - r[0]) * np.clip(after / (after - before), 0, 1)
-    return angles, np.where(before > 0, 0.0, crossing)
-
-
-def pilot_runs(p: Array, x0: Array, count: int = PILOTS) -> Integers:
-    """The `count` runs of a batch that serve as its pilots: evenly spaced in the order of their numbers."""
-    rows = np.hstack([p, x0])
-    rows = rows[:, (rows != rows[:1]).any(axis=0)]
-    order = np.lexsort(rows.T[::-1]) if rows.size else np.arange(len(p))
-    return np.asarray(order[np.unique(np.linspace(0, len(p) - 1, min(count, len(p))).round().astype(int))])
+    points = whole("step_limit(points=...)", points)
+    run = whole("step_limit(run=...)", run, 0, len(trajectories) - 1)
+    return limit_along(trajectories.step, trajectories.t, trajectories.x[run], trajectories.p[run], points)
 
 
 def step_for_tolerance(
@@ -144,25 +48,26 @@ def step_for_tolerance(
     halvings: int = HALVINGS,
     seed: int = 0,
     arithmetic: str | None = None,
+    keep_lost: bool = False,
 ) -> float:
     """The first of `longest`, its half, its quarter and so on in s, at which RK4 keeps a tolerance.
 
     The change of a state to half the step is taken at the multiples of `longest`, relative to the largest value that
     the state has in the run; then the largest of all states, and the mean over the pilot runs p (R, np), x0 (R, nx).
     The memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no step
-    exceeds.
+    exceeds. With `keep_lost`, where every run diverges, the change is that of the times at which they do, in horizons.
 
     Raises
     ------
     ValueError
-        If no pilot run stays finite, or none of the steps keeps the tolerance.
+        If no pilot run stays finite, unless `keep_lost`, or none of the steps keeps the tolerance.
     """
-    march = partial(simulate, p=p, x0=x0, until=until, every=longest, seed=seed, arithmetic=arithmetic)
+    march = partial(run_step, p=p, x0=x0, until=until, every=longest, seed=seed, arithmetic=arithmetic)
     rough, found = march(make(longest)), np.nan
     for halving in range(halvings):
         fine, h = march(make(longest / 2 ** (halving + 1))), longest / 2**halving
-        if not fine.diverged.all():
-            found = _relative_change(fine, rough)
+        if keep_lost or not fine.diverged.all():
+            found = _lost_change(fine, rough, until) if fine.diverged.all() else _relative_change(fine, rough)
             if found <= tolerance and h <= _limit(fine):
                 return float(h)
         rough = fine
@@ -174,7 +79,7 @@ def step_for_tolerance(
         )
     raise ValueError(
         f"No step `h` keeps the tolerance of {tolerance:g}: that of {longest / 2 ** (halvings - 1):g} s still changes "
-        f"a state by {found:.1e}. Where a law switches, smaller steps help little: ask for less, or name an `h`."
+        f"a state by {found:.1e}. Where a law switches, smaller steps help little: ask for less, or name the step."
     )
 
 
@@ -186,6 +91,12 @@ def _relative_change(fine: Trajectories, rough: Trajectories) -> float:
     with np.errstate(all="ignore"):
         off = np.abs(x - other) / size
     return float(np.nan_to_num(off, nan=np.inf).max(axis=(1, 2), initial=0.0).mean())
+
+
+def _lost_change(fine: Trajectories, rough: Trajectories, until: float) -> float:
+    """The mean change of the times at which runs diverge, in horizons; infinite if one lasts at the longer step."""
+    off = np.abs(fine.diverged_at - rough.diverged_at) / until
+    return float(np.nan_to_num(off, nan=np.inf).mean())
 
 
 def _limit(runs: Trajectories) -> float:

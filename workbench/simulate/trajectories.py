@@ -13,12 +13,16 @@ from workbench.core import Step
 from workbench.core.expressions import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
+from workbench.simulate.stability import span
+from workbench.simulate.step_check import StepCheck, check_step
 from workbench.validation.notebook_display import table_to_html
 from workbench.validation.refusals import Array, described, whole
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import pandas as pd
+
+LOST = "diverged at [s]"  # the column of a table that has the times of divergence
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +34,8 @@ class Trajectories:
     t: Array  # (N,), in s
     x: Array  # (B, N, nx); from the time a run has diverged its rows are NaN
     divergence: Divergence
+    tolerance: float = 1e-2  # of the change of a state to half the step, relative to its largest value
+    chosen: bool = False  # True if the step was chosen for that tolerance
 
     def __post_init__(self) -> None:
         shape = (len(self.job.p), self.t.size, self.job.step.states.size)
@@ -70,16 +76,44 @@ class Trajectories:
         """(B,), true for each run that diverged."""
         return np.asarray(np.isfinite(self.diverged_at))
 
+    @cached_property
+    def check(self) -> StepCheck:
+        """The stability limit of the step and the change to half of it, along up to four of the runs."""
+        return check_step(self.job, self.t, self.x, self.divergence, self.tolerance, self.chosen)
+
+    @property
+    def losses(self) -> str:
+        """The runs that diverged, in words, with the time and the state of the first; empty if none did."""
+        if not self.diverged.any():
+            return ""
+        first = int(np.nanargmin(self.diverged_at))
+        where = f"at {self.diverged_at[first]:.4g} s in '{self.diverged_in[first]}'"
+        if len(self) == 1:
+            return f"the run diverged {where}"
+        return f"{int(self.diverged.sum())} of {len(self)} runs diverged, run {first} first {where}"
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The sentences that every view of the runs shows: which diverged, and how far their step cannot be trusted."""
+        return tuple(filter(None, (self.losses, *self.check.warnings)))
+
     def __repr__(self) -> str:
-        lost = f", {int(self.diverged.sum())} diverged" if self.diverged.any() else ""
-        return f"<{len(self)} runs of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s{lost}>"
+        runs = f"{len(self)} run{'' if len(self) == 1 else 's'}"
+        parts = [f"{runs} of '{self.step.flow.name}' at {len(self.t)} times to {self.t[-1]:g} s"]
+        parts += [f"{int(self.diverged.sum())} diverged"] if self.diverged.any() else []
+        if self.chosen:
+            check = self.check
+            parts.append(f"step of {span(check.limit.h)} chosen for a tolerance of {self.tolerance:g}")
+            parts[-1] += "" if np.isnan(check.change) else f" (half of it changes a state by {check.change:.1e})"
+        return f"<{'; '.join([', '.join(parts), *self.check.warnings])}>"
 
     def _repr_html_(self) -> str:
         units = [unit for entry in self.step.states.entries for unit in entry.units]
         columns = [column[np.isfinite(column)] for column in self.x.T]
         ends = [(f"{part.min():.6g}", f"{part.max():.6g}") if part.size else ("", "") for part in columns]
         rows = [(name, unit, *end) for name, unit, end in zip(self.step.states.labels, units, ends, strict=True)]
-        return table_to_html(repr(self), ("state", "unit", "least", "largest"), rows)
+        title = f"{repr(self)[1:-1]}; {self.losses}" if self.losses else repr(self)[1:-1]
+        return table_to_html(title, ("state", "unit", "least", "largest"), rows)
 
     def __len__(self) -> int:
         return len(self.x)
@@ -107,7 +141,8 @@ class Trajectories:
     def to_frame(self, run: int | None = None) -> pd.DataFrame:
         """A table with a column per number of the states and outputs, `v [V]` or `q[0] [rad]`, and a row per time in s.
 
-        One run is indexed by time; all runs, where there are several and none is named, by run and time.
+        One run is indexed by time; all runs, where there are several and none is named, by run and time. If a run
+        diverged, a column `diverged at [s]` has its time; `attrs["warnings"]` has the warnings.
 
         Raises
         ------
@@ -118,7 +153,9 @@ class Trajectories:
 
         runs = range(len(self)) if run is None else [whole("to_frame(run=...)", run, 0, len(self) - 1)]
         frames = {i: pd.DataFrame(self._columns(i), index=pd.Index(self.t, name="t [s]")) for i in runs}
-        return pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
+        frame = pd.concat(frames, names=["run"]) if len(frames) > 1 else frames[runs[0]]
+        frame.attrs["warnings"] = list(self.warnings)
+        return frame
 
     def _columns(self, run: int) -> dict[str, Array]:
         states, outputs = self.step.states, self.step.outputs
@@ -128,11 +165,16 @@ class Trajectories:
             names = entry.labels() if entry.size > 1 else [entry.name]
             heads = (f"{name} [{unit}]" if unit else name for name, unit in zip(names, entry.units, strict=True))
             columns |= zip(heads, flat.T, strict=True)
-        return columns
+        return columns | ({LOST: np.full(len(self.t), self.diverged_at[run])} if self.diverged.any() else {})
 
     def plot(self, *names: str, run: int | None = None) -> Any:
         """A figure of signals over time, as `workbench.plot` draws it."""
         return import_module("workbench").plot(self, *names, run=run)  # the face is above all floors, this far below
+
+    @property
+    def page_step(self) -> float:
+        """The step in s, or the substep, of a page of the loop: half of one that was chosen, as the page takes both."""
+        return self.step.h / self.step.substeps / (2 if self.chosen else 1)
 
     def live(self, **asked: Any) -> Any:
         """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.
@@ -148,4 +190,4 @@ class Trajectories:
                 "`Trajectories.live()` must have one run of a loop in continuous time, at the loop's own numbers; for "
                 "any other write `workbench.live(loop, until=...)`, which takes a loop that a computer closes too."
             )
-        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=step.h, **asked)
+        return import_module("workbench").live(step.flow, until=float(self.t[-1]), h=self.page_step, **asked)

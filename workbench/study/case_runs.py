@@ -9,9 +9,10 @@ from threading import Event, Lock
 from typing import Any
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import equations_of
 from workbench.metrics import Measurement, measure
 from workbench.simulate.job import Progress, ended
-from workbench.study.contract import Run, equations_of
+from workbench.study.contract import Run
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door

@@ -11,7 +11,8 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.expressions import instructions
+from workbench.core.equations import equations_of
+from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
 from workbench.metrics.measure import chosen_step
@@ -19,9 +20,11 @@ from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
-from workbench.simulate.step_size import change, longest_steps, modes_at
-from workbench.study.contract import Sweep, again, equations_of
+from workbench.simulate.stability import longest_steps, modes_at
+from workbench.simulate.step_size import change
+from workbench.study.contract import Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
+from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Space
@@ -104,12 +107,10 @@ class CompiledSweep:
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
         }
-        digest = hashlib.sha256(plain(parts))
-        rule = self.coarse.rule
-        for part in filter(None, (rule.parts, rule.segment_parts)):
-            for line in instructions(part):
-                digest.update(repr(line).encode())
-        return digest.hexdigest()
+        rule, head = self.coarse.rule, plain(parts)
+        if rule.segment_parts is not None:
+            head += fingerprint_of(b"", rule.segment_parts).encode()
+        return fingerprint_of(head, rule.parts)
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
         """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""
@@ -220,7 +221,10 @@ class CompiledSweep:
         shapes |= {"again": (m, self.times, a), "again_diverged_at": (m,)} if m else {}
         shapes["states"] = (n if self.watched else m, len(self._looks), self.coarse.flow.states.size)
         if {name: array.shape for name, array in arrays.items()} != shapes:
-            raise ValueError(f"The chunk '{chunk.name}' does not hold the runs of its name: `--fresh` begins anew.")
+            raise LedgerError(
+                f"The file '{FOLDER}/{file_of(chunk.name)}' does not hold the runs of its name: remove it, and the "
+                "same command computes these runs again, and no others."
+            )
         none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
         return none | arrays
 

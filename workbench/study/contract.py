@@ -2,65 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import LOOP, Loop, is_loop
 from workbench.metrics import AbstractMetric
 from workbench.study.document.phrases import check_name
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Integers, described, multiple, positive, refusal, seconds, seed, whole
+from workbench.validation.refusals import Integers, multiple, positive, refusal, seconds, seed, whole
 from workbench.validation.signatures import door
 
 TOLERANCE = 1e-3
-LONGEST = 300  # letters of an author's error
 HALVED = 16
 COUNTS = ("runs", "base", "trajectories")  # the names by which designs have the number that `--samples` sets
 COLUMNS = ("run", "t [s]", "diverged at [s]")  # of a table of runs, beside factors and metrics
-LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
-
-
-class Loop(Protocol):
-    """Anything that gives its equations under a name."""
-
-    def ode(self, name: str = ...) -> Ode | Sampled:
-        """The loop in continuous time, or closed by a computer."""
-
-
-def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
-    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is."""
-    if isinstance(loop, Ode | Sampled):
-        return loop
-    call = f"{type(loop).__name__}.ode({name!r})"
-    if not _is_loop(loop):
-        raise refusal("loop", LOOP, loop)
-    equations = answer(call, loop.ode, name)
-    if not isinstance(equations, Ode | Sampled):
-        must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
-        raise refusal(call, must, equations)
-    return equations
-
-
-def _is_loop(given: object) -> bool:
-    one = not isinstance(given, type)
-    return isinstance(given, Ode | Sampled) or (one and callable(getattr(given, "ode", None)))
-
-
-def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
-    """The result of a function that the study's author wrote; any error but those that say what is wrong is named."""
-    try:
-        return function(*arguments)
-    except (ValueError, LookupError, OSError, MemoryError):
-        raise
-    except SystemExit as error:
-        raise ValueError(f"`{call}` ended the study by itself, with status {described(error.code)}.") from error
-    except Exception as error:
-        message = described(str(error), LONGEST)
-        raise ValueError(f"`{call}` ended with {type(error).__name__}: {message}.") from error
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +62,7 @@ class Run:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        if not _is_loop(self.loop):
+        if not is_loop(self.loop):
             raise refusal("Run(loop=...)", LOOP, self.loop)
         for name in ("h", "until", "every"):
             if (span := getattr(self, name)) is not None:

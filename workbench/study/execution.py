@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
@@ -14,7 +13,9 @@ from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
 from workbench.study.ledger import store
+from workbench.study.ledger.about import UNUSED, About, SweepAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, Task, Tell
 from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
@@ -75,6 +76,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     """
     _check_options(study, order)
     if not (study.sweeps or study.tunings):
+        _leave(study, out, order)
         yield study, Results()
         return
     arithmetic_of = _arithmetics(out, order)
@@ -86,7 +88,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop_tables()
-        about = store.About(study.name, os.path.relpath(order.script.resolve(), ledger.out.resolve()), order.samples)
+        about = About.of(study.name, order.script, ledger.out, order.samples)
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later = callable(study.sweeps)
         study = study.resolved(tuned)
@@ -99,6 +101,20 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
         yield study, results
+
+
+def _leave(study: Study, out: Path, order: Order) -> None:
+    """Have a ledger of earlier sweeps say that the study no longer has any."""
+    about = store.about_in(out)
+    if about is None:
+        return
+    now = About.of(study.name, order.script, out)
+    if about != now:
+        with store.opened(out) as ledger:
+            ledger.drop_tables()
+            ledger.describe(now)
+            if unused := now.unused(ledger.names):
+                order.say(UNUSED.format(count=unused, out=out))
 
 
 def _check_options(study: Study, order: Order) -> None:
@@ -131,7 +147,7 @@ def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
             return order.arithmetic
         chosen = order.arithmetic or kept[name].partition(" ")[0]
         if signature(chosen) != kept[name]:
-            raise store.LedgerError(
+            raise LedgerError(
                 f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
                 f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
                 "version, name another folder with `--out`, or begin anew with `--fresh`."
@@ -176,13 +192,13 @@ def _stoppable(ledger: Ledger) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        kept = sum(map(store.is_chunk, ledger.names))
+        kept = sum(map(is_chunk, ledger.names))
         raise Stopped(f"stopped; {kept} chunks are kept in '{ledger.out}'. {store.LATER}") from None
 
 
 def _tuned(
-    searches: Sequence[Search], ledger: Ledger, order: Order, about: store.About
-) -> tuple[dict[str, Tuned], tuple[store.SweepAbout, ...]]:
+    searches: Sequence[Search], ledger: Ledger, order: Order, about: About
+) -> tuple[dict[str, Tuned], tuple[SweepAbout, ...]]:
     """The answer of each tuning, computed by threads of this machine, and its runs as the ledger describes them."""
     with ExitStack() as stack:
 
@@ -210,22 +226,19 @@ def _samples(
     searched: Sequence[CompiledSweep],
     ledger: Ledger,
     order: Order,
-    about: store.About,
+    about: About,
 ) -> tuple[Sample, ...]:
     """The sample of each sweep, from chunks of which the missing are computed."""
     tasks = tasks_of(sweeps)
     own = [tuple(task.name for task in tasks if task.sweep == i) for i in range(len(sweeps))]
     arithmetics = [signature(one.arithmetic) for one in sweeps]
     each = zip(sweeps, arithmetics, own, strict=True)
-    abouts = (store.SweepAbout(one.sweep.name, one.size, bits, names) for one, bits, names in each)
+    abouts = (SweepAbout(one.sweep.name, one.size, bits, names) for one, bits, names in each)
     tuned = [name for sweep in about.sweeps for name in sweep.chunks]
-    ledger.describe(replace(about, sweeps=(*about.sweeps, *abouts)))
-    wanted = {*tuned, *(task.name for task in tasks)}
-    if unused := sum(store.is_chunk(name) and name not in wanted for name in ledger.names):
-        order.say(
-            f"{unused} chunks in '{ledger.out}' are of other samples or equations than the study has now: they are "
-            "kept, and not used; `--fresh` removes them."
-        )
+    now = replace(about, sweeps=(*about.sweeps, *abouts))
+    ledger.describe(now)
+    if unused := now.unused(ledger.names):
+        order.say(UNUSED.format(count=unused, out=ledger.out))
     missing = sum(task.name not in ledger for task in tasks)
     if missing and order.only_report:
         raise LookupError(

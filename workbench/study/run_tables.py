@@ -15,7 +15,8 @@ from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.ledger.durability import write_durably
-from workbench.study.ledger.store import TABLE, LedgerError
+from workbench.study.ledger.ownership import LedgerError, refuse_links
+from workbench.study.ledger.store import TABLE
 from workbench.study.sample import ARRAYS, Sample
 from workbench.validation.refusals import Array
 
@@ -85,6 +86,7 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     """Write the table to a file of the folder, which is there whole or not at all."""
     import pandas as pd
 
+    refuse_links(folder.parent, f"{folder.name}/{sample.name}.{form}")
     folder.mkdir(parents=True, exist_ok=True)
     ways = {
         "csv": lambda: to_csv(sample),
@@ -101,6 +103,7 @@ def write_cases(folder: Path, form: str) -> Path:
     file = (folder / CASES).with_suffix(f".{form}")
     if form == "csv":
         return file
+    refuse_links(folder, str(file.relative_to(folder)))
     import pandas as pd
 
     frame = pd.read_csv(folder / CASES)

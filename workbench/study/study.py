@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.equations import answer
 from workbench.metrics import Measurement
-from workbench.study.contract import Run, Sweep, answer
+from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.live.knob import Knob
@@ -78,13 +79,17 @@ class Outcome:
     ode: Ode | Sampled
     measurement: Measurement
 
+    def __repr__(self) -> str:
+        return f"<Outcome of '{self.case.name}': {self.measurement.summary}>"
+
     @property
     def digest(self) -> str:
-        """A name of equations, parameters, initial state, steps and horizon (64 hexadecimal digits)."""
+        """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
         run, ode = self.case.run, self.ode
         times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
         spans = [None if span is None else float(span) for span in times]
-        digest = hashlib.sha256(repr((ode.fingerprint, spans)).encode())
+        noise = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()
+        digest = hashlib.sha256(repr((ode.fingerprint, spans, *noise)).encode())
         for numbers in (ode.parameters.default, ode.states.default):
             digest.update(numbers.astype("<f8").tobytes())
         return digest.hexdigest()
@@ -110,8 +115,7 @@ class Outcome:
         steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        flow = self.ode.flow if isinstance(self.ode, Sampled) else self.ode
-        return self.ode.notes + methods + steps + beyond + missed + flow.switches.warnings
+        return self.ode.notes + methods + steps + beyond + missed + self.ode.switches.warnings
 
     @door
     def within(self, metric: str) -> bool | None:

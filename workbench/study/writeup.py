@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from workbench import __version__
+from workbench.core.equations import answer
 from workbench.simulate.arithmetic import signature
-from workbench.study.contract import answer
 from workbench.study.document.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
 from workbench.validation.refusals import several

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import os
 import reprlib
 from collections.abc import Iterable
 from typing import Any
@@ -19,6 +20,7 @@ Integers = np.ndarray[Any, np.dtype[np.signedinteger[Any]]]
 
 LONGEST = 60  # how much of a value a message shows
 LONGEST_NAME = 200
+LONGEST_PATH, LONGEST_PART = 4096, 255  # bytes of a path, and of each name in it, on all usual disks
 MOST = 2**53  # beyond it whole numbers are no longer exact as doubles
 WORDS = {int: "a whole number", float: "a number", bool: "True or False", str: "text", type(None): "None"}
 
@@ -187,7 +189,8 @@ def as_whole(value: object) -> int | None:
     """A whole number of any type as an `int`; None for anything else, such as True."""
     if isinstance(value, np.ndarray) and value.ndim == 0:
         value = value[()]
-    return int(value) if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
+    counts = isinstance(value, int | np.integer) and not isinstance(value, bool | np.timedelta64)
+    return int(value) if counts else None  # type: ignore[call-overload]
 
 
 def as_number(value: object) -> float | None:
@@ -207,6 +210,17 @@ def as_text(value: object) -> str | None:
     except UnicodeEncodeError:  # a lone surrogate
         return None
     return str(value) if type(value) is np.str_ else value
+
+
+def as_path(value: object) -> str | os.PathLike[str] | None:
+    """A path that a file can have here; None for anything else, such as one with NUL, or of too many characters."""
+    try:
+        place = os.fsencode(os.fspath(value))  # type: ignore[call-overload]
+    except (TypeError, ValueError):
+        return None
+    longest = max(map(len, place.split(os.fsencode(os.sep))))
+    fits = b"\0" not in place and len(place) < LONGEST_PATH and longest <= LONGEST_PART
+    return value if isinstance(value, str | os.PathLike) and fits else None
 
 
 def as_array(value: object) -> Array | None:

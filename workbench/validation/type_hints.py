@@ -3,14 +3,28 @@
 from __future__ import annotations
 
 import functools
+import inspect
+import os
 import types
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 import casadi as ca
 import numpy as np
 
-from workbench.validation.refusals import WORDS, a, as_array, as_number, as_text, as_whole, described, name_of, way
+from workbench.validation.refusals import (
+    WORDS,
+    a,
+    as_array,
+    as_number,
+    as_path,
+    as_text,
+    as_whole,
+    described,
+    name_of,
+    way,
+)
 
 Fit = Callable[[Any], Any]  # from a value to the same value in the type of a hint, or a `KindError`
 FEW = 3  # types that a message names, if there are more than four
@@ -45,10 +59,15 @@ def fit_of(hint: Any) -> Fit:
         return fit_of(hint.__bound__ or Any)
     if kind is Annotated:
         return fit_of(parts[0])
+    if kind is Callable and parts and isinstance(parts[0], list) and parts[1] in (None, type(None)):
+        return functools.partial(_function, len(parts[0]), words(hint))
     if kind in PLAIN:
         return functools.partial(_plain, PLAIN[kind], words(hint))
     if kind in (Union, types.UnionType):
-        return functools.partial(_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
+        fit = functools.partial(_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
+        return functools.partial(_path, fit) if any(part in (Path, os.PathLike) for part in parts) else fit
+    if kind is Path:
+        return functools.partial(_path, functools.partial(_instance, kind, words(hint)))
     if kind is Literal:
         return functools.partial(_plain, lambda value: value if _among(value, parts) else None, words(hint))
     if kind is np.ndarray:
@@ -127,6 +146,30 @@ def _plain(clean: Fit, must: str, value: Any) -> Any:
 def _instance(kind: Any, must: str, value: Any) -> Any:
     if not isinstance(value, kind):
         raise KindError(must, described(value) + way(kind, value))
+    return value
+
+
+def _path(fit: Fit, value: Any) -> Any:
+    """A value that fits; of one that is to be a path, only such as a file can have."""
+    if isinstance(value, str | os.PathLike) and as_path(value) is None:
+        raise KindError("a path that a file can have", described(value))
+    return fit(value)
+
+
+def _function(count: int, must: str, value: Any) -> Any:
+    """A function that is told so many things, as far as it says; for those that answer there is `answer`."""
+    try:
+        signature = inspect.signature(value)
+    except (TypeError, ValueError):  # no function, or one in C, which says nothing; a class in C is none of the user's
+        if not callable(value) or isinstance(value, type):
+            raise KindError(must, described(value)) from None
+        return value
+    try:
+        signature.bind(*range(count))
+    except TypeError:
+        arguments = f"{count or 'no'} argument{'' if count == 1 else 's'}"
+        called = f"`{getattr(value, '__name__', type(value).__name__)}{signature}`"
+        raise KindError(must, f"{called}, which cannot be called with {arguments}") from None
     return value
 
 

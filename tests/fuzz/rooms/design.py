@@ -42,7 +42,7 @@ def layer() -> tuple[Ode, np.ndarray]:
     law = SlidingMode(arm, Lambda=[6.0] * 2, K=[5.0] * 2, phi=0.01, saturation="clip")
     plant = Manipulator(arm, q=folded, actuator=FirstOrderLag(0.01))
     loop = ClosedLoop(plant, FullState(2), law, Hold(folded)).ode()
-    p = loop.parameters.default
+    p = loop.parameters.default.copy()
     p[loop.parameters.labels.index("controller.K[1]")] = 0.0
     return loop, p
 
@@ -93,10 +93,12 @@ def calls() -> dict[str, Any]:
 
 def _linear() -> dict[str, Any]:
     cut, loop = LOOP.broken(), control.ss([[-1.0]], [[1.0]], [[2.0]], 0)
+    (arriving,) = cut.outputs_at(0.0, cut.states.default).values()
+    acting = cut.parameters.pack({"drive": arriving})[0]
     return {
         "along": partial(linear.along, ODE, TIMES, np.zeros((5, 2)), None),
-        "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default),
-        "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default])),
+        "broken_loop": partial(linear.broken_loop, cut, 0.0, cut.states.default, frozen=True, side=None),
+        "broken_loops": partial(linear.broken_loops, linear.along(cut, [0.0], [cut.states.default], acting)),
         "controllability": partial(linear.controllability, SYSTEM, 1e-9),
         "observability": partial(linear.observability, SYSTEM, 1e-9),
         "disk_margin": partial(linear.disk_margin, loop),

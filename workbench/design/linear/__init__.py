@@ -1,21 +1,16 @@
 """Linear models of an `Ode`, and their properties: rest points, modes, paths and margins.
 
 The room knows equations and systems of python-control, and no robot, law or loop by name. Read `linearization.py`
-first, then `linear_modes.py` for poles, `feedback_loops.py` and `loop_margins.py` for loops that are cut.
+first, then `linear_modes.py` for poles, `loop_cuts.py` and `loop_margins.py` for loops that are cut.
 """
 
 from workbench.design.linear.compensators import Placement, lead_lag, place
 from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibria
-from workbench.design.linear.feedback_loops import (
-    broken_loop,
-    broken_loops,
-    frequency_response,
-    one_loop,
-    sensitivity,
-)
+from workbench.design.linear.feedback_loops import frequency_response, one_loop, sensitivity
 from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
 from workbench.design.linear.linear_path import LinearPath, LyapunovExponents, along, freeze, lyapunov_exponents
 from workbench.design.linear.linearization import forward_differences, linearize, to_control
+from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
 

@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from workbench.core import Point
 from workbench.design.linear.linear_modes import controllability
+from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Complex, Refused
+from workbench.design.matrices import EPS, Complex, Refused, pole_text
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, described, finite, raised, refusal
 from workbench.validation.signatures import door
@@ -20,19 +22,24 @@ if TYPE_CHECKING:
     import control
 
 SAME = 1e-9  # of the size of the poles: nearer ones count as one that is repeated
-OFF = 1e-6  # how far simple poles may lie from what was wanted, relative to the largest
+OFF = 1e-6  # how far a simple pole may lie from where it was wanted, relative to its size
 MOST_LEAD = 75.0  # degrees of one section, whose gain at high frequencies is then 58 times that at low ones
+CLOSE = 1e-4  # degrees that the search for a crossover may be off, where the margin is met exactly
 DECADE = 10.0  # from the zero of the lag to the crossover, where it costs 6 degrees at most
 
 
 @dataclass(frozen=True, eq=False)
 @show
 class Placement:
-    """The gain K (nu, nx) of u = -K x, the poles (nx,) of A - B K, and their largest error, relative to the largest."""
+    """The gain K (nu, nx) of u = -K x, the poles (nx,) of A - B K, and their largest `error`, relative to each pole.
+
+    `point` is that of the linearised system for which it was placed, if any.
+    """
 
     K: Array
     poles: Complex
     error: float
+    point: Point | None = None
 
 
 @door
@@ -63,7 +70,7 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
     >>> wb.place(motor, [-10.0, -20.0]).K.round(3)
     array([[-0.01,  9.  ]])
     """
-    import control
+    from workbench.design.linear.pointed_systems import point_of
 
     state_space("place", system)
     wanted = _conjugate(poles, system)
@@ -75,30 +82,42 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
         )
     distance = np.abs(wanted[:, np.newaxis] - wanted)
     most = int((distance <= SAME * np.abs(wanted).max()).sum(axis=1).max())
+    K = _gain(system, wanted, most)
+    reached = np.linalg.eigvals(system.A - system.B @ K).astype(complex)
+    reached, errors = _matched(wanted, reached)
+    worst = int(errors.argmax())
+    # rounding moves a pole that is repeated m times by the m-th root of itself
+    if not errors[worst] <= max(OFF, (1e3 * EPS) ** (1 / most)):
+        raise Refused(
+            f"`place(system, poles)`: A - B K has the pole {pole_text(complex(reached[worst]))} in the place of "
+            f"{pole_text(complex(wanted[worst]))}; take poles nearer to those of the system and to each other, or not "
+            "repeated."
+        )
+    return Placement(K, reached, float(errors[worst]), point_of(system))
+
+
+def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:
+    """The gain of python-control for poles of which one comes so often at most."""
+    import control
+
     design = control.acker if system.ninputs == 1 and most > 1 else control.place
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # what does not converge is seen in the poles
-            K = np.asarray(design(system.A, system.B, wanted), dtype=float).reshape(system.ninputs, -1)
+            return np.asarray(design(system.A, system.B, wanted), dtype=float).reshape(system.ninputs, -1)
     except ValueError as error:
         raise Refused(f"`place(system, poles)`: python-control has no such gain: {raised(error)}.") from error
-    reached = np.linalg.eigvals(system.A - system.B @ K).astype(complex)
-    off = _apart(wanted, reached) / max(float(np.abs(wanted).max()), EPS)
-    # rounding moves a pole that is repeated m times by the m-th root of itself
-    if not off <= max(OFF, (1e3 * EPS) ** (1 / most)):
-        raise Refused(
-            f"`place(system, poles)`: the poles of A - B K lie up to {off:.1e} of the largest away from those that "
-            "were wanted; take poles nearer to those of the system, or not repeated."
-        )
-    return Placement(K, reached, off)
 
 
 def _conjugate(poles: Any, system: Any) -> Complex:
     call = "place(poles=...)"
     try:
-        wanted = np.asarray(poles, dtype=complex)
-    except (TypeError, ValueError):
+        given = np.array(poles)
+    except Exception:  # an object of the user's may raise anything when it is asked for its numbers
         raise refusal(call, "a vector of numbers", poles) from None
+    if given.dtype.kind not in "iufc":  # symbols of CasADi, say, or a number beyond 1.8e308
+        raise refusal(call, "a vector of numbers", poles)
+    wanted = given.astype(complex)
     if wanted.shape != (len(system.A),) or not np.isfinite(wanted).all():
         raise ValueError(
             f"`{call}` must be {len(system.A)} finite numbers, one for each state; got {described(poles)}."
@@ -108,22 +127,28 @@ def _conjugate(poles: Any, system: Any) -> Complex:
     return wanted
 
 
-def _apart(wanted: Complex, reached: Complex) -> float:
-    """The largest distance between poles that are matched one by one."""
+def _matched(wanted: Complex, reached: Complex) -> tuple[Complex, Array]:
+    """The poles that are reached in the order of the wanted ones, with the error of each relative to its own size.
+
+    A pole at zero has no size; its error is relative to the largest.
+    """
     distance = np.abs(wanted[:, np.newaxis] - reached)
-    return float(distance[linear_sum_assignment(distance)].max())
+    rows, columns = linear_sum_assignment(distance)
+    size = np.where(wanted != 0, np.abs(wanted), max(float(np.abs(wanted).max()), EPS))
+    return reached[columns], distance[rows, columns] / size
 
 
 @door
 def lead_lag(
     plant: control.StateSpace, crossover: float, margin: float, boost: float = 1.0
 ) -> control.TransferFunction:
-    """The compensator C with which P C crosses a gain of one at a frequency, with at least this phase margin:
+    """The compensator C with which P C crosses a gain of one at a frequency, with this margin at every crossover:
 
         C = k (s + wc/10) / (s + wc/(10 boost)) (s + wc sqrt(a)) / (s + wc/sqrt(a)),       a = (1 - sin f)/(1 + sin f),
 
     where f is the phase that lacks at the crossover wc. Its input is the error, reference minus output, and it has the
-    names of the plant: `LinearLaw(C, error=True)` runs it, and `control.c2d(C, period, "tustin")` samples it.
+    names of the plant: `LinearLaw(C, error=True)` runs it, and `control.c2d(C, period, "tustin")` samples it. Of a
+    linearised plant it is about the point of that, and its command is u0 where the error is zero.
 
     Parameters
     ----------
@@ -139,7 +164,7 @@ def lead_lag(
     ValueError
         If the plant is none, or a number is out of its range.
     Refused
-        If more than 75 degrees lack, or the closed loop is not stable.
+        If more than 75 degrees lack, the closed loop is not stable, or another crossover has less margin.
 
     References
     ----------
@@ -154,24 +179,49 @@ def lead_lag(
     """
     import control
 
-    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
-    if not linear or not plant.issiso() or plant.isdtime(strict=True):
-        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
-        raise refusal("lead_lag(plant=...)", must, plant)
+    from workbench.design.linear.pointed_systems import PointedTransfer, point_of
+
+    _refuse_odd_plant(plant)
     wc = finite("lead_lag(crossover=...)", crossover, " of rad/s", low=1e-12, high=1e12)
     degrees = finite("lead_lag(margin=...)", margin, " of degrees", low=0, high=90)
     more = finite("lead_lag(boost=...)", boost, low=1, high=1e6)
     lag = control.tf([1, wc / DECADE], [1, wc / DECADE / more]) if more > 1 else control.tf([1], [1])
     shape = lag * _lead(wc, degrees - 180 - np.degrees(np.angle(plant(1j * wc) * lag(1j * wc))))
     names = {"inputs": plant.output_labels, "outputs": plant.input_labels, "name": f"lead-lag of {plant.name}"}
-    C = control.tf(shape.num_list[0][0] / abs(plant(1j * wc) * shape(1j * wc)), shape.den_list[0][0], **names)
-    poles = control.feedback(control.ss(plant) * control.ss(C), 1).poles()
+    C: control.TransferFunction = control.tf(
+        shape.num_list[0][0] / abs(plant(1j * wc) * shape(1j * wc)), shape.den_list[0][0], **names
+    )
+    _refuse_margin(control.ss(plant) * control.ss(C), wc, degrees)
+    point = point_of(plant)
+    return C if point is None else PointedTransfer(C, point.of_compensator())
+
+
+def _refuse_odd_plant(plant: Any) -> None:
+    import control
+
+    linear = isinstance(plant, control.StateSpace | control.TransferFunction)
+    if not linear or not plant.issiso() or plant.isdtime(strict=True):
+        must = "a `StateSpace` or `TransferFunction` in continuous time with one input and one output"
+        raise refusal("lead_lag(plant=...)", must, plant)
+
+
+def _refuse_margin(loop: control.StateSpace, wc: float, degrees: float) -> None:
+    """Refuse a loop that is not stable once closed, or has less margin at any of its crossovers."""
+    import control
+
+    poles = control.feedback(loop, 1).poles()
     if not poles.real.max() < 0:
         raise Refused(
             f"`lead_lag(...)`: with a crossover at {wc:g} rad/s the closed loop has the pole "
             f"{poles[poles.real.argmax()]:.3g}, so it is not stable; take another crossover, or `lqg`."
         )
-    return C
+    (reached,) = loop_margins(loop)
+    if not reached.phase >= degrees - CLOSE:
+        raise Refused(
+            f"`lead_lag(...)`: the loop crosses a gain of one at {reached.crossover:.4g} rad/s, not only at {wc:g}, "
+            f"and its phase margin there is {reached.phase:.3g} degrees, not {degrees:g}. Take another crossover, "
+            "beyond the resonance of the plant say, a smaller margin, or `lqg`."
+        )
 
 
 def _lead(wc: float, phase: float) -> control.TransferFunction:

@@ -10,10 +10,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.design.linear.corners import Corners, differing
 from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, whole
+from workbench.validation.refusals import seed as check_seed
 from workbench.validation.signatures import door
 
 NEWTON_STEPS, HALVINGS = 40, 12
@@ -28,6 +30,8 @@ MOST_STARTS = 100_000
 @show
 class Equilibrium:
     """A state x (nx,) at which f(x, p, u) = 0, with the poles (nx,) of df/dx in 1/s, the slowest to decay first.
+
+    The poles are NaN on a corner, where pieces with other Jacobians meet: `linearize(..., side=...)` has those of each.
 
     `error` is a further step of Newton, relative to the size of x. `condition` is the norm of df/dx, or its median over
     the starts where that is larger, times the norm of its inverse: from 1e10 on the point may be one of a continuum,
@@ -101,7 +105,7 @@ def equilibria(
     Raises
     ------
     ValueError
-        If the rate depends on time, a state has no bounds or odd ones, or starts or boxes is no such whole number.
+        If the rate depends on time, a state has no bounds or odd ones, or starts, seed or boxes is none.
     LookupError
         If a name is no state's.
 
@@ -157,7 +161,7 @@ def _spread(low: Array, high: Array, count: int, seed: int) -> Array:
     for _ in range(60):  # to the root of x^(n + 1) = x + 1
         ratio = (1 + ratio) ** (1 / (len(low) + 1))
     pace = ratio ** -np.arange(1.0, len(low) + 1)
-    shift = np.random.default_rng(seed).uniform(size=len(low))
+    shift = np.random.default_rng(check_seed("equilibria(seed=...)", seed)).uniform(size=len(low))
     return np.asarray(low + (high - low) * ((shift + np.outer(np.arange(count), pace)) % 1))
 
 
@@ -211,7 +215,10 @@ def _along(ode: Ode, x: Array, p: Array, flat: Array) -> tuple[str, ...]:
 
 def _certified(ode: Ode, x: Array, p: Array, usual: float, radius: float | None) -> Equilibrium:
     A = np.array(ode.A(0.0, x, p))
-    poles = np.linalg.eigvals(A).astype(complex)
+    poles, corners = np.linalg.eigvals(A).astype(complex), Corners.of(ode)
+    pieces, n = corners.pieces(0.0, x, p), len(x)
+    if pieces and differing(pieces)[:n, :n].any():
+        poles = np.full(n, np.nan + 0j)
     step = np.linalg.lstsq(A, ode.rate_at(0.0, x, p), rcond=1e-13)[0]
     _, sizes, directions = np.linalg.svd(A)
     along = _along(ode, x, p, directions[sizes * ISOLATED <= max(sizes[0], usual)])

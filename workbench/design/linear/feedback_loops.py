@@ -1,4 +1,4 @@
-"""The gain L of a loop that is cut, that of one of its channels, the sensitivity, and the largest gain of a system.
+"""The gain of one channel of a loop L while the others are closed, the sensitivity, and the largest gain of a system.
 
 A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1 and T = I - S.
 """
@@ -6,14 +6,11 @@ A loop L is a square system with negative feedback: u = -L u + w. S = (I + L)^-1
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.core import Ode
-from workbench.design.linear.linear_path import LinearPath
-from workbench.design.linear.linearization import linearize
-from workbench.design.linear.operating_point import names_of, state_space
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, Refused
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, numbers, refusal
@@ -24,42 +21,6 @@ if TYPE_CHECKING:
 
 TOLERANCE = 1e-6  # relative, between what is proved and what is reached
 ROUNDS = 60
-
-
-@door
-def broken_loop(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
-    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
-
-    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it.
-
-    Raises
-    ------
-    ValueError
-        As `linearize`, or if there are not as many outputs as inputs.
-    """
-    import control
-
-    G = linearize(ode, t, x, p, u)
-    _refuse_odd("broken_loop(ode)", f"'{ode.name}'", G.ninputs, G.noutputs)
-    return control.ss(G.A, G.B, -G.C, -G.D, name=ode.name, **names_of(ode))
-
-
-@door
-def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
-    """The loop gain L at each time of a path of a loop that is cut; it must have an output for each input."""
-    import control
-
-    _refuse_odd("broken_loops(path)", "this one", len(path.inputs), len(path.outputs))
-    frozen = zip(path.A, path.B, path.Cy, path.D, strict=True)
-    return tuple(control.ss(A, B, -Cy, -D) for A, B, Cy, D in frozen)
-
-
-def _refuse_odd(call: str, name: str, inputs: int, outputs: int) -> None:
-    if inputs != outputs:
-        raise ValueError(
-            f"`{call}` must have an output for each input, which it was before the cut; {name} has {inputs} "
-            f"inputs and {outputs} outputs."
-        )
 
 
 @door

@@ -10,7 +10,15 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
-from workbench.design.linear.operating_point import inputs_of, jacobians, row_of, smooth, vector_of
+from workbench.design.linear.corners import (
+    Corners,
+    differing,
+    pieces_ahead,
+    refuse_corner,
+    rows_of,
+    split,
+)
+from workbench.design.linear.operating_point import inputs_of, jacobians, places_of, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
@@ -25,12 +33,14 @@ STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the 
 class LinearPath:
     """The linear system dx' = A(t) dx + B(t) du, dy = Cy(t) dx + D(t) du about a motion x (N, nx) at times t (N,) in s.
 
-    A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); states, inputs and outputs are names, number by
-    number.
+    Each is that of the motion frozen at its time. A is (N, nx, nx), B (N, nx, nu), Cy (N, ny, nx) and D (N, ny, nu); u
+    (N, nu) and y (N, ny) are inputs and outputs on the motion; states, inputs and outputs are names, number by number.
     """
 
     t: Array
     x: Array
+    u: Array
+    y: Array
     A: Array
     B: Array
     Cy: Array
@@ -48,7 +58,9 @@ class LinearPath:
 
 @door
 def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
-    """The linear models of an `Ode` at the states of a motion.
+    """The linear models of an `Ode` at the states of a motion, frozen at each.
+
+    On a corner, of a saturation or of |s|, they are those of the piece into which the motion goes.
 
     Parameters
     ----------
@@ -60,7 +72,7 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
     Raises
     ------
     ValueError
-        If times and states do not fit or are not finite, or a Jacobian is not finite.
+        If times and states do not fit or are not finite, a Jacobian is not finite, or the motion stays on a corner.
     """
     times, states = numbers("along(t=...)", t), numbers("along(x=...)", x)
     if times.ndim != 1 or states.shape != (len(times), ode.states.size) or not len(times):
@@ -75,13 +87,27 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
     if table is not None and len(table) != len(times):
         raise ValueError(f"`along(p=...)` must have a row for each of the {len(times)} times; got {len(table)}.")
     rows = [row_of(ode, row) for row in ([p] if table is None else table)]
-    matrices = [
-        jacobians("along", ode, float(time), state, rows[0 if table is None else k])
-        for k, (time, state) in enumerate(zip(times, states, strict=True))
-    ]
+    corners, points = Corners.of(ode), []
+    for k, (time, state) in enumerate(zip(times, states, strict=True)):
+        points.append((float(time), state, rows[0 if table is None else k]))
+    matrices = [_on_motion(corners, *point) for point in points]
     A, B, Cy, D = (np.stack(kind) for kind in zip(*matrices, strict=True))
+    u = np.stack([row[places_of(ode)] for _, _, row in points])
+    y = np.stack([np.array(ode.h(*point)).ravel() for point in points])
     names = (ode.states.labels, inputs_of(ode).labels, ode.outputs.labels)
-    return LinearPath(times, states, A, B, Cy, D, *names)
+    return LinearPath(times, states, u, y, A, B, Cy, D, *names)
+
+
+def _on_motion(corners: Corners, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
+    """A, B, Cy and D at a state of a motion; on a corner those of the piece that lies ahead."""
+    ode, pieces = corners.ode, corners.pieces(t, x, p)
+    if not pieces:
+        return jacobians("along", ode, t, x, p)
+    ahead = pieces_ahead(corners, pieces, (t, x, p))
+    odd = differing(ahead)
+    if odd.any():
+        refuse_corner("along", corners, ahead, odd, rows_of(ode), "Leave this time out, or start beside the corner.")
+    return split(ahead[0].near, len(x))
 
 
 @door

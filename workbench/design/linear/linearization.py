@@ -2,47 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled
-from workbench.core.step import runge_kutta
+from workbench.core import Ode, Point, Sampled
+from workbench.core.point import AT_REST, rate_terms
+from workbench.design.linear.corners import Corners, Sides, Used, all_entries, sure_jacobians
+from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (
-    AT_REST,
-    jacobians,
+    inputs_of,
     names_of,
     places_of,
-    rate_terms,
     refuse_jump_at,
     row_of,
     time_of,
     vector_of,
 )
-from workbench.design.matrices import Refused
-from workbench.notation.program import walk
-from workbench.proofs.interval import jumps
-from workbench.validation.refusals import MOST, Array
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
 
-CONVERGED = 1e-12  # between a number of steps and twice as many, relative
-FEWEST, MOST_STEPS = 8, 2**14
-STAIRS = {"FLOOR", "CEIL", "FMOD", "REMAINDER"}
+    from workbench.design.linear.pointed_systems import PointedSpace
 
 
 @door
 def linearize(
-    ode: Ode | Sampled, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False
-) -> control.StateSpace:
+    ode: Ode | Sampled, t: float, x: Any, p: Any = None, u: Any = None, *, at_rest: bool = False, side: Sides = None
+) -> PointedSpace:
     """The linear system dx' = A dx + B du, dy = Cy dx + D du about a state, with the names of `ode`.
 
-    Of a `Sampled` it is dx+ = A dx + B du over one period from the instant t on: the jump, and the exact flow. The
-    matrices are exact Jacobians; on the corner of a saturation or of |s| those of one of the pieces that meet there.
+    It is a `StateSpace` of python-control that carries its point: `x0`, `u0` and `y0`, and in `point` their names and
+    units. What is designed from it is about that point too. Of a `Sampled` it is dx+ = A dx + B du over one period from
+    the instant t on: the jump, and the exact flow. The matrices are exact Jacobians.
 
     Parameters
     ----------
@@ -52,131 +46,92 @@ def linearize(
         The parameters (np,), and the inputs (nu,), which overwrite theirs in p.
     at_rest
         True if the state must be a rest point; it is not asked otherwise.
+    side
+        Where the state lies on a corner, of a saturation or of |s|, the side whose Jacobians are wanted: "above" or
+        "below" for all states and inputs a little larger or smaller, or a direction: {"u": 1, "q[0]": -1}.
 
     Raises
     ------
     ValueError
         If t, x, p or u is not of its size or not finite, if `ode` declares no inputs or has no outputs, if a Jacobian
-        is not finite, if the rate jumps at the state, or if the state must be a rest point and is none.
+        is not finite, if the rate jumps at the state, if a Jacobian that is returned has different values on the pieces
+        that meet there and no side is asked for, or if the state must be a rest point and is none.
 
     Examples
     --------
     >>> linear = wb.linearize(wb.open_loop(wb.CartPole()), t=0.0, x=[0.0, 0.0, np.pi, 0.0], at_rest=True)
-    >>> linear.A[3, 2].round(2), linear.input_labels
-    (np.float64(-31.18), ['F'])
+    >>> linear.A[3, 2].round(2), linear.input_labels, linear.y0.round(2)
+    (np.float64(-31.18), ['F'], array([0.  , 3.14]))
     """
+    return linear_model("linearize", ode, t, x, row_of(_flow_of(ode), p, u), at_rest, side)
+
+
+def _flow_of(ode: Ode | Sampled) -> Ode:
+    return ode.flow if isinstance(ode, Sampled) else ode
+
+
+def linear_model(
+    call: str,
+    ode: Ode | Sampled,
+    t: float,
+    x: Any,
+    row: Array,
+    at_rest: bool = False,
+    side: Sides = None,
+    used: Used = all_entries,
+) -> PointedSpace:
+    """The linear model at parameters (np,) which hold the inputs too; refusals name the call."""
     import control
 
-    flow = ode.flow if isinstance(ode, Sampled) else ode
+    from workbench.design.linear.pointed_systems import PointedSpace
+
+    flow, state, time = _flow_of(ode), vector_of("x", x, ode.states), time_of(t)
     for what, size in (("input", len(flow.inputs)), ("output", ode.outputs.size)):
         if size == 0:
+            alone = "" if isinstance(ode, Sampled) else " Take `ode.A(t, x, p)` for the matrix A alone."
+            way = "ClosedLoop.ode(" if isinstance(ode, Ode) else "ClosedLoop.digital(period, "
+            more = f" A loop has as inputs what comes from outside by `{way}inputs=True)`." if what == "input" else ""
             raise ValueError(
-                f"`linearize(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
-                f"'{ode.name}' has none. Take `ode.A(t, x, p)` for the matrix A alone."
+                f"`{call}(ode)` needs at least one {what}, as python-control's `StateSpace` does; "
+                f"'{ode.name}' has none.{alone}{more}"
             )
-    row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
     if isinstance(ode, Sampled):
-        end, matrices = _one_period("linearize", ode, time, state, row)
-        dt = ode.period
-        if at_rest:
-            _refuse_step(ode, state, end, matrices[0])
+        period = one_period(call, ode, time, state, row, side, used)
+        matrices, output, dt = period.matrices, period.output, ode.period
+        moving = step_motion(ode, state, period.end, matrices[0])
     else:
-        refuse_jump_at("linearize", ode, time, state, row)
-        matrices, dt = jacobians("linearize", ode, time, state, row), 0
-        if at_rest:
-            _refuse_motion(ode, time, state, row, matrices[0])
-    return control.ss(*matrices, dt, name=ode.name, **names_of(flow))
+        refuse_jump_at(call, ode, time, state, row)
+        matrices, dt = sure_jacobians(call, Corners.of(ode), time, state, row, side, used), 0
+        output = np.array(ode.h(time, state, row)).ravel()
+        moving = motion(ode, time, state, row, matrices[0])
+    if at_rest and moving:
+        raise ValueError(
+            f"`{call}(x=...)` must be a rest point of '{ode.name}'; at t = {time:g} {moving}. Take a point of "
+            "`equilibria(...)`, or the inputs of `operating_point(...)`."
+        )
+    point = Point(ode.states, inputs_of(flow), ode.outputs, state, row[places_of(flow)], output, moving)
+    return PointedSpace(control.ss(*matrices, dt, name=ode.name, **names_of(flow)), point)
 
 
-def _refuse_motion(ode: Ode, t: float, x: Array, p: Array, A: Array) -> None:
-    """Refuse a state that is not at rest, with the rate that remains."""
+def motion(ode: Ode, t: float, x: Array, p: Array, A: Array, mask: Any = np.True_) -> str:
+    """The state that moves, of those in the mask, with its rate, in words; empty at a rest point."""
     rate = ode.rate_at(t, x, p)
-    worst = int(np.argmax(np.abs(rate) / rate_terms(A, x)))
-    if not abs(rate[worst]) <= AT_REST * rate_terms(A, x)[worst]:
-        raise ValueError(
-            f"`linearize(x=...)` must be a rest point of '{ode.name}', where every rate is zero; at t = {t:g} the rate "
-            f"of '{ode.states.labels[worst]}' is {rate[worst]:.3g}. Take a point of `equilibria(...)`, or the inputs "
-            "of `operating_point(...)`."
-        )
+    return _in_words(ode, x, rate, np.abs(rate) / rate_terms(A, x) * mask)
 
 
-def _refuse_step(sampled: Sampled, x: Array, end: Array, A: Array) -> None:
-    """Refuse a state that changes over a period, in the parts on which the next period depends."""
-    change = np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0)
-    worst = int(change.argmax())
-    if not change[worst] <= AT_REST:
-        raise ValueError(
-            f"`linearize(x=...)` must be a state at which '{sampled.name}' rests, the same after a period; "
-            f"'{sampled.states.labels[worst]}' changes from {x[worst]:.3g} to {end[worst]:.3g}."
-        )
+def step_motion(sampled: Sampled, x: Array, end: Array, A: Array, mask: Any = np.True_) -> str:
+    """The state that a period changes, of those in the mask on which the next one depends; empty if it rests."""
+    return _in_words(sampled, x, end - x, np.abs(end - x) / (1 + np.abs(x)) * A.any(axis=0) * mask)
 
 
-def _one_period(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, tuple[Array, ...]]:
-    """The state after the jump at t and the flow that follows it, and A, B, Cy, D of both; outputs follow the jump."""
-    k = t / sampled.period
-    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
-        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
-    k = float(round(k))
-    jump = _jump(sampled)
-    _refuse_stairs(call, jump, k, p)
-    refuse_jump_at(call, jump, k, x, p)
-    A, B, _, _ = jacobians(call, jump, k, x, p)
-    after = jump.rate_at(k, x, p)
-    refuse_jump_at(call, sampled.flow, t, after, p)
-    _, _, Cy, D = jacobians(call, sampled.flow, t, after, p)
-    end, by_x, by_u = _flow(call, sampled, t, after, p)
-    return end, (by_x @ A, by_x @ B + by_u, Cy @ A, Cy @ B + D)
-
-
-def _jump(sampled: Sampled) -> Ode:
-    """The jump without noise, as an equation whose rate is the state after it and whose time is k."""
-    flow = sampled.flow
-    rest = flow.x[sampled.jump.numel() :, 0]
-    rate = ca.substitute(ca.vertcat(sampled.jump, rest), sampled.w, ca.SX.zeros(sampled.w.shape))
-    return replace(flow, t=sampled.k, rate=rate, outputs=Layout(), output=ca.SX(0, 1))
-
-
-def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
-    """Refuse a jump that is constant between its steps, or that differs at the next instant."""
-    fixed = [place for place in range(len(p)) if place not in places_of(jump)]
-    rate = ca.densify(ca.substitute(jump.rate, jump.p[fixed], ca.SX(p[fixed])))
-    steps = walk(rate)
-    if odd := STAIRS & set(jumps(steps, [symbol.name() for symbol in ca.vertsplit(jump.x)])):
-        raise ValueError(
-            f"`{call}(...)`: the computer of '{jump.name}' reads in steps ({odd.pop().lower()}), between which its "
-            "slope is zero: a linear model would see no feedback. Set `quantum` to zero for it."
-        )
-    in_time = jumps(steps, [jump.t.name()])
-    if "FMOD" in in_time or (in_time and k == 0):
-        when = "every few periods" if "FMOD" in in_time else "from the second instant on: take t of one period"
-        raise ValueError(
-            f"`{call}(...)` must have one jump that is the same at each instant; a block of '{jump.name}' runs {when}."
-        )
-
-
-def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
-    """The state after a period, and its derivatives by state and inputs, by steps halved until nothing changes."""
-    flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
-    f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-    end = runge_kutta(f, now, flow.x, flow.p, h)
-    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
-    step = ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
-    before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
-    steps = FEWEST
-    while steps <= MOST_STEPS:
-        state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
-        for i in range(steps):
-            each = step(t + i * sampled.period / steps, state, p, sampled.period / steps)
-            state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
-            by_x, by_u = own @ by_x, own @ by_u + driven
-        now_all = np.column_stack([state, by_x, by_u])
-        if np.abs(now_all - before).max() <= CONVERGED * np.abs(now_all).max():
-            return state, by_x, by_u
-        before, steps = now_all, 2 * steps
-    raise Refused(
-        f"`{call}(...)`: the flow of '{flow.name}' over one period of {sampled.period:g} s does not converge within "
-        f"{MOST_STEPS} Runge-Kutta steps; take a shorter period, or a state from which it does not escape."
-    )
+def _in_words(ode: Ode | Sampled, x: Array, change: Array, share: Array) -> str:
+    worst = int(np.argmax(np.where(np.isnan(share), np.inf, share)))
+    if share[worst] <= AT_REST:
+        return ""
+    label = ode.states.labels[worst]
+    if isinstance(ode, Sampled):
+        return f"'{label}' changes from {x[worst]:.3g} to {x[worst] + change[worst]:.3g} over a period"
+    return f"the rate of '{label}' is {change[worst]:.3g}"
 
 
 @door

@@ -10,6 +10,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.point import AT_REST, rate_terms
 from workbench.design.matrices import LARGEST, Refused
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
@@ -19,9 +20,6 @@ from workbench.validation.signatures import door
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
-# A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
-# is 1e-13 of them, and a state printed to nine digits leaves 1e-9.
-AT_REST = 1e-8
 GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
 
@@ -47,7 +45,7 @@ def places_of(ode: Ode) -> list[int]:
 def row_of(ode: Ode, p: Any, u: Any = None) -> Array:
     """A copy of p (np,), the defaults if it is None, with u (nu,) in its places unless that is None."""
     require("ode", ode, Ode)
-    row = ode.parameters.default if p is None else vector_of("p", p, ode.parameters)
+    row = ode.parameters.default.copy() if p is None else vector_of("p", p, ode.parameters)
     if u is not None:
         row[places_of(ode)] = vector_of("u", u, inputs_of(ode))
     ode.parameters.check(row[np.newaxis])
@@ -133,11 +131,6 @@ def state_space(call: str, system: Any) -> tuple[Array, Array, Array, Array]:
     if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
         raise ValueError(f"`{call}(system=...)` must have finite matrices; '{system.name}' has not.")
     return A, B, C, D
-
-
-def rate_terms(A: Array, x: Array) -> Array:
-    """A scale for each rate, (nx,): |A| (1 + |x|) + 1, the size of its terms at a state of order one or larger."""
-    return np.asarray(np.abs(A) @ (1 + np.abs(x)) + 1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,11 +1,12 @@
 """Algebraic Riccati and Lyapunov equations, and the gains that come from them, each with its certificate.
 
-The room knows matrices and linear systems, and no plant. Read `regulators.py` first (LQR and the Kalman filter), then
+The room knows matrices and linear systems, and no plant. Read `regulators.py` and `kalman_gains.py` first, then
 `stabilising_solution.py` (CARE and DARE): first answers, refined by Newton's method and then judged.
 """
 
+from workbench.design.riccati.kalman_gains import lqe, steady_kalman
 from workbench.design.riccati.lyapunov_equation import Lyapunov, discrete_lyapunov, lyapunov
-from workbench.design.riccati.regulators import Lqg, lqe, lqg, lqr, steady_kalman
+from workbench.design.riccati.regulators import Lqg, lqg, lqr
 from workbench.design.riccati.stabilising_solution import Riccati, care, dare
 
 __all__ = [

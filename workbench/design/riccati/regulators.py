@@ -1,29 +1,27 @@
-"""Linear-quadratic regulators, estimators, and both together."""
+"""Linear-quadratic regulators, and controllers that hold one and an estimator."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
-from workbench.core import Ode
-from workbench.design.linear.operating_point import jacobians, row_of, vector_of
+from workbench.core import Entry, Layout, Point
 from workbench.design.matrices import (
     Certificate,
     Complex,
-    definite,
+    Refused,
     indefinite,
-    matrix,
+    pole_text,
     semidefinite,
-    square,
 )
 from workbench.design.riccati.algebraic_equation import distances, norm
-from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.design.riccati.kalman_gains import lqe
+from workbench.design.riccati.stabilising_solution import Riccati, checked_data, stabilising
 from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, seconds
+from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 
@@ -32,7 +30,8 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
     """The gain K of u = -K x that makes the integral, or sum, of x'Qx + 2 x'Nu + u'Ru smallest.
 
     The system is x' = A x + B u, or x+ = A x + B u if it is `discrete`. A python-control `StateSpace` takes the place
-    of A and B, as in `lqr(system, Q, R)`, and says itself whether it is sampled.
+    of A and B, as in `lqr(system, Q, R)`, and says itself whether it is sampled. The answer of a linearised system has
+    its point, about which `Regulator.of(plant, answer)` holds the plant.
 
     Parameters
     ----------
@@ -59,8 +58,9 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
     >>> answer.K.round(4), answer.certificate.residual < 1e-15
     (array([[1.    , 1.4142]]), True)
     """
-    call = "lqr(A, B, Q, R)"
+    call, point = "lqr(A, B, Q, R)", None
     if is_system(A):
+        point = _point_of(A)
         call, discrete = "lqr(system, Q, R)", is_discrete(A)
         if B is not None:  # weights in the places of matrices, the rest of them by name
             Q, R, N = (B, R, N) if Q is None else (B, Q, R if N is None else N)
@@ -68,109 +68,16 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
     d = checked_data(call, A, B, Q, R, N)
     semidefinite(call, "Q", d.Q)
     _check_joint(call, d.Q, d.S, d.R)
-    return stabilising(call, d, discrete)
-
-
-@door
-def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Riccati:
-    """The gain K of the stationary Kalman filter of x' = A x + G w, y = C x + v, and X = P, its covariance.
-
-    The estimate follows x_hat' = A x_hat + K (y - C x_hat), or x_hat+ if the system is discrete: then K is that of
-    the predictor, with P before a measurement.
-
-    Parameters
-    ----------
-    A, G, C
-        (n, n), (n, nw) and (ny, n).
-    Qn, Rn
-        The intensities of w (nw, nw), positive semidefinite, and v (ny, ny), positive definite.
-
-    Raises
-    ------
-    ValueError, Refused
-        As `lqr`.
-    """
-    call = "lqe(A, G, C, Qn, Rn)"
-    a = square(call, "A", A)
-    g = matrix(call, "G", G, rows=len(a))
-    c = matrix(call, "C", C, columns=len(a))
-    q, r = semidefinite(call, "Qn", Qn, g.shape[1]), definite(call, "Rn", Rn, len(c))
-    driven = g @ q @ g.T
-    d = checked_data(call, a.T, c.T, (driven + driven.T) / 2, r)  # the equation of the transposed system
-    dual = stabilising(call, d, discrete, ESTIMATOR)
-    return replace(dual, K=dual.K.T)
-
-
-@door
-def steady_kalman(
-    ode: Ode,
-    Q: Any,
-    R: Any,
-    outputs: Sequence[str] = (),
-    *,
-    period: float | None = None,
-    x: Any = None,
-    u: Any = None,
-    p: Any = None,
-) -> Riccati:
-    """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
-
-    Without a period K is that of x_hat' = f + K (y - h), for readings at all times. With one it is that of x_hat+ =
-    x_hat + K (y_k - h) at each reading, between which x_hat' = f: X is then P before a reading. `poles` are those of
-    the error.
-
-    Parameters
-    ----------
-    Q, R
-        The intensity of w (nx, nx), semidefinite; and that of v, with a period the covariance of one reading, (ny, ny).
-    outputs
-        The outputs that are read, or single numbers of them (`q[0]`); all where none is named.
-    x, u, p
-        (nx,), (nu,) and (np,); the starts and defaults of `ode` where none is given.
-
-    Raises
-    ------
-    LookupError
-        If an output has no such name.
-    ValueError, Refused
-        As `lqe`.
-
-    References
-    ----------
-    Simon (2006), Optimal State Estimation, sections 7.3 and 8.3.
-
-    Examples
-    --------
-    >>> wb.steady_kalman(wb.open_loop(wb.DCMotor()), Q=np.eye(2), R=[[1e-2]], period=0.01).K.round(3)
-    array([[0.581],
-           [0.149]])
-    """
-    call = "steady_kalman(ode, Q, R)"
-    state = ode.states.default if x is None else vector_of("x", x, ode.states)
-    A, _, Cy, _ = jacobians("steady_kalman", ode, 0.0, state, row_of(ode, p, u))
-    C = Cy[[place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]]
-    q, r = semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
-    if period is None:
-        return lqe(A, np.eye(len(A)), C, q, r)
-    Phi, Qd = _sampled(A, q, seconds("steady_kalman(period=...)", period))
-    answer = lqe(Phi, np.eye(len(A)), C, Qd, r, discrete=True)
-    K = np.asarray(np.linalg.solve(C @ answer.X @ C.T + r, C @ answer.X).T, dtype=float)
-    return replace(answer, K=K)
-
-
-def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
-    """exp(A period), and the covariance that white noise of intensity Q gathers over the period (Van Loon 1978)."""
-    n = len(A)
-    block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * period)
-    Phi = block[n:, n:].T
-    Qd = Phi @ block[:n, n:]
-    return Phi, (Qd + Qd.T) / 2
+    return replace(stabilising(call, d, discrete), point=point)
 
 
 @dataclass(frozen=True)
 @show
 class Lqg:
     """A linear-quadratic-Gaussian controller from y to u, a python-control `StateSpace` with the feedback sign inside.
+
+    Of a linearised system it is about the point of that: given to a `ClosedLoop` as it stands, it reads y - y0 and adds
+    u0. Its states are estimates of x - x0, zero at rest.
 
     The poles (2 n,) of the closed loop are computed from the loop and not from its two halves. The certificate is that
     of the loop: the worse figure of both halves, and how far its poles lie from theirs (`residual`).
@@ -205,7 +112,7 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     Raises
     ------
     ValueError, Refused
-        If `system` is no `StateSpace`, or as `lqr` and `lqe`.
+        If `system` is no `StateSpace`, the closed loop is not stable, or as `lqr` and `lqe`.
 
     References
     ----------
@@ -224,23 +131,42 @@ def lqg(system: Any, Q: Any, R: Any, Qn: Any, Rn: Any, N: Any = None, G: Any = N
     regulator = lqr(system, Q, R, N)
     entry = np.eye(len(system.A)) if G is None else G
     estimator = lqe(system.A, entry, system.C, Qn, Rn, discrete=is_discrete(system))
+    estimator = replace(estimator, point=regulator.point)
     controller = _controller(system, regulator.K, estimator.K)
     loop, apart = _loops(system, controller, regulator.K, estimator.K)
     poles = np.asarray(np.linalg.eigvals(loop), dtype=complex)
+    margins = _stable_margins(system, poles)
     certificate = Certificate(
         residual=norm(apart) / norm(loop),
         error=max(regulator.certificate.error, estimator.certificate.error),
         condition=max(regulator.certificate.condition, estimator.certificate.condition),
-        margin=float(distances(poles, is_discrete(system)).min()),
+        margin=float(margins.min()),
         refined=max(regulator.certificate.refined, estimator.certificate.refined),
         warnings=tuple(_warnings(system, controller, regulator, estimator)),
     )
     return Lqg(controller, regulator, estimator, poles, certificate)
 
 
+def _stable_margins(system: Any, poles: Complex) -> Array:
+    """The distance of each pole of the closed loop from instability; a loop that is not stable is refused."""
+    margins = distances(poles, is_discrete(system))
+    if not margins.min() > 0:
+        raise Refused(
+            f"`lqg(system, Q, R, Qn, Rn)`: the loop of '{system.name}' and its controller is not stable: its pole "
+            f"{pole_text(complex(poles[margins.argmin()]))} differs from those of its two halves by rounding. Choose "
+            "other units, or milder weights."
+        )
+    return margins
+
+
 def is_system(value: Any) -> bool:
     """True if a value is a linear system by its matrices, as python-control's `StateSpace`."""
     return all(hasattr(value, name) for name in ("A", "B", "C", "D", "dt"))
+
+
+def _point_of(system: Any) -> Point | None:
+    point = getattr(system, "point", None)
+    return point if isinstance(point, Point) else None
 
 
 def is_discrete(system: Any) -> bool:
@@ -264,18 +190,27 @@ def _check_joint(call: str, Q: Array, N: Array, R: Array) -> None:
 def _controller(system: Any, K: Array, L: Array) -> Any:
     import control  # takes seconds, and only this function needs it
 
+    from workbench.design.linear.pointed_systems import PointedSpace, point_of
+
     inside = system.A - system.B @ K - L @ (system.C - system.D @ K)
-    return control.ss(
+    states = [f"{label}_hat" for label in system.state_labels]
+    controller = control.ss(
         inside,
         L,
         -K,
         np.zeros((len(K), L.shape[1])),
         system.dt,
         name=f"lqg of {system.name}",
-        states=[f"{label}_hat" for label in system.state_labels],
+        states=states,
         inputs=list(system.output_labels),
         outputs=list(system.input_labels),
     )
+    point = point_of(system)
+    if point is None:
+        return controller
+    units = (unit for entry in point.states.entries for unit in entry.units)
+    estimates = (Entry(name, np.zeros(()), unit) for name, unit in zip(states, units, strict=True))
+    return PointedSpace(controller, point.of_controller(Layout(tuple(estimates))))
 
 
 def _warnings(system: Any, controller: Any, regulator: Riccati, estimator: Riccati) -> Iterator[str]:

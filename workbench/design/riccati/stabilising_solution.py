@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.point import Point
 from workbench.design.matrices import (
     EPS,
     Certificate,
@@ -55,13 +56,14 @@ class Riccati:
     """The stabilising solution X (n, n) of an algebraic Riccati equation, symmetric, and its gain.
 
     K is (m, n) of a regulator u = -K x, or (n, ny) of an estimator x_hat' = A x_hat + K (y - C x_hat); the poles (n,)
-    are those of A - B K, or A - K C.
+    are those of A - B K, or A - K C. `point` is that of the linearised system from which it was designed, if any.
     """
 
     X: Array
     K: Array
     poles: Complex
     certificate: Certificate
+    point: Point | None = None
 
 
 @door

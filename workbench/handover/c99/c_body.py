@@ -35,7 +35,7 @@ FORMS = {
 }
 TRUTHS = {*COMPARISONS, "and", "or", "not"}
 OF_TRUTHS = {"and": (0, 1), "or": (0, 1), "not": (0,), "if_else": (0,)}  # the operands that are truths
-PRIMITIVES = ("fabs", "sqrt", "floor")
+PRIMITIVES = ("fabs", "sqrt", "floor", "copysign")
 
 
 class Text(NamedTuple):

@@ -66,15 +66,16 @@ class CCode:
         return {name: layout for name, layout in ports.items() if layout.size}
 
     @door
-    def write(self, folder: str | Path) -> Path:
+    def write(self, folder: str | Path, overwrite: bool = False) -> Path:
         """Write header and source to a folder, all or nothing; the folder.
 
         Raises
         ------
         ValueError
-            If the folder holds files that no export has written.
+            If the folder holds files of these names that no export has written or that were edited since, unless they
+            are to be overwritten.
         """
-        return write_files(folder, self.files)
+        return write_files(folder, self.files, overwrite)
 
     def __repr__(self) -> str:
         return f"<CCode '{self.name}': {self.precision}, {len(self.source.splitlines())} lines>"

@@ -10,6 +10,7 @@ from typing import Any
 from workbench.handover.c99.c_primitives import NEEDS, PRIMITIVES, SINGLE, Real, primitive, word_text
 from workbench.handover.single import single_functions
 from workbench.simulate.kernel import elementary_functions as double_functions
+from workbench.simulate.kernel.further_functions import ARGUMENTS, DOUBLE
 from workbench.simulate.kernel.target_operations import Number
 
 NUMBER, WORD, TRUTH = "number", "word", "truth"
@@ -51,6 +52,14 @@ ABOUT = {
     "fmin": "The smaller number; of a number and what is none, the number.",
     "fmax": "The larger number; of a number and what is none, the number.",
     "sign": "1, -1, or x itself where it is zero.",
+    "expm1": "The exponential less one, to the last digits also near zero.",
+    "log1p": "The natural logarithm of 1 + x, to the last digits also near zero.",
+    "sinh": "The hyperbolic sine.",
+    "cosh": "The hyperbolic cosine.",
+    "asinh": "The inverse hyperbolic sine.",
+    "acosh": "The inverse hyperbolic cosine; not a number below 1.",
+    "atanh": "The inverse hyperbolic tangent; not a number beyond 1.",
+    "hypot": "The length of the vector (x, y).",
 }
 KINDS = dict.fromkeys(("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "nonzero"), TRUTH)
 KINDS |= dict.fromkeys(("bits", "word_add", "word_mul", "word_and", "word_or", "word_xor", "shl", "lshr"), WORD)
@@ -95,7 +104,8 @@ class Lines:
 
 def arguments_of(name: str) -> tuple[str, ...]:
     """The arguments of an elementary function."""
-    return {"atan2": ("y", "x"), "fmod": ("x", "y"), "fmin": ("a", "b"), "fmax": ("a", "b")}.get(name, ("x",))
+    own = {"atan2": ("y", "x"), "fmod": ("x", "y"), "fmin": ("a", "b"), "fmax": ("a", "b")}
+    return {**own, **ARGUMENTS}.get(name, ("x",))
 
 
 def definitions(prefix: str, real: Real, functions: Sequence[str], primitives: Sequence[str] = ()) -> list[str]:
@@ -135,6 +145,7 @@ def functions_of(real: Real) -> Mapping[str, Callable[..., Any]]:
         "sign": f.sign,
         "angle": f.reduce_angle,
         "sine_or_cosine": f.sine_or_cosine,
+        **DOUBLE.functions,
     }
 
 

@@ -12,7 +12,7 @@ from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
 from workbench.handover.c99.c_names import comment, members
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import graph_of_law
 
 WIDTH = 100

@@ -41,6 +41,7 @@ KEYWORDS = frozenset(WORDS.split())
 # Names that the code itself uses.
 OWN = frozenset(("state", "readings", "references", "commands", "flags", "parameters", "k", "t", "done"))
 LONGEST = 40  # letters, so that a function's name is within the 63 that C99 tells apart
+TRIGRAPH = re.compile(r"\?(?=\?)")
 IDENTIFIER = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
 
@@ -109,10 +110,26 @@ def indices(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
 
 
 def comment(text: str) -> str:
-    """A text that ends no comment and begins none."""
-    return text.replace("*/", "* /").replace("/*", "/ *").replace("\\\n", "\n")
+    r"""A text that ends no comment and begins none, nor joins lines: `??/` is a backslash in C, as all trigraphs are.
+
+    What is not printable, as a mark that turns the direction of writing, stands as its code.
+    """
+    lines = [line.expandtabs(4).rstrip("\\ \r") for line in TRIGRAPH.sub("? ", text).split("\n")]
+    plain = "\n".join("".join(c if c.isprintable() else f"<U+{ord(c):04X}>" for c in line) for line in lines)
+    return plain.replace("*/", "* /").replace("/*", "/ *")
 
 
 def letter_of(name: str, symbols: Mapping[str, str]) -> str:
     """The book's letter of a quantity: what its layout calls it, else the last part of its name."""
     return symbols.get(name) or name.rpartition(".")[2]
+
+
+def entries_of(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[tuple[str, str, str]]:
+    """A variable, its place in a struct and its label for each number of a layout."""
+    names, found = members(layout), []
+    symbols = {entry.name: entry.symbol for entry in layout.entries}
+    for entry in layout.entries:
+        own = variables.entries(form.format(letter_of(entry.name, symbols)), entry.shape)
+        for i, (variable, label) in enumerate(zip(own, entry.labels(), strict=True)):
+            found.append((variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
+    return found

@@ -7,17 +7,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from workbench.core import Layout, SampledLaw
-from workbench.core.port import ANY
+from workbench.core import SampledLaw
 from workbench.core.sampled_law import Stage
 from workbench.handover.c99.c_body import ATOM, SIGNED, Body, Text
 from workbench.handover.c99.c_calls import init_of, places_of, reset_of, step_of
 from workbench.handover.c99.c_functions import ABOUT, definitions
 from workbench.handover.c99.c_header import STRUCTS, about, block, prototype
-from workbench.handover.c99.c_names import Variables, comment, letter_of, members
+from workbench.handover.c99.c_names import Variables, comment, entries_of, letter_of
+from workbench.handover.c99.c_parameters import built_in, parameters_of, refuse_numbers_beyond_single
 from workbench.handover.c99.c_primitives import DOUBLE, PRIMITIVES, SINGLE, Real
 from workbench.handover.law_graph import StepGraph, behind_limits, graph_of_law
-from workbench.simulate.kernel.plan import PLAIN
 
 GUARDS = """#include <float.h>
 #include <stdbool.h>
@@ -64,14 +63,16 @@ def source_of(code: Any) -> str:
 
 def _writer(code: Any) -> Writer:
     law, real = code.law, SINGLE if code.precision == "single" else DOUBLE
-    graph = graph_of_law(law, code.settable)
+    if real is SINGLE and not code.settable:
+        refuse_numbers_beyond_single(law)
+    graph = graph_of_law(law, settable=True)  # each parameter by itself: equal numbers stay two
     calls = [*PRIMITIVES, *ABOUT, "pair", *STRUCTS, "state", "init", "reset", "step", "advance"]
     variables = Variables(f"{code.name}_{call}{mark}" for call in calls for mark in ("", SINGLE.mark))
     names = dict[int, str]()
     body = Body(graph.graph, code.name, real, graph.numbers, lambda place: texts[place], names)
     body = replace(body, doubles=frozenset() if real is DOUBLE else frozenset((*graph.adjustable, *graph.timed)))
     texts = _sources(code, graph, variables, body)
-    _name_values(law, graph, variables, names, texts)
+    _name_values(law, graph, variables, names)
     body.prepare(graph.graph.results)
     return Writer(code, law, real, graph, body, variables)
 
@@ -79,11 +80,11 @@ def _writer(code: Any) -> Writer:
 def _sources(code: Any, graph: StepGraph, variables: Variables, body: Body) -> dict[int, Text]:
     """The texts of the nodes without operands; a line for each reading and each kept number in a variable."""
     law, texts = code.law, dict[int, Text]()
-    memory = _entries(variables, law.memory, "state->")
+    memory = entries_of(variables, law.memory, "state->")
     held = law.parameters.size
-    ports = _entries(variables, law.readings, "readings->")
-    ports += _entries(variables, law.references, "references->", "{}_ref")
-    own = _entries(variables, law.parameters, "state->parameters.")
+    ports = entries_of(variables, law.readings, "readings->")
+    ports += entries_of(variables, law.references, "references->", "{}_ref")
+    own = parameters_of(code, variables)
     for place, node in enumerate(graph.graph.nodes):
         if node.op == "x":
             texts[place] = Text(memory[node.entry][0], ATOM)
@@ -93,8 +94,12 @@ def _sources(code: Any, graph: StepGraph, variables: Variables, body: Body) -> d
             texts[place] = Text("(double)state->k", SIGNED)
     needed = {texts[place].text for place in graph.graph.before(graph.graph.results) if place in texts}
     body.lines.extend(_lines(body.real.type, "Readings and memory", [x for x in (*ports, *memory) if x[0] in needed]))
+    used = [x for x in own if x[0] in needed]
     if code.settable:
-        body.lines.extend(_lines("double", "Parameters", [x for x in own if x[0] in needed]))
+        body.lines.extend(_lines("double", "Parameters", used))
+    else:
+        body.primitives.update({("number", DOUBLE): None} if any("_number(" in x[1] for x in used) else {})
+        body.lines.extend(built_in(used))
     return texts
 
 
@@ -103,22 +108,8 @@ def _lines(type_: str, title: str, entries: Iterable[tuple[str, str, str]]) -> l
     return ["", f"/* {title} */", *lines] if lines else []
 
 
-def _entries(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[tuple[str, str, str]]:
-    """A variable, its place in a struct and its label for each number of a layout."""
-    names, found = members(layout), []
-    symbols = {entry.name: entry.symbol for entry in layout.entries}
-    for entry in layout.entries:
-        own = variables.entries(form.format(letter_of(entry.name, symbols)), entry.shape)
-        for i, (variable, label) in enumerate(zip(own, entry.labels(), strict=True)):
-            found.append((variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
-    return found
-
-
-def _name_values(
-    law: SampledLaw, graph: StepGraph, variables: Variables, names: dict[int, str], texts: dict[int, Text]
-) -> None:
-    """Names for parameters that are numbers, and for the values of stages."""
-    names.update({place: texts[place].text for place in graph.numbers if graph.graph.nodes[place].op == "p"})
+def _name_values(law: SampledLaw, graph: StepGraph, variables: Variables, names: dict[int, str]) -> None:
+    """Names for the values of stages."""
     for stage, places in zip(law.stages, graph.values, strict=True):
         for name, entries in places.items():
             own = variables.entries(_value_name(stage, name, law), _shape(stage, name))
@@ -143,7 +134,6 @@ def _shape(stage: Stage, name: str) -> tuple[int, ...]:
 def _advance(writer: Writer) -> list[str]:
     """The function that makes the commands and the memory of the next instant."""
     body, graph, code = writer.body, writer.graph, writer.code
-    _parameters(writer)
     if graph.adjustable:
         body.make([i for i in graph.adjustable if i in _used(writer)])
     for stage, places in zip(writer.law.stages, graph.values, strict=True):
@@ -154,7 +144,8 @@ def _advance(writer: Writer) -> list[str]:
     commands = [f"commands->{x}" for x in places_of(writer.law.commands)]
     variables = [_variable(writer, text) for text in ends]
     body.primitives["finite", writer.real] = None
-    hidden = [_variable(writer, body.value(i)) for i in behind_limits(graph.graph) if i not in graph.numbers]
+    fixed = {*graph.numbers, *(() if code.settable else graph.adjustable)}
+    hidden = [_variable(writer, body.value(i)) for i in behind_limits(graph.graph) if i not in fixed]
     finite = [f"{code.name}_finite{writer.real.mark}({x})" for x in dict.fromkeys(variables) if not _plain(x)]
     finite += [f"{code.name}_defined{writer.real.mark}({x})" for x in dict.fromkeys(hidden) if x not in variables]
     body.primitives.update({("defined", writer.real): None} if hidden else {})
@@ -198,34 +189,6 @@ def _variable(writer: Writer, text: str) -> str:
 
 def _used(writer: Writer) -> set[int]:
     return set(writer.graph.graph.before(writer.graph.graph.results))
-
-
-def _parameters(writer: Writer) -> None:
-    """The lines of the numbers that have names, each with its path and unit."""
-    body, graph, law = writer.body, writer.graph, writer.law
-    units = [unit for entry in law.parameters.entries for unit in entry.units]
-    used = {i for place in _used(writer) if place not in graph.numbers for i in graph.graph.nodes[place].operands}
-    lines: list[str] = []
-    for place in sorted(i for i in used if i in graph.numbers and graph.numbers[i] not in PLAIN):
-        node = graph.graph.nodes[place]
-        if node.op == "p":
-            unit = units[node.entry] if units[node.entry] != ANY else ""
-            about = f"{law.parameters.labels[node.entry]}{f' [{unit}]' if unit else ''}"
-        elif paths := _depends(writer, place):
-            body.names[place] = f"c_{len(lines) + 1}"  # type: ignore[index]
-            about = f"of {', '.join(paths)}"
-        else:
-            continue
-        text = replace(body, names={}).constant(place, writer.real).text
-        lines.append(f"const {writer.real.type} {body.names[place]} = {text}; /* {comment(about)} */")
-    body.lines.extend(["", "/* Numbers of the law */", *lines] if lines else [])
-
-
-def _depends(writer: Writer, place: int) -> list[str]:
-    """The parameters of which a number is made."""
-    nodes, names = writer.graph.graph.nodes, writer.law.parameters
-    entries = [nodes[i].entry for i in writer.graph.graph.before([place]) if nodes[i].op == "p"]
-    return list(dict.fromkeys(names.labels[i] for i in sorted(entries)))
 
 
 def _stage(writer: Writer, stage: Stage, values: Mapping[str, tuple[int | None, ...]]) -> None:

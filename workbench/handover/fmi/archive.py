@@ -14,10 +14,12 @@ from pathlib import Path
 
 from workbench.core import Ode, Sampled, SampledLaw
 from workbench.handover.c99.c_names import LONGEST, prefix_of
+from workbench.handover.export_seal import OPEN_SEAL, sealed
 from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
 from workbench.handover.fmi.step_sources import compiled_files, sources_of
+from workbench.validation.places import other_kind
 from workbench.validation.refusals import described, one_of
 from workbench.validation.refusals import name as check_name
 from workbench.validation.signatures import door
@@ -66,7 +68,8 @@ class Fmu:
                 # as it stands, the description tells without unpacking who has written the file
                 packed = zipfile.ZIP_STORED if path == DESCRIPTION else zipfile.ZIP_DEFLATED
                 archive.writestr(entry, self.files[path], packed, 9)
-        return stream.getvalue()
+            archive.comment = OPEN_SEAL.encode()
+        return sealed(stream.getvalue())
 
     @door
     def write(self, path: str | Path) -> Path:
@@ -75,9 +78,9 @@ class Fmu:
         Raises
         ------
         ValueError
-            If the path has another ending, is a folder, or cannot be written.
+            If the path has another ending, is a folder, a pipe or a device, or cannot be written.
         """
-        if "\0" in str(path) or Path(path).suffix != ".fmu" or Path(path).is_dir():
+        if "\0" in str(path) or Path(path).suffix != ".fmu" or other_kind(path):
             raise ValueError(
                 "`Fmu.write(path)` must be a file that ends with '.fmu', as 'motor.fmu' does; got "
                 f"{described(str(path))}."

@@ -10,7 +10,7 @@ import casadi as ca
 from workbench.core.layout import Layout
 from workbench.core.sampled_law import SYMBOLS, SampledLaw
 from workbench.handover.arms.arm_equations import harmless
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK
 from workbench.notation.program import CALLED, Dialect, straight_line
 from workbench.validation.signatures import door
 

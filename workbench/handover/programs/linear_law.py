@@ -15,13 +15,14 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
 from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arms.arm_equations import harmless
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK, OPEN_SEAL, sealed
 from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array, one_of
 from workbench.validation.signatures import door
 
 WANTED = "_ref"  # behind the name of a reference, as in `LinearLaw`
 ONE = "one"  # the input that is 1
+MAT_HEAD, MAT_TEXT = "MATLAB 5.0 MAT-file, ", 116  # bytes of text at the head of a MAT file, of any content
 PORTS = ("inputs", "outputs", "states")
 SIGNALS = ("z", "y", "r")
 
@@ -137,7 +138,9 @@ def mat_of(law: SampledLaw) -> bytes:
         held["note"] = f"No matrices: {error}"
     file: Any = io.BytesIO()
     savemat(file, held, oned_as="column")
-    return bytes(file.getvalue())
+    content = bytes(file.getvalue())
+    head = f"{MAT_HEAD}{OPEN_SEAL}".encode().ljust(MAT_TEXT)
+    return sealed(head + content[MAT_TEXT:])
 
 
 def _affine(law: SampledLaw) -> list[_Affine]:

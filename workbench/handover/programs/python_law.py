@@ -12,7 +12,7 @@ from workbench.core.sampled_law import SampledLaw
 from workbench.handover.arms.arm_equations import harmless
 from workbench.handover.c99.c_calls import queue_places
 from workbench.handover.c99.c_code import safe_command
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import behind_limits
 from workbench.handover.programs.python_lines import definitions, lines_of, literal
 from workbench.simulate.kernel.graph import Graph

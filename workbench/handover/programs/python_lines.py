@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
 from workbench.simulate.kernel import elementary_functions as f
+from workbench.simulate.kernel.further_functions import ARGUMENTS, DOUBLE
 from workbench.simulate.kernel.graph import Graph, Level
 from workbench.simulate.kernel.target_operations import Number, Truth, Word
 
@@ -75,7 +76,7 @@ TEXTS: Mapping[str, str] = {
 COMPARISONS = ("lt", "le", "eq", "ne")
 TRUTHS = {"not": (0,), "and": (0, 1), "or": (0, 1), "if_else": (0,)}  # the operands that are truths
 
-FUNCTIONS: Mapping[str, tuple[str, Callable[..., Number], str]] = {  # of an operation: name, trace, arguments
+FUNCTIONS: Mapping[str, tuple[str, Callable[..., Number], Iterable[str]]] = {  # of an operation: name, trace, arguments
     "exp": ("exponential", f.exponential, "x"),
     "tanh": ("hyperbolic_tangent", f.hyperbolic_tangent, "x"),
     "log": ("logarithm", f.logarithm, "x"),
@@ -84,6 +85,7 @@ FUNCTIONS: Mapping[str, tuple[str, Callable[..., Number], str]] = {  # of an ope
     "fmin": ("smaller", f.smaller, "ab"),
     "fmax": ("larger", f.larger, "ab"),
     "sign": ("sign", f.sign, "x"),
+    **{op: (f"real_{op}", trace, ARGUMENTS.get(op, "x")) for op, trace in DOUBLE.functions.items()},
 }
 
 

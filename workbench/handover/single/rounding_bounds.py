@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
 from workbench.handover.law_graph import StepGraph
+from workbench.handover.single.further_rules import FURTHER_REASONS, FURTHER_RULES
 from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative
 from workbench.handover.single.single_precision import Rows, input_place, rows_of, step_graph, timed
 from workbench.simulate.kernel.arrays import Arrays
@@ -25,6 +26,7 @@ from workbench.simulate.kernel.target_operations import Value
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
+ALL_RULES = {**RULES, **FURTHER_RULES}
 NO_CAUSE = -1  # where there is a bound
 REASONS = {
     "sign": "sign of {}",
@@ -42,6 +44,7 @@ REASONS = {
     "le": "{} <= {}",
     "eq": "{} == {}",
     "ne": "{} != {}",
+    **FURTHER_REASONS,
 }
 
 
@@ -169,7 +172,7 @@ class Walk:
     def _node(self, place: int) -> None:
         op, operands, *_ = self.graph.graph.nodes[place]
         value = self.evaluation.value(place)
-        bound = RULES[op](value, *[self.enclosed[i] for i in operands]) * SLACK
+        bound = ALL_RULES[op](value, *[self.enclosed[i] for i in operands]) * SLACK
         finite = np.abs(value) + bound <= LARGEST  # false for a value or a bound that is no number
         positive = {i: self.enclosed[i].positive for i in operands}
         enclosed = Enclosed(value, np.where(finite, bound, INFINITY), never_negative(op, operands, positive))

@@ -34,7 +34,22 @@ EXPONENTIAL_LOSS = 2.0**-125  # exp x below -87, which is 0 in single precision
 
 # Relative errors of the functions in single precision, in units of 2^-24. For functions of one number they are checked
 # at every float of their domains; the angle's at every ratio of its sides, with the rounding of that ratio added.
-STATED: Mapping[str, float] = {"sin": 3.0, "cos": 3.0, "exp": 1.5, "log": 1.5, "tanh": 2.5, "atan2": 4.0}
+STATED: Mapping[str, float] = {
+    "sin": 3.0,
+    "cos": 3.0,
+    "exp": 1.5,
+    "log": 1.5,
+    "tanh": 2.5,
+    "atan2": 4.0,
+    "hypot": 2.5,
+    "expm1": 2.5,
+    "log1p": 3.0,
+    "sinh": 3.5,
+    "cosh": 2.5,
+    "asinh": 3.5,
+    "acosh": 4.0,
+    "atanh": 4.0,
+}
 
 
 class Enclosed(NamedTuple):
@@ -159,13 +174,13 @@ def _certain(certain: Any) -> Any:
     return np.where(certain, 0.0, INFINITY)
 
 
-def _of_sign(a: Enclosed) -> Any:
+def known_sign(a: Enclosed) -> Any:
     """True where the value is zero, positive or negative in both precisions."""
     return (np.abs(a.value) > a.bound) | (a.bound == 0)
 
 
 def _sign(_: Any, a: Enclosed) -> Any:
-    return _certain(_of_sign(a))
+    return _certain(known_sign(a))
 
 
 def _order(_: Any, a: Enclosed, b: Enclosed) -> Any:
@@ -174,13 +189,13 @@ def _order(_: Any, a: Enclosed, b: Enclosed) -> Any:
 
 
 def _both(_: Any, a: Enclosed, b: Enclosed) -> Any:
-    known = [_of_sign(part) for part in (a, b)]
+    known = [known_sign(part) for part in (a, b)]
     false = [certain & (part.value == 0) for certain, part in zip(known, (a, b), strict=True)]
     return _certain((known[0] & known[1]) | false[0] | false[1])
 
 
 def _either(_: Any, a: Enclosed, b: Enclosed) -> Any:
-    known = [_of_sign(part) for part in (a, b)]
+    known = [known_sign(part) for part in (a, b)]
     true = [certain & (part.value != 0) for certain, part in zip(known, (a, b), strict=True)]
     return _certain((known[0] & known[1]) | true[0] | true[1])
 
@@ -191,7 +206,7 @@ def _choice(_: Any, condition: Enclosed, a: Enclosed, b: Enclosed) -> Any:
     chosen, other = np.where(first, a.bound, b.bound), np.where(first, b.bound, a.bound)
     apart = np.abs(a.value - b.value)
     joined = np.where(apart <= CLOSE * (a.bound + b.bound), np.maximum(chosen, apart + other), INFINITY)
-    return np.where(_of_sign(condition), chosen, joined)
+    return np.where(known_sign(condition), chosen, joined)
 
 
 RULES: Mapping[str, Callable[..., Any]] = {
@@ -228,4 +243,4 @@ def never_negative(op: str, operands: tuple[int, ...], positive: Mapping[int, bo
         return op in ("not", "and", "or", "lt", "le", "eq", "ne") or all(positive[i] for i in operands)
     if op == "if_else":
         return all(positive[i] for i in operands[1:])
-    return op in ("fabs", "sqrt", "exp") or (op == "fmax" and any(positive[i] for i in operands))
+    return op in ("fabs", "sqrt", "exp", "cosh", "hypot") or (op == "fmax" and any(positive[i] for i in operands))

@@ -23,7 +23,8 @@ from workbench.simulate.kernel.elementary_functions import (
     sign,
     smaller,
 )
-from workbench.simulate.kernel.target_operations import Number, number, select
+from workbench.simulate.kernel.further_functions import Format
+from workbench.simulate.kernel.target_operations import Number, Word, number, select
 
 # pi / 2 in parts of 11 bits and a rest: k < 2^13 times such a part is exact, and so is what is left near its multiples.
 HALF_PI = (
@@ -67,15 +68,20 @@ LN_2 = (0.693359375, -2.12194440e-4)
 LEAST_EXPONENT, MOST_EXPONENT = -87.0, 88.0
 
 
+def reduce_exponent(x: Number) -> tuple[Number, Number, Word]:
+    """Of x = n ln 2 + r: r, e^r - 1 - r = r^2 P(r), and a word whose last bits are n."""
+    shifted = x * LOG2_E + ROUND
+    turns = shifted - ROUND
+    r = (x - turns * LN_2[0]) - turns * LN_2[1]
+    return r, r * r * polynomial(r, EXP), shifted.bits
+
+
 def exponential(x: Number) -> Number:
-    """exp x: 2^n (1 + r + r^2 P(r)) with r = x - n ln 2; 0 below -87, infinite above 88."""
+    """exp x; 0 below -87, infinite above 88."""
     bounded = select(x < LEAST_EXPONENT, LEAST_EXPONENT, x)
     bounded = select(bounded > MOST_EXPONENT, MOST_EXPONENT, bounded)
-    shifted = bounded * LOG2_E + ROUND
-    turns = shifted - ROUND
-    r = (bounded - turns * LN_2[0]) - turns * LN_2[1]
-    size = (r * r * polynomial(r, EXP) + r) + 1.0
-    result = size * ((shifted.bits + 127) << 23).number
+    r, rest, exponent = reduce_exponent(bounded)
+    result = ((rest + r) + 1.0) * ((exponent + 127) << 23).number
     return select(x < LEAST_EXPONENT, 0.0, select(x > MOST_EXPONENT, INFINITY, result))
 
 
@@ -186,6 +192,7 @@ def logarithm(x: Number) -> Number:
     return select(x >= 0.0, result, NAN)
 
 
+SINGLE = Format(exponential, logarithm, reduce_exponent, 23, 127, LEAST_EXPONENT, MOST_EXPONENT, 90.0, 9.0)
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "exp": exponential,
     "tanh": hyperbolic_tangent,
@@ -197,4 +204,5 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "sign": sign,
     "angle": reduce_angle,
     "sine_or_cosine": sine_or_cosine,
+    **SINGLE.functions,
 }

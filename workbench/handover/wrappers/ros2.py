@@ -10,7 +10,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.handover.arms.arm_equations import harmless
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK
 from workbench.handover.wrappers import ros2_package_texts as package_texts
 from workbench.handover.wrappers import ros2_texts as texts
 from workbench.validation.refusals import described, known, require

@@ -9,7 +9,7 @@ from workbench.core.layout import Entry, Layout
 from workbench.handover.arms.arm_equations import harmless
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
-from workbench.handover.export_folder import MARK
+from workbench.handover.export_seal import MARK
 from workbench.validation.refusals import require
 from workbench.validation.signatures import door
 

@@ -19,7 +19,8 @@ from workbench.simulate.kernel.barriers import BARRIER, joined
 from workbench.simulate.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
-HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not"
+HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not "
+HELD += "sinh cosh asinh acosh atanh log1p expm1 hypot copysign"
 OPERATIONS: Mapping[int, str] = {getattr(ca, f"OP_{name.upper()}"): name for name in HELD.split()}
 UNKNOWN = "unknown "
 
@@ -132,7 +133,16 @@ class _Reader:
             case ca.OP_ADD:
                 return self._sum(*operands)
             case ca.OP_FLOOR:
-                return self._floor(*operands)
+                return self.nodes.add("floor", (self._whole(*operands),))
+            case ca.OP_CEIL:
+                down = self.nodes.add("neg", (self._whole(*operands),))
+                return self.nodes.add("neg", (self.nodes.add("floor", (down,)),))
+            case ca.OP_ATAN:
+                return self.nodes.add("atan2", (*operands, self.nodes.constant(1.0)))
+            case ca.OP_ASIN:
+                return self.nodes.add("atan2", (*operands, self._other_side(*operands)))
+            case ca.OP_ACOS:
+                return self.nodes.add("atan2", (self._other_side(*operands), *operands))
             case ca.OP_TAN:
                 cosine = self.nodes.add("inv", (self.nodes.add("cos", operands),))
                 return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
@@ -155,12 +165,18 @@ class _Reader:
                 return self.nodes.add("if_else", (d, v, u))
         return self.nodes.add("add", (a, b))
 
-    def _floor(self, place: int) -> int:
-        """The floor of x / y, or of x / y + c, from a quotient that is rounded once: a whole one stays whole."""
+    def _other_side(self, side: int) -> int:
+        """sqrt((1 - x) (1 + x)): the other side at the right angle of a triangle with the hypotenuse 1; NaN beyond."""
+        one = self.nodes.constant(1.0)
+        square = self.nodes.add("mul", (self.nodes.add("sub", (one, side)), self.nodes.add("add", (one, side))))
+        return self.nodes.add("sqrt", (square,))
+
+    def _whole(self, place: int) -> int:
+        """x / y or x / y + c from a quotient that is rounded once, so that a whole one stays whole."""
         node = self.nodes[place]
         if node.op in ("add", "sub"):
             place = self.nodes.add(node.op, tuple(map(self._quotient, node.operands)))
-        return self.nodes.add("floor", (self._quotient(place),))
+        return self._quotient(place)
 
     def _quotient(self, place: int) -> int:
         """A product with a reciprocal as the division it was; any other value as it is."""

@@ -11,6 +11,7 @@ from workbench.core import Step
 from workbench.simulate.kernel import elementary_functions as f
 from workbench.simulate.kernel.barriers import BARRIER, rewritten
 from workbench.simulate.kernel.casadi_to_graph import read, read_segments
+from workbench.simulate.kernel.further_functions import DOUBLE
 from workbench.simulate.kernel.graph import Graph, Level, Node
 from workbench.simulate.kernel.stages import stepped
 from workbench.simulate.kernel.target_operations import Machine, Number, Truth, Value, fma, select
@@ -35,6 +36,7 @@ FUNCTIONS: Mapping[str, Callable[..., Number]] = {
     "fmax": f.larger,
     "sign": f.sign,
     BARRIER: lambda a: a,
+    **DOUBLE.functions,
 }
 
 

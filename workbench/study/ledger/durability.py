@@ -53,7 +53,7 @@ def write_durably(file: Path, content: bytes) -> None:
     """Write a file that is there whole or not at all, and on the disk when this returns."""
     part = file.with_name(f"{file.name}.{secrets.token_hex(4)}{PART}")
     try:
-        with part.open("wb") as stream:
+        with part.open("xb") as stream:  # never through a link that stands there
             stream.write(content)
             stream.flush()
             sync(stream.fileno())
@@ -74,8 +74,8 @@ def identity(file: Path) -> tuple[int, int] | None:
 
 @contextmanager
 def alone(file: Path) -> Iterator[None]:
-    """Hold the lock of a file, which ends with the process; a `HeldError` names another one that holds it."""
-    handle = os.open(file, os.O_RDWR | os.O_CREAT, 0o644)
+    """Hold the lock of a file, which is no link, until the process ends; a `HeldError` names another holder."""
+    handle = os.open(file, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
     try:
         try:
             _lock(handle)

@@ -5,80 +5,49 @@ A record whose digest does not match when it is read is computed again.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from workbench.study.ledger.chunk import Chunk, parsed, plain
-from workbench.study.ledger.durability import PART, alone, identity, make_folder, write_durably
-from workbench.validation.refusals import whole
-from workbench.validation.signatures import door
+from workbench.study.ledger.about import ABOUT, About, SweepAbout, about_of, is_chunk
+from workbench.study.ledger.chunk import Chunk, parsed
+from workbench.study.ledger.durability import alone, identity, make_folder, write_durably
+from workbench.study.ledger.ownership import DAMAGED, END, FOLDER, LOCK, LedgerError, check_owned, parts, records
 
-FOLDER, LOCK, END, DAMAGED = "ledger", "lock", ".record", ".damaged"  # below the study's output
-ABOUT = "about"  # the name of the record that says how far the study is
+# With the names of what a ledger holds and refuses, which stand in files of their own.
+__all__ = [
+    "ABOUT",
+    "FOLDER",
+    "LATER",
+    "TABLE",
+    "About",
+    "Counter",
+    "Ledger",
+    "LedgerError",
+    "SweepAbout",
+    "Task",
+    "Tell",
+    "about_in",
+    "about_of",
+    "chunks",
+    "complete",
+    "contents",
+    "file_of",
+    "is_chunk",
+    "lost",
+    "opened",
+    "runs_of",
+]
+
 TABLE = "table"  # begins the names of tables, which `results` hands on and no run ever reads
 LATER = "The same command goes on from there."
 
 # Told the runs that are done, those among them that diverged, and all of them.
 Tell = Callable[[int, int, int], None]
-
-
-class LedgerError(ValueError):
-    """The error of a ledger that cannot be read or written; nothing of it is lost."""
-
-
-@dataclass(frozen=True)
-@door
-class SweepAbout:
-    """The runs, at most so many where a search may end before, the arithmetic and the chunks of one sweep."""
-
-    name: str
-    runs: int
-    arithmetic: str
-    chunks: tuple[str, ...]
-    at_most: bool = False
-
-    def __post_init__(self) -> None:
-        whole("SweepAbout(runs=...)", self.runs, 0)
-
-
-@dataclass(frozen=True)
-@door
-class About:
-    """The name and script of a study, the number of samples that was asked for, and its sweeps."""
-
-    study: str
-    script: str
-    samples: int | None = None
-    sweeps: tuple[SweepAbout, ...] = ()
-
-    def __post_init__(self) -> None:
-        if self.samples is not None:
-            whole("About(samples=...)", self.samples, 0)
-
-    @property
-    def chunk(self) -> Chunk:
-        """The record."""
-        return Chunk(ABOUT, plain(asdict(self)))
-
-    def script_from(self, out: Path) -> str:
-        """The script of the study in an output folder, as seen from the working directory."""
-        return os.path.relpath((out / self.script).absolute())
-
-
-def about_of(chunk: Chunk) -> About | None:
-    """The state of a study read from its record; None if the record holds something else."""
-    try:
-        content = chunk.content
-        sweeps = tuple(SweepAbout(**sweep) for sweep in content["sweeps"])
-        return About(content["study"], content["script"], content["samples"], sweeps)
-    except (LookupError, TypeError, ValueError):
-        return None
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,18 +115,18 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
     HeldError
         If another run is writing it.
     LedgerError
-        If the folder cannot be written.
+        If the folder cannot be written, is a link, or holds files of others.
     """
     folder = out.resolve() / FOLDER
+    check_owned(out.resolve())
     with ExitStack() as stack:
         try:
             make_folder(folder)
             stack.enter_context(alone(folder / LOCK))
-            for pattern in (f"*{PART}", *((f"*{END}", f"*{DAMAGED}") if fresh else ())):
-                for file in folder.glob(pattern):
-                    file.unlink()
+            for file in (*parts(folder), *((*records(folder), *folder.glob(f"*{DAMAGED}")) if fresh else ())):
+                file.unlink()
             names, damaged = set(), 0
-            for file in _files(folder):
+            for file in records(folder):
                 if (chunk := _read(file)) is not None:
                     names.add(chunk.name)
                     continue
@@ -178,7 +147,7 @@ def about_in(out: Path) -> About | None:
 def chunks(out: Path) -> Iterator[Chunk]:
     """The whole records of a ledger, only read; none if there is no ledger."""
     try:
-        yield from filter(None, map(_read, _files(out.resolve() / FOLDER)))
+        yield from filter(None, map(_read, records(out.resolve() / FOLDER)))
     except OSError as error:
         raise LedgerError(f"The ledger in '{out}' cannot be read: {error.strerror}.") from error
 
@@ -197,18 +166,9 @@ def contents(out: Path) -> tuple[dict[str, Chunk], About]:
     return held, about
 
 
-def is_chunk(name: str) -> bool:
-    """True if a record of that name holds runs: of a sweep, from a first to a last, under a digest."""
-    return name.count("/") == 2
-
-
 def file_of(name: str) -> str:
     """The name of a record's file."""
     return f"{name.replace('/', '.')}{END}"
-
-
-def _files(folder: Path) -> list[Path]:
-    return sorted(folder.glob(f"*{END}"))
 
 
 def _read(file: Path) -> Chunk | None:

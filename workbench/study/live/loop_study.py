@@ -10,10 +10,22 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Ode, Sampled, Step
+from workbench.core.equations import Loop, equations_of
 from workbench.metrics import AbstractMetric, effort, peak_error, rmse
 from workbench.metrics.accumulators import maker
-from workbench.study.contract import Loop, Run, equations_of
-from workbench.study.document.document import Cell, Column, Diverged, Figure, Measured, Panel, Section, Series, Table
+from workbench.study.contract import Run
+from workbench.study.document.document import (
+    Cell,
+    Column,
+    Diverged,
+    Figure,
+    Measured,
+    Panel,
+    Paragraph,
+    Section,
+    Series,
+    Table,
+)
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob
 from workbench.study.study import Case, Outcome, Results, Study
@@ -128,7 +140,14 @@ def _sections(results: Results) -> tuple[Section, ...]:
     panels = tuple(_panel(outcome, name) for name in shown_signals(outcome.measurement.trajectories.step))
     figure = Figure("signals", "The signals of the loop over time.", panels, columns=1 if len(panels) < 3 else 2)
     scores = (_scores(outcome),) if outcome.measurement.scores else ()
-    return (Section("The loop", (figure, *scores)),)
+    return (Section("The loop", (*_warned(outcome), figure, *scores)),)
+
+
+def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:
+    """The warnings of the run as it is printed, of the step of the check and of the one of the values."""
+    runs = outcome.measurement.trajectories
+    said = dict.fromkeys((*outcome.measurement.warnings, *runs.check.warnings))
+    return (Paragraph(f"As printed, {'; '.join(said)}."),) if said else ()
 
 
 def _scores(outcome: Outcome) -> Table:
@@ -150,11 +169,9 @@ def _cell(outcome: Outcome, value: float, error: float) -> Cell:
 
 def shown_signals(step: Step) -> tuple[str, ...]:
     """The signals that a page of a loop draws: what it follows and what drives it, or else its outputs, or states."""
-    applied = (f"{name}_applied" for name in step.flow.drives)
-    drives = tuple(name for name in applied if name in step.flow.outputs) or step.flow.drives
-    known = tuple(name for name in (*step.flow.follows, *drives) if name in step.outputs)
-    own = tuple(name for name in step.states.names if name in step.flow.states)
-    return known or step.outputs.names or own
+    flow = step.flow
+    known = tuple(name for name in flow.shown if name in step.outputs or name in step.states)
+    return known or step.outputs.names or tuple(name for name in step.states.names if name in flow.states)
 
 
 def _panel(outcome: Outcome, name: str) -> Panel:

@@ -82,7 +82,7 @@ def may_switch(step: Step, p: Array, places: Sequence[int]) -> bool:
 
 def switches(equation: Ode | Sampled) -> bool:
     """True if an equation jumps where a comparison of states turns: there rounding may decide when."""
-    graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step())
+    graph = pass_of(rk4(equation, 1.0) if isinstance(equation, Ode) else equation.step(1))
     return any(node.op in JUMPS and level is Level.STATE for node, level in zip(graph.nodes, graph.levels, strict=True))
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from workbench.core import Step
+from workbench.core.equations import equations_of
 from workbench.metrics import Measurement, measure
 from workbench.metrics.accumulators import maker
-from workbench.study.contract import equations_of
 from workbench.study.live.knob import Knob, has
 from workbench.study.study import Study
 from workbench.validation.refusals import finite, known

@@ -8,8 +8,9 @@ from time import monotonic
 
 from workbench.simulate.arithmetic import signature
 from workbench.study.compiled import CompiledSweep
+from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.store import Counter, Ledger, SweepAbout, Task, complete
+from workbench.study.ledger.store import Counter, Ledger, Task, complete
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.tuning.search import Search, tune
 

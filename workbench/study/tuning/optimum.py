@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.study.contract import Loop, answer, equations_of
+from workbench.core.equations import Loop, answer, equations_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.convergence import Course, percent, share

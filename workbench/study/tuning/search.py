@@ -8,9 +8,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from workbench.core.equations import answer
 from workbench.proofs.differential_evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.contract import Sweep, answer
+from workbench.study.contract import Sweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import Trial, Tuning

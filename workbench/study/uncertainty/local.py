@@ -10,7 +10,6 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step
-from workbench.core.expressions import instructions
 from workbench.metrics import AbstractMetric, measured
 from workbench.metrics.accumulators import final_values, resolved
 from workbench.simulate import simulate
@@ -145,8 +144,9 @@ def local_sensitivities(
     value, gradient = _gradients(step, metrics, places, p, x0, until)
     slope, wide_slope = (_slopes(step, metrics, loop, places, here, until, width) for width, _ in (NARROW, WIDE))
     labels = loop.parameters.labels + loop.states.labels
-    found = instructions(measured(equation, (), h).rule.F)
-    switches = tuple(dict.fromkeys(SWITCHES[line[0]] for line in found if line[0] in SWITCHES))
+    F = measured(equation, (), h).rule.F
+    codes = [F.instruction_id(k) for k in range(F.n_instructions())]
+    switches = tuple(dict.fromkeys(SWITCHES[code] for code in codes if code in SWITCHES))
     at = here[places]
     return LocalSensitivities(tuple(labels[i] for i in places), at, value, gradient, slope, wide_slope, switches)
 

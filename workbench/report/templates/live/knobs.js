@@ -197,14 +197,13 @@ class Bench {
     this.results = part("div", { class: "bench-results", role: "region", tabindex: "0", hidden: true });
     this.results.setAttribute("aria-label", "Results");
     this.stage = part("div", { class: "bench-stage", hidden: true });
-    const back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
-    const link = part("button", { type: "button", onclick: () => this.copy(this.link(), link) }, "Copy link");
-    this.back = back;
-    const buttons = part("div", { class: "bench-buttons" }, back, link);
-    if (data.python) {
-      const code = part("button", { type: "button", onclick: () => this.copy(this.python(), code) }, "Copy as Python");
-      buttons.append(code);
-    }
+    this.back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
+    this.restore = part("button", { type: "button", disabled: true, onclick: () => this.undo() }, "Undo");
+    this.restore.setAttribute("aria-label", "Undo: the numbers as they were before All as printed");
+    const copies = [this.copyButton("Copy link", () => this.link())];
+    if (data.python) copies.push(this.copyButton("Copy as Python", () => this.python()));
+    const pairs = [[this.back, this.restore], copies].map((pair) => part("div", {}, ...pair));
+    const buttons = part("div", { class: "bench-buttons" }, ...pairs);
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
     this.copied = part("textarea", still);
     this.group = part("div", { class: "bench-group" });
@@ -276,9 +275,20 @@ class Bench {
     this.changed();
   }
 
+  // All as printed; what was turned is kept for `undo`, at which the reader is left.
   reset() {
     const { scenario } = this.state;
+    this.before = this.state;
     this.state = { ...printedState(this.data), scenario };
+    this.changed();
+    this.restore.disabled = false;
+    this.restore.focus({ preventScroll: true });
+  }
+
+  // The numbers before the last reset, in the scenario that is shown; a second undo takes the first one back.
+  undo() {
+    const { scenario } = this.state;
+    [this.state, this.before] = [{ ...this.before, scenario }, this.state];
     this.changed();
   }
 
@@ -344,13 +354,20 @@ class Bench {
     return location.href.split("#")[0] + addressOfState(this.state, this.data);
   }
 
+  // A button that copies a text; it says so in its own width, so that no other button comes below the pointer.
+  copyButton(name, text) {
+    const button = part("button", { type: "button", onclick: () => this.copy(text(), button) }, name);
+    button.dataset.name = name;
+    return button;
+  }
+
   // Copy a text, or show it where a browser lets no page write to the clipboard.
   async copy(text, button) {
     try {
       await navigator.clipboard.writeText(text);
-      const name = button.textContent;
+      button.style.minWidth = `${button.getBoundingClientRect().width}px`;
       button.textContent = "Copied";
-      setTimeout(() => (button.textContent = name), 1500);
+      setTimeout(() => (button.textContent = button.dataset.name), 1500);
     } catch {
       this.copied.value = text;
       this.copied.hidden = false;

@@ -1,0 +1,53 @@
+"""Loops and their equations: what the users of equations take from anything that can give them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+from workbench.core.ode import Ode
+from workbench.core.sampled import Sampled
+from workbench.validation.refusals import described, refusal
+
+LONGEST = 300  # letters of an author's error
+LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"
+
+
+class Loop(Protocol):
+    """Anything that gives its equations under a name."""
+
+    def ode(self, name: str = ...) -> Ode | Sampled:
+        """The loop in continuous time, or closed by a computer."""
+
+
+def equations_of(loop: Loop | Ode | Sampled, name: str) -> Any:
+    """The equations of a loop under a name; an `Ode` or a `Sampled` is returned as it is."""
+    if isinstance(loop, Ode | Sampled):
+        return loop
+    call = f"{type(loop).__name__}.ode({name!r})"
+    if not is_loop(loop):
+        raise refusal("loop", LOOP, loop)
+    equations = answer(call, loop.ode, name)
+    if not isinstance(equations, Ode | Sampled):
+        must = "the equations of a loop, an `Ode` or a `Sampled`, as those of a `ClosedLoop` are"
+        raise refusal(call, must, equations)
+    return equations
+
+
+def is_loop(given: object) -> bool:
+    """True for an `Ode`, a `Sampled`, and an object with a method `ode`."""
+    one = not isinstance(given, type)
+    return isinstance(given, Ode | Sampled) or (one and callable(getattr(given, "ode", None)))
+
+
+def answer(call: str, function: Callable[..., Any], *arguments: object) -> Any:
+    """The result of a function that the study's author wrote; any error but those that say what is wrong is named."""
+    try:
+        return function(*arguments)
+    except (ValueError, LookupError, OSError, MemoryError):
+        raise
+    except SystemExit as error:
+        raise ValueError(f"`{call}` ended the study by itself, with status {described(error.code)}.") from error
+    except Exception as error:
+        message = described(str(error), LONGEST)
+        raise ValueError(f"`{call}` ended with {type(error).__name__}: {message}.") from error

@@ -1,0 +1,154 @@
+"""The linear model of one period of a computer: its jump, and the exact flow that follows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode, Sampled
+from workbench.core.step import runge_kutta
+from workbench.design.linear.corners import (
+    FARTHER,
+    Corners,
+    Piece,
+    Sides,
+    Used,
+    all_entries,
+    anywhere,
+    chosen_pieces,
+    differing,
+    refuse_corner,
+    rows_of,
+    side_direction,
+)
+from workbench.design.linear.operating_point import jacobians, places_of, refuse_jump_at
+from workbench.design.matrices import Refused
+from workbench.notation.program import walk
+from workbench.proofs.interval import jumps
+from workbench.validation.refusals import MOST, Array
+
+CONVERGED = 1e-12  # between a number of steps and twice as many, relative
+FEWEST, MOST_STEPS = 8, 2**14
+STAIRS = {"FLOOR", "CEIL", "FMOD", "REMAINDER"}
+Matrices = tuple[Array, Array, Array, Array]
+
+
+@dataclass(frozen=True, eq=False)
+class Period:
+    """The state (nx,) after a period, the outputs (ny,) that follow its jump, and A, B, Cy, D from start to both."""
+
+    end: Array
+    output: Array
+    matrices: Matrices
+
+
+def one_period(
+    call: str, sampled: Sampled, t: float, x: Array, p: Array, side: Sides = None, used: Used = all_entries
+) -> Period:
+    """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken."""
+    k = t / sampled.period
+    if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
+        raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
+    k, flow, jump, n = float(round(k)), sampled.flow, jump_of(sampled), len(x)
+    _refuse_stairs(call, jump, k, p)
+    refuse_jump_at(call, jump, k, x, p)
+    after = jump.rate_at(k, x, p)
+    refuse_jump_at(call, flow, t, after, p)
+    output = np.array(flow.h(t, after, p)).ravel()
+    first, then = Corners.of(jump), Corners.of(flow)
+    jumped, moved = first.pieces(k, x, p), then.pieces(t, after, p)
+    if not jumped and not moved:
+        A, B, _, _ = jacobians(call, jump, k, x, p)
+        end, J = _after(call, sampled, t, after, p, np.hstack([A, B]))
+    else:
+        end = _flow(call, sampled, t, after, p)[0]
+        jumped = jumped or [Piece((), np.zeros(0), *2 * (np.hstack(jacobians(call, jump, k, x, p)[:2]),))]
+        step = side_direction(call, first, side, x, p[places_of(flow)])
+        if step is not None:
+            jumped = chosen_pieces(first, jumped, step, (k, x, p))
+            moved = chosen_pieces(then, moved, np.concatenate([jumped[0].near @ step, step[n:]]), (t, after, p))
+        flows: list[Piece | None] = [*moved] or [None]
+        ways = [_way(call, sampled, t, after, p, a, b) for a in jumped for b in flows]
+        if (differing(ways) & used(anywhere(ways))).any():
+            _refuse_period(call, first, jumped, then, moved)
+        J = ways[0].near
+    return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]))
+
+
+def _after(call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Array) -> tuple[Array, Array]:
+    """The state at the end of a flow, and the derivatives (nx + ny, nx + nu) of it and of the outputs, past a jump."""
+    n = len(x)
+    end, by_x, by_u = _flow(call, sampled, t, x, p)
+    _, _, Cy, D = jacobians(call, sampled.flow, t, x, p)
+    A, B = jump[:, :n], jump[:, n:]
+    return end, np.block([[by_x @ A, by_x @ B + by_u], [Cy @ A, Cy @ B + D]])
+
+
+def _way(call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Piece, flow: Piece | None) -> Piece:
+    """The derivatives of a whole period through one piece of the jump and one of the flow, near and farther off."""
+    corners, ends = Corners(sampled.flow, (), ca.SX(0, 1)), []
+    for scale, own in ((1.0, jump.near), (FARTHER, jump.far)):
+        at = corners.moved(t, x, p, None if flow is None else scale * flow.direction)
+        ends.append(_after(call, sampled, *at, own)[1])
+    return Piece(jump.signs, jump.direction, *ends)
+
+
+def _refuse_period(call: str, jump: Corners, jumped: list[Piece], flow: Corners, moved: list[Piece]) -> None:
+    """Refuse a period whose jump, or else whose flow, starts on a corner."""
+    odd, names = differing(jumped), jump.ode.states.labels
+    if odd.any():
+        refuse_corner(call, jump, jumped, odd, [f"'{name}' after the instant" for name in names])
+    refuse_corner(call, flow, moved, differing(moved), rows_of(flow.ode))
+
+
+def jump_of(sampled: Sampled) -> Ode:
+    """The jump without noise, as an equation whose rate is the state after it and whose time is k."""
+    flow = sampled.flow
+    rest = flow.x[sampled.jump.numel() :, 0]
+    rate = ca.substitute(ca.vertcat(sampled.jump, rest), sampled.w, ca.SX.zeros(sampled.w.shape))
+    return replace(flow, t=sampled.k, rate=rate, outputs=Layout(), output=ca.SX(0, 1))
+
+
+def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
+    """Refuse a jump that is constant between its steps, or that differs at the next instant."""
+    fixed = [place for place in range(len(p)) if place not in places_of(jump)]
+    rate = ca.densify(ca.substitute(jump.rate, jump.p[fixed], ca.SX(p[fixed])))
+    steps = walk(rate)
+    if odd := STAIRS & set(jumps(steps, [symbol.name() for symbol in ca.vertsplit(jump.x)])):
+        raise ValueError(
+            f"`{call}(...)`: the computer of '{jump.name}' reads in steps ({odd.pop().lower()}), between which its "
+            "slope is zero: a linear model would see no feedback. Set `quantum` to zero for it."
+        )
+    in_time = jumps(steps, [jump.t.name()])
+    if "FMOD" in in_time or (in_time and k == 0):
+        when = "every few periods" if "FMOD" in in_time else "from the second instant on: take t of one period"
+        raise ValueError(
+            f"`{call}(...)` must have one jump that is the same at each instant; a block of '{jump.name}' runs {when}."
+        )
+
+
+def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
+    """The state after a period, and its derivatives by state and inputs, by steps halved until nothing changes."""
+    flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
+    f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
+    end = runge_kutta(f, now, flow.x, flow.p, h)
+    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
+    step = ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
+    before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
+    steps = FEWEST
+    while steps <= MOST_STEPS:
+        state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
+        for i in range(steps):
+            each = step(t + i * sampled.period / steps, state, p, sampled.period / steps)
+            state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
+            by_x, by_u = own @ by_x, own @ by_u + driven
+        now_all = np.column_stack([state, by_x, by_u])
+        if np.abs(now_all - before).max() <= CONVERGED * np.abs(now_all).max():
+            return state, by_x, by_u
+        before, steps = now_all, 2 * steps
+    raise Refused(
+        f"`{call}(...)`: the flow of '{flow.name}' over one period of {sampled.period:g} s does not converge within "
+        f"{MOST_STEPS} Runge-Kutta steps; take a shorter period, or a state from which it does not escape."
+    )

@@ -1,0 +1,190 @@
+"""The gain L of a loop that is cut, at rest under what its law commands there, or frozen at a state of a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Ode, Sampled
+from workbench.design.linear.corners import Mask, Sides
+from workbench.design.linear.linear_path import LinearPath
+from workbench.design.linear.linear_period import jump_of, one_period
+from workbench.design.linear.linearization import linear_model, motion, step_motion
+from workbench.design.linear.operating_point import names_of, places_of, row_of, time_of, vector_of
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+if TYPE_CHECKING:
+    import control
+
+    from workbench.design.linear.pointed_systems import PointedSpace
+
+CLOSED = 1e-6  # of its size: by how much what acts may differ from what arrives at the cut, as a run prints it
+
+
+@door
+def broken_loop(
+    ode: Ode | Sampled,
+    t: float,
+    x: Any,
+    p: Any = None,
+    u: Any = None,
+    *,
+    frozen: bool = False,
+    side: Sides = None,
+) -> control.StateSpace:
+    """The loop gain L about a state of a loop that is cut: from its inputs to its outputs, with the sign turned.
+
+    The outputs of `ode`, in their order, were its inputs before the cut, as `ClosedLoop.broken()` gives it; a `Sampled`
+    comes from `ClosedLoop.digital(at=...)`. Without u the inputs are what arrives at the cut at this state: what the
+    law itself commands there.
+
+    Parameters
+    ----------
+    t, x, p
+        As of `linearize`; x holds the memory of law and observer too.
+    u
+        The inputs (nu,), in the place of what arrives.
+    frozen
+        True if the loop need not rest there: L is then that of the loop frozen at a state of a run, and proves nothing
+        of the run. A state that no Jacobian follows, as any of a linear loop, need not rest.
+    side
+        The side of a corner, as of `linearize`.
+
+    Raises
+    ------
+    ValueError
+        As `linearize`; if there are not as many outputs as inputs; if an input that is cut reaches its own output at
+        once; or if the loop does not rest there and is not `frozen`.
+    """
+    import control
+
+    flow = ode.flow if isinstance(ode, Sampled) else ode
+    ports = names_of(flow)
+    _refuse_odd("broken_loop(ode)", f"'{ode.name}'", len(ports["inputs"]), len(ports["outputs"]))
+    row, state, time = row_of(flow, p, u), vector_of("x", x, ode.states), time_of(t)
+    if u is None:
+        row[places_of(flow)] = _arriving(ode, time, state, row)
+    n = ode.states.size
+    G = linear_model("broken_loop", ode, time, state, row, side=side, used=lambda pattern: _reaching(pattern, n))
+    if not frozen:
+        _refuse_motion(ode, time, state, row, G)
+    name = f"{ode.name}, frozen at t = {time:g} s" if frozen else ode.name
+    return control.ss(G.A, G.B, -G.C, -G.D, G.dt, name=name, **ports)
+
+
+def _arriving(ode: Ode | Sampled, t: float, x: Array, row: Array) -> Array:
+    """The values that arrive at the cut where they also act there: handed on, once for each signal that is cut."""
+    flow, p = ode.flow if isinstance(ode, Sampled) else ode, row.copy()
+    places = places_of(flow)
+    for _ in range(len(places) + 1):
+        at = jump_of(ode).rate_at(round(t / ode.period), x, p) if isinstance(ode, Sampled) else x
+        arriving = np.array(flow.h(t, at, p)).ravel()
+        if not np.isfinite(arriving).all():
+            name = flow.outputs.labels[int(np.argmin(np.isfinite(arriving)))]
+            raise ValueError(f"`broken_loop(x=...)`: '{name}' is not finite at this state of '{ode.name}'.")
+        if np.array_equal(arriving, p[places]):
+            return arriving
+        p[places] = arriving
+    raise ValueError(
+        f"`broken_loop(ode)` must have inputs that do not reach their own outputs at once, or be given u=...; what "
+        f"arrives at the cut of '{ode.name}' changes as it is handed on."
+    )
+
+
+def _reaching(pattern: Mask, n: int) -> Mask:
+    """True for the entries of (A, B; Cy, D) on which L and the poles of the closed loop depend.
+
+    A state that reaches no output, and not itself again through the state that drives it, is in neither.
+    """
+    steps = np.eye(len(pattern), dtype=bool)
+    steps[:, :n] |= pattern[:, :n]
+    reach = _closure(steps)  # reach[i, j]: j reaches i
+    used = np.ones(pattern.shape, dtype=bool)
+    out = np.asarray(reach[n:, :n].any(axis=0))
+    used[:n, :n] = out[:, np.newaxis] | reach[:n, :n].T
+    used[:n, n:] = out[:, np.newaxis]
+    return used
+
+
+def _closure(steps: Mask) -> Mask:
+    """The pairs that any number of steps joins."""
+    for _ in range(max(len(steps).bit_length(), 1)):
+        steps = np.asarray(steps.astype(int) @ steps.astype(int) > 0)
+    return steps
+
+
+def _moves(ode: Ode | Sampled) -> Mask:
+    """True for each state whose motion changes a Jacobian in the closed loop, at once or by what it moves, (nx,)."""
+    n, m = ode.states.size, ode.outputs.size
+    steps, bends = np.eye(n + m, dtype=bool), np.zeros(n + m, dtype=bool)
+    for each in (ode.flow, jump_of(ode)) if isinstance(ode, Sampled) else (ode,):
+        z, values = ca.vertcat(each.x, each.input_symbols), ca.vertcat(each.rate, each.output)
+        J = ca.jacobian(values, z)
+        steps[: values.numel()] |= np.array(ca.DM(J.sparsity(), 1), dtype=bool)
+        bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), z), 1), dtype=bool).any(axis=0)
+    return np.asarray(_closure(steps)[bends][:, :n].any(axis=0))
+
+
+def _refuse_motion(ode: Ode | Sampled, t: float, x: Array, row: Array, G: PointedSpace) -> None:
+    """Refuse a loop in which a state moves that a Jacobian follows, or another signal acts than arrives at the cut."""
+    outputs, acting, arriving = ode.outputs.labels, G.u0, G.y0
+    remedy = (
+        "Give plant, law and observer their states at rest, as `operating_point(loop.ode(), {...})` finds them, or ask "
+        "for the loop as it is frozen there: `frozen=True`."
+    )
+    mask = _moves(ode)
+    if not mask.any():
+        return
+    apart = np.abs(acting - arriving) / (1e-300 + np.maximum(np.abs(acting), np.abs(arriving)).max())
+    if apart.max() > CLOSED:
+        worst = int(apart.argmax())
+        raise ValueError(
+            f"`broken_loop(u=...)` must be what arrives at the cut, or the loop does not rest: "
+            f"{acting[worst]:.6g} acts in the place of '{outputs[worst]}', and {arriving[worst]:.6g} arrives. {remedy}"
+        )
+    if isinstance(ode, Sampled):
+        moving = step_motion(ode, x, one_period("broken_loop", ode, t, x, row).end, G.A, mask)
+    else:
+        moving = motion(ode, t, x, row, G.A, mask)
+    if moving:
+        held = ", ".join(f"{name} = {value:.6g}" for name, value in zip(outputs, acting, strict=True))
+        raise ValueError(
+            f"`broken_loop(x=...)` must be a state at which '{ode.name}' rests under what arrives at its cut; at "
+            f"t = {t:g} and {held} {moving}. {remedy}"
+        )
+
+
+@door
+def broken_loops(path: LinearPath) -> tuple[control.StateSpace, ...]:
+    """The loop gain L at each time of a path of a loop that is cut, frozen there: it proves nothing of the motion.
+
+    Raises
+    ------
+    ValueError
+        If there is not an output for each input, or what acts is not what arrives at the cut: `along(p=...)` must have
+        rows in which the input that is cut is that of the run.
+    """
+    import control
+
+    _refuse_odd("broken_loops(path)", "this one", len(path.inputs), len(path.outputs))
+    apart = np.abs(path.u - path.y) / (1e-300 + np.maximum(np.abs(path.u), np.abs(path.y)).max())
+    if apart.size and apart.max() > CLOSED:
+        k, i = np.unravel_index(apart.argmax(), apart.shape)
+        raise ValueError(
+            f"`broken_loops(path)` must have a path on which the inputs are what arrives at the cut, as on a run of "
+            f"the closed loop; at t = {path.t[k]:g} s {path.u[k, i]:.6g} acts for '{path.outputs[i]}', and "
+            f"{path.y[k, i]:.6g} arrives. Give `along(p=...)` a row for each time with '{path.inputs[i]}' of the run."
+        )
+    frozen = zip(path.t, path.A, path.B, path.Cy, path.D, strict=True)
+    return tuple(control.ss(A, B, -Cy, -D, name=f"frozen at t = {t:g} s") for t, A, B, Cy, D in frozen)
+
+
+def _refuse_odd(call: str, name: str, inputs: int, outputs: int) -> None:
+    if inputs != outputs:
+        raise ValueError(
+            f"`{call}` must have an output for each input, which it was before the cut; {name} has {inputs} "
+            f"inputs and {outputs} outputs."
+        )

@@ -1,0 +1,128 @@
+"""Gains of stationary Kalman filters, of matrices and of equations linearised at a point."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from workbench.core import Ode, Point
+from workbench.design.linear.corners import Corners, Sides, sure_jacobians
+from workbench.design.linear.linearization import motion
+from workbench.design.linear.operating_point import inputs_of, places_of, row_of, vector_of
+from workbench.design.matrices import definite, matrix, semidefinite, square
+from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising
+from workbench.validation.refusals import Array, seconds
+from workbench.validation.signatures import door
+
+
+@door
+def lqe(A: Any, G: Any, C: Any, Qn: Any, Rn: Any, discrete: bool = False) -> Riccati:
+    """The gain K of the stationary Kalman filter of x' = A x + G w, y = C x + v, and X = P, its covariance.
+
+    The estimate follows x_hat' = A x_hat + K (y - C x_hat), or x_hat+ if the system is discrete: then K is that of
+    the predictor, with P before a measurement.
+
+    Parameters
+    ----------
+    A, G, C
+        (n, n), (n, nw) and (ny, n).
+    Qn, Rn
+        The intensities of w (nw, nw), positive semidefinite, and v (ny, ny), positive definite.
+
+    Raises
+    ------
+    ValueError, Refused
+        As `lqr`.
+    """
+    call = "lqe(A, G, C, Qn, Rn)"
+    a = square(call, "A", A)
+    g = matrix(call, "G", G, rows=len(a))
+    c = matrix(call, "C", C, columns=len(a))
+    q, r = semidefinite(call, "Qn", Qn, g.shape[1]), definite(call, "Rn", Rn, len(c))
+    driven = g @ q @ g.T
+    d = checked_data(call, a.T, c.T, (driven + driven.T) / 2, r)  # the equation of the transposed system
+    dual = stabilising(call, d, discrete, ESTIMATOR)
+    return replace(dual, K=dual.K.T)
+
+
+@door
+def steady_kalman(
+    ode: Ode,
+    Q: Any,
+    R: Any,
+    outputs: Sequence[str] = (),
+    *,
+    period: float | None = None,
+    x: Any = None,
+    u: Any = None,
+    p: Any = None,
+    side: Sides = None,
+) -> Riccati:
+    """The steady gain K of the Kalman filter of x' = f + w, y = h + v, linearised exactly at (x, p, u), t = 0.
+
+    Without a period K is that of x_hat' = f + K (y - h), for readings at all times. With one it is that of x_hat+ =
+    x_hat + K (y_k - h) at each reading, between which x_hat' = f: X is then P before a reading. `poles` are those of
+    the error.
+
+    Parameters
+    ----------
+    Q, R
+        The intensity of w (nx, nx), semidefinite; and that of v, with a period the covariance of one reading, (ny, ny).
+    outputs
+        The outputs that are read, or single numbers of them (`q[0]`); all where none is named.
+    x, u, p
+        (nx,), (nu,) and (np,); the starts and defaults of `ode` where none is given. The answer has this point.
+    side
+        The side of a corner, as of `linearize`.
+
+    Raises
+    ------
+    LookupError
+        If an output has no such name.
+    ValueError, Refused
+        As `lqe`.
+
+    References
+    ----------
+    Simon (2006), Optimal State Estimation, sections 7.3 and 8.3.
+
+    Examples
+    --------
+    >>> wb.steady_kalman(wb.open_loop(wb.DCMotor()), Q=np.eye(2), R=[[1e-2]], period=0.01).K.round(3)
+    array([[0.581],
+           [0.149]])
+    """
+    call = "steady_kalman(ode, Q, R)"
+    A, C, point = _at_point(ode, outputs, x, row_of(ode, p, u), side)
+    q, r = semidefinite(call, "Q", Q, len(A)), definite(call, "R", R, len(C))
+    if period is None:
+        return replace(lqe(A, np.eye(len(A)), C, q, r), point=point)
+    Phi, Qd = _sampled(A, q, seconds("steady_kalman(period=...)", period))
+    answer = lqe(Phi, np.eye(len(A)), C, Qd, r, discrete=True)
+    K = np.asarray(np.linalg.solve(C @ answer.X @ C.T + r, C @ answer.X).T, dtype=float)
+    return replace(answer, K=K, point=point)
+
+
+def _at_point(ode: Ode, outputs: Sequence[str], x: Any, row: Array, side: Sides) -> tuple[Array, Array, Point]:
+    """A, the rows of Cy that are read, and the point at a state, with corners that touch neither let pass."""
+    state, n = ode.states.default if x is None else vector_of("x", x, ode.states), ode.states.size
+    read = [place for name in outputs or ode.outputs.names for place in ode.outputs.indices(name)]
+    used = np.zeros((n + ode.outputs.size, n + len(places_of(ode))), dtype=bool)
+    used[[*range(n), *(n + place for place in read)], :n] = True
+    A, _, Cy, _ = sure_jacobians("steady_kalman", Corners.of(ode), 0.0, state, row, side, lambda _: used)
+    y0, moving = np.array(ode.h(0.0, state, row)).ravel(), motion(ode, 0.0, state, row, A)
+    point = Point(ode.states, inputs_of(ode), ode.outputs, state, row[places_of(ode)], y0, moving)
+    return A, Cy[read], point.part(read, range(len(point.u0)))
+
+
+def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
+    """exp(A period), and the covariance that white noise of intensity Q gathers over the period (Van Loon 1978)."""
+    n = len(A)
+    block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * period)
+    Phi = block[n:, n:].T
+    Qd = Phi @ block[:n, n:]
+    return Phi, (Qd + Qd.T) / 2

@@ -1,0 +1,90 @@
+"""The record that says which study a ledger is of, how far it is, and which chunks its sweeps have."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from workbench.study.ledger.chunk import Chunk, plain
+from workbench.validation.refusals import whole
+from workbench.validation.signatures import door
+
+ABOUT = "about"  # the name of the record
+UNUSED = (
+    "{count} chunks in '{out}' are of other samples or equations than the study has now: they are kept, and not used; "
+    "`--fresh` removes them."
+)
+
+
+@dataclass(frozen=True)
+@door
+class SweepAbout:
+    """The runs, at most so many where a search may end before, the arithmetic and the chunks of one sweep."""
+
+    name: str
+    runs: int
+    arithmetic: str
+    chunks: tuple[str, ...]
+    at_most: bool = False
+
+    def __post_init__(self) -> None:
+        whole("SweepAbout(runs=...)", self.runs, 0)
+
+
+@dataclass(frozen=True)
+@door
+class About:
+    """The name and script of a study, the number of samples that was asked for, its sweeps, and its script's digest."""
+
+    study: str
+    script: str
+    samples: int | None = None
+    sweeps: tuple[SweepAbout, ...] = ()
+    digest: str = ""  # an earlier version did not write it
+
+    def __post_init__(self) -> None:
+        if self.samples is not None:
+            whole("About(samples=...)", self.samples, 0)
+
+    @property
+    def chunk(self) -> Chunk:
+        """The record."""
+        return Chunk(ABOUT, plain(asdict(self)))
+
+    @staticmethod
+    def of(study: str, script: Path, out: Path, samples: int | None = None) -> About:
+        """The state of a study that has no sweeps yet, by its script and its output folder."""
+        digest = hashlib.sha256(script.read_bytes()).hexdigest()
+        return About(study, os.path.relpath(script.resolve(), out.resolve()), samples, (), digest)
+
+    def script_from(self, out: Path) -> str:
+        """The script of the study in an output folder, as seen from the working directory."""
+        return os.path.relpath((out / self.script).absolute())
+
+    def has_changed(self, out: Path) -> bool:
+        """True if the script is there and is not the one that was run."""
+        file = out / self.script
+        return bool(self.digest) and file.is_file() and hashlib.sha256(file.read_bytes()).hexdigest() != self.digest
+
+    def unused(self, names: Iterable[str]) -> int:
+        """The number of chunks, among records by their names, that belong to no sweep."""
+        wanted = {name for sweep in self.sweeps for name in sweep.chunks}
+        return sum(is_chunk(name) and name not in wanted for name in names)
+
+
+def about_of(chunk: Chunk) -> About | None:
+    """The state of a study read from its record; None if the record holds something else."""
+    try:
+        content = chunk.content
+        sweeps = tuple(SweepAbout(**sweep) for sweep in content["sweeps"])
+        return About(content["study"], content["script"], content["samples"], sweeps, content.get("digest", ""))
+    except (LookupError, TypeError, ValueError):
+        return None
+
+
+def is_chunk(name: str) -> bool:
+    """True if a record of that name holds runs: of a sweep, from a first to a last, under a digest."""
+    return name.count("/") == 2
