@@ -126,7 +126,7 @@ def _named(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> tupl
 
 
 def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]) -> list[Target]:
-    """Methods and properties of a thing that a room made; of a module, Python's own and python-control's there are none."""
+    """Methods and properties of a thing that a room made; not of a module, of Python, of python-control."""
     kind, found = type(thing), []
     if not kind.__module__.startswith(("workbench", rooms.__name__)):
         return []
