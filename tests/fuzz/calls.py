@@ -126,12 +126,13 @@ def _named(function: Any, args: tuple[Any, ...], kwargs: dict[str, Any]) -> tupl
 
 
 def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]) -> list[Target]:
-    """Methods and properties of a thing that a room made; of a module, and of Python's own, there are none."""
+    """Methods and properties of a thing that a room made; not of a module, of Python, of python-control."""
     kind, found = type(thing), []
     if not kind.__module__.startswith(("workbench", rooms.__name__)):
         return []
     own = getattr(kind, "__dataclass_fields__", {})  # a field that holds a function is no method
-    for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own):
+    elsewhere = {a for base in kind.__mro__[1:] if base.__module__.startswith("control") for a in vars(base)}
+    for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own and a not in elsewhere):
         how = inspect.getattr_static(kind, attribute)
         label = f"{name}(...).{attribute}"
         if isinstance(how, property | functools.cached_property):

@@ -11,7 +11,6 @@ from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.linear import LinearSystem
 from workbench.core.ode import Ode, with_quadrature, with_sensitivity
-from workbench.core.point import Point
 from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
 from workbench.core.sampled_law import SampledLaw, Stage
@@ -30,7 +29,6 @@ __all__ = [
     "Line",
     "LinearSystem",
     "Ode",
-    "Point",
     "Roles",
     "Rule",
     "Sampled",

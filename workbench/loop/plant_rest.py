@@ -7,8 +7,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Point, Signals
-from workbench.core.point import AT_REST, gain_of, rate_terms
+from workbench.core import Layout, Signals
+from workbench.core.point import AT_REST, Point, gain_of, rate_terms
 from workbench.loop import wiring
 from workbench.loop.contracts import AbstractPlant, is_recursion
 from workbench.validation.refusals import Array, vector

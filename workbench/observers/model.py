@@ -7,9 +7,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Entry, Layout, Point, Signals
+from workbench.core import Entry, Layout, Signals
 from workbench.core.block import Number
-from workbench.core.point import gain_of
+from workbench.core.point import Point, gain_of
 from workbench.loop.contracts import AbstractObserver, AbstractPlant, Inputs, Parts, Reads, is_recursion
 from workbench.loop.plant_rest import refuse_other
 from workbench.loop.wiring import asked

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from workbench.core import Point
+from workbench.core.point import Point
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space

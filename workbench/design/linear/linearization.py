@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.core import Ode, Point, Sampled
-from workbench.core.point import AT_REST, rate_terms
+from workbench.core import Ode, Sampled
+from workbench.core.point import AT_REST, Point, rate_terms
 from workbench.design.linear.corners import Corners, Sides, Used, all_entries, sure_jacobians
 from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (

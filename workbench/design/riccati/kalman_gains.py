@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from workbench.core import Ode, Point
+from workbench.core import Ode
+from workbench.core.point import Point
 from workbench.design.linear.corners import Corners, Sides, sure_jacobians
 from workbench.design.linear.linearization import motion
 from workbench.design.linear.operating_point import inputs_of, places_of, row_of, vector_of

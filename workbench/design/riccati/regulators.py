@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.core import Entry, Layout, Point
+from workbench.core import Entry, Layout
+from workbench.core.point import Point
 from workbench.design.matrices import (
     Certificate,
     Complex,
