@@ -86,7 +86,10 @@ def test_a_spike_of_a_table_is_met_in_a_plant_that_is_disturbed_by_it(interpolat
     np.testing.assert_allclose(ends, 1.0, rtol=1e-4)
 
 
-@pytest.mark.parametrize(("engine", "arithmetic"), [("native", "fused"), ("numpy", "fused"), ("numpy", "portable")])
+@pytest.mark.parametrize(
+    ("engine", "arithmetic"),
+    [("native", "fused"), ("numpy", "fused"), ("numpy", "portable"), ("casadi", "casadi")],
+)
 def test_the_bits_of_a_row_do_not_depend_on_its_company(engine, arithmetic):
     needs(engine)
     draws = np.random.default_rng(3)
