@@ -80,6 +80,14 @@ def expression(rng, atoms, depth):
         lambda a: 0.0 * a,
         lambda a: ca.tan(ca.tanh(a)),
         lambda a: ca.fmod(a, 0.7),
+        lambda a: ca.atan(a),
+        lambda a: ca.asin(ca.tanh(a)),
+        lambda a: ca.acos(ca.tanh(a)),
+        lambda a: ca.sinh(ca.tanh(a)),
+        lambda a: ca.cosh(ca.tanh(a)),
+        lambda a: ca.log1p(a * a),
+        lambda a: ca.expm1(ca.tanh(a)),
+        lambda a: ca.ceil(a * 10) / 10,
     )
     two = (
         *(3 * (lambda a, b: a + b, lambda a, b: a - b, lambda a, b: ca.tanh(a) * b)),
@@ -87,6 +95,7 @@ def expression(rng, atoms, depth):
         lambda a, b: a / ca.sqrt(1 + b * b),
         lambda a, b: ca.atan2(a, b),
         lambda a, b: ca.fmin(a, b),
+        lambda a, b: ca.hypot(a, b),
         lambda a, b: ca.fmax(a, b),
         lambda a, b: ca.fmod(a, 1 + b * b),
         lambda a, b: ca.sin(a + b) - ca.sin(a) * ca.cos(b),
