@@ -88,10 +88,9 @@ class Outcome:
         run, ode = self.case.run, self.ode
         times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
         spans = [None if span is None else float(span) for span in times]
-        noise = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()
-        digest = hashlib.sha256(repr((ode.fingerprint, spans, *noise)).encode())
-        for numbers in (ode.parameters.default, ode.states.default):
-            digest.update(numbers.astype("<f8").tobytes())
+        seed = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()  # that of its noise
+        digest = hashlib.sha256(repr((ode.fingerprint, spans, *seed)).encode())
+        digest.update(np.concatenate([ode.parameters.default, ode.states.default]).astype("<f8").tobytes())
         return digest.hexdigest()
 
     @property
