@@ -16,13 +16,13 @@ needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler here: a
 WARNINGS = ("-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wpedantic", "-std=c99", "-Werror")
 
 
-def recorded(sampled, law, periods, substeps=4, seed=1):
-    """Readings, references, commands and memory (N, ...) of a run in the portable arithmetic."""
+def recorded(sampled, law, periods, substeps=4, seed=1, arithmetic="portable"):
+    """Readings, references, commands and memory (N, ...) of a run in the portable arithmetic, or another one."""
     step, taken = sampled.step(substeps), sampled.taken
     layout = Layout(tuple(Entry(name, np.zeros(part.numel())) for name, part in taken.items()))
     symbols, parts = ca.SX.sym("taken", layout.size), [ca.vec(part) for part in taken.values()]
     step = step.extended(layout, symbols, ca.vertcat(*parts))
-    run = wb.simulate(step, until=periods * sampled.period, arithmetic="portable", seed=seed)
+    run = wb.simulate(step, until=periods * sampled.period, arithmetic=arithmetic, seed=seed)
     x = run.x[0, 1:]
 
     def of(names):
@@ -82,6 +82,7 @@ def compiled(code, folder, compiler=None, options=("-O2",)):
         f"{name}.c",
         "-o",
         library,
+        *(["-lm"] if code.hardware else []),
     ]
     subprocess.run(command, cwd=folder, check=True, timeout=60)
     call, dtype = ctypes.CDLL(str(library)).drive, np.float32 if code.real == "float" else np.float64

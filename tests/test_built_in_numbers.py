@@ -45,7 +45,7 @@ class Edited:
     """The C of a law in which one number was edited in the text."""
 
     def __init__(self, code, variable, value):
-        self.law, self.name, self.real = code.law, code.name, code.real
+        self.law, self.name, self.real, self.hardware = code.law, code.name, code.real, ()
         pattern = rf"(const double {re.escape(variable)} = )[^;]+;"
         self.source, count = re.subn(pattern, lambda found: f"{found[1]}{value!r};", code.source)
         self.header = code.header

@@ -260,9 +260,6 @@ def test_a_lead_is_refused_whose_loop_crosses_again_with_less_margin():
 def test_a_slow_pole_is_placed_to_its_own_size_beside_a_fast_one():
     system = control.ss(np.diag([1.0, -1.0, 3e5]), np.ones((3, 1)), np.eye(3), 0)
     wanted = [-1e-4, -2e8, -3e8]
-    try:
-        placed = wb.place(system, wanted)
-    except Refused as reason:
-        assert "in the place of" in str(reason)
-    else:
-        np.testing.assert_allclose(np.sort(placed.poles.real), np.sort(wanted), rtol=1e-6)
+    # a pole of 1e-4 beside one of 3e8 is lost in rounding, and could as well be unstable
+    with pytest.raises(Refused, match=r"has the pole .* in the place of -0.0001"):
+        wb.place(system, wanted)

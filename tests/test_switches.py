@@ -49,12 +49,27 @@ def test_a_pulse_shorter_than_the_step_cannot_be_missed(engine, h):
     assert end == pytest.approx(pulse_answer(10.0, 0.0512, 1e-3, 1.0), rel=max(0.03 * h**4, 1e-9))
 
 
-def test_the_measure_of_the_issue_finds_the_mean_of_its_pulses():
+def test_a_measure_finds_the_pulses_of_a_disturbance():
     train = wb.PulseTrain("y", "1", level=10.0, period=0.1, width=0.001, time=0.0512)
     ode = lag(lambda t, x: train.at(t)["y"] * 10)
     found = wb.measure(ode, [], until=1.0, tolerance=1e-3)
     pulses = [pulse_answer(100.0, 0.0512 + 0.1 * i, 0.001, 1.0) for i in range(10)]
     assert found.trajectories.x[0, -1, 0] == pytest.approx(sum(pulses), rel=1e-3)
+
+
+@pytest.mark.parametrize("computer", [False, True])
+def test_a_measure_and_a_case_see_pulses_that_the_loop_does_not_follow(computer):
+    motor = wb.DCMotor()
+    idle = wb.PID2(motor.outputs, motor.inputs, Kp=1e-6, Ki=0.0)
+    train = wb.PulseTrain("omega", "rad/s", level=10, period=0.1, width=0.001, time=0.0512)
+    loop = wb.ClosedLoop(motor, controller=idle, reference=train)
+    equation = loop.digital(0.01) if computer else loop.ode()
+    truth = 1.0  # the root of 10^2 0.001 s / 0.1 s, as the motor stands
+    found = wb.measure(equation, [wb.rmse()], until=10.0, tolerance=1e-3)
+    assert found.scores["RMSE"].value[0, 0] == pytest.approx(truth, rel=1e-6)
+    case = wb.Case("pulses", "idle", wb.Run(equation, (wb.rmse(),), until=10.0, tolerance=1e-3))
+    [outcome] = run(wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,))).outcomes
+    assert outcome.score("RMSE", 0)[0] == pytest.approx(truth, rel=1e-6)
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "hold"])
@@ -71,7 +86,10 @@ def test_a_spike_of_a_table_is_met_in_a_plant_that_is_disturbed_by_it(interpolat
     np.testing.assert_allclose(ends, 1.0, rtol=1e-4)
 
 
-@pytest.mark.parametrize(("engine", "arithmetic"), [("native", "fused"), ("numpy", "fused"), ("numpy", "portable")])
+@pytest.mark.parametrize(
+    ("engine", "arithmetic"),
+    [("native", "fused"), ("numpy", "fused"), ("numpy", "portable"), ("casadi", "casadi")],
+)
 def test_the_bits_of_a_row_do_not_depend_on_its_company(engine, arithmetic):
     needs(engine)
     draws = np.random.default_rng(3)

@@ -257,3 +257,11 @@ def test_what_follows_a_reference_is_shown_beside_it_and_alone():
 def test_what_cannot_be_run_is_refused_in_the_name_of_simulate(call, says):
     with pytest.raises(ValueError, match=re.escape(says)):
         call()
+
+
+def test_a_page_of_runs_at_a_chosen_step_has_that_step_or_half_of_an_odd_one():
+    assert wb.simulate(first_loop(), until=0.5).live().text.startswith("<!DOCTYPE html>")
+    odd = wb.simulate(smooth_loop(), until=0.3, every=0.1, tolerance=0.05)  # 102 steps at most
+    assert odd.live().text.startswith("<!DOCTYPE html>")
+    third = wb.simulate(smooth_loop(), until=0.5, every=0.1, tolerance=0.5)
+    assert (third.t[-1] / third.page_step) % 2 == pytest.approx(0, abs=1e-9)

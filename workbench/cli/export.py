@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 PATH = click.Path(path_type=Path)
 FORMS = ("c", "cortex-m4", "python", "casadi", "control", "mat", "simulink", "ros2", "fmi2", "fmi3")
+WAYS = ("portable", "hardware")
 PERIODS = 2000  # of the run that tells whether the loop holds at its period
 
 
@@ -30,6 +31,8 @@ PERIODS = 2000  # of the run that tells whether the loop holds at its period
 @click.option("--name", help="The prefix of all names, an identifier of C; that of the law if not given.")
 @click.option("--out", type=PATH, help="The folder; one of the name of the law, here, if not given.")
 @click.option("--precision", type=click.Choice(("double", "single")), default="double", show_default=True)
+@click.option("--sqrt", type=click.Choice(WAYS), default=WAYS[0], show_default=True, help="The root, in the same bits.")
+@click.option("--fma", type=click.Choice(WAYS), default=WAYS[0], show_default=True, help="Products with their sums.")
 @click.option("--settable", is_flag=True, help="Numbers of the law that can be set between two instants.")
 @click.option("--built-in", is_flag=True, help="The reference of the loop within the law, and not as an input.")
 @click.option("--truth", "truths", multiple=True, help="A signal that no instrument gives, and the machine is handed.")
@@ -52,6 +55,7 @@ def export(file: Path, form: str, loop: str | None, case: str | None, out: Path 
             warnings = (*warnings, loss_in_single_precision(sampled, law))
         options: dict[str, Any] = {"warnings": warnings, "command": _command()} | ({"safe": safe} if safe else {})
         options |= {"precision": "single"} if asked["precision"] == "single" else {}
+        options |= {name: "hardware" for name in ("sqrt", "fma") if asked[name] == "hardware"}
         options |= {"parameters": "settable"} if asked["settable"] else {}
         paths = written(law, form, out, name=asked["name"], overwrite=asked["overwrite"], **options)
         if form.startswith("fmi") and not _has_library(paths[0]):

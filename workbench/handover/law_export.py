@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ from workbench.core import Sampled, SampledLaw
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
+from workbench.handover.targets.size import measured_stack
 from workbench.validation.refusals import known, require
 from workbench.validation.signatures import door
 
@@ -30,8 +31,9 @@ class Order:
 
     @property
     def code(self) -> CCode:
-        """The law in C."""
-        return c_code(self.law, self.name, **self.options)
+        """The law in C, its stack measured where GCC is."""
+        code = c_code(self.law, self.name, **self.options)
+        return replace(code, stack=measured_stack(code))
 
 
 def _c(order: Order) -> Files:
@@ -103,7 +105,7 @@ FORMS: Mapping[str, Callable[[Order], Files]] = {
 }
 
 
-OPTIONS = ("precision", "parameters", "safe", "warnings", "command")
+OPTIONS = ("precision", "parameters", "safe", "warnings", "command", "sqrt", "fma")
 BARE = ("warnings", "command")  # which are only said
 TAKEN = {"python": ("safe", *BARE), **dict.fromkeys(("casadi", "control", "mat", "fmi2", "fmi3"), BARE)}
 
@@ -139,7 +141,7 @@ def export(
     overwrite
         True to replace files that no export has written, or that were edited since.
     options
-        Of the C and all that is around it, see `c_code`: precision, parameters, safe, warnings, command.
+        Of the C and all that is around it, see `c_code`: precision, parameters, safe, sqrt, fma, warnings, command.
 
     Raises
     ------

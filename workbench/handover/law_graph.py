@@ -46,10 +46,13 @@ class StepGraph:
     values: tuple[Mapping[str, tuple[int | None, ...]], ...]
 
 
-def graph_of_law(law: SampledLaw, settable: bool = False) -> StepGraph:
-    """The graph of a law, with its results z+ and u, with the numbers of its parameters unless they are `settable`."""
+def graph_of_law(law: SampledLaw, settable: bool = False, fused: bool = False) -> StepGraph:
+    """The graph of a law, with its results z+ and u, with the numbers of its parameters unless they are `settable`.
+
+    Numbers are made in the portable arithmetic, or in the fused one.
+    """
     stages = [{name: ca.vertsplit(ca.vec(ca.SX(part))) for name, part in s.values.items()} for s in law.stages]
-    return split(law.step, law.parameters.default, settable, stages)
+    return split(law.step, law.parameters.default, settable, stages, fused)
 
 
 def split(
@@ -57,6 +60,7 @@ def split(
     parameters: np.ndarray,
     settable: bool = False,
     stages: list[dict[str, list[ca.SX]]] | None = None,
+    fused: bool = False,
 ) -> StepGraph:
     """The graph of a step of which the first parameters have these numbers; the others move."""
     stages = stages or []
@@ -68,7 +72,7 @@ def split(
     graph = Graph(graph.nodes, graph.results[: step.states.size])
     groups = _groups(graph, len(parameters))
     known = set(groups["number"]) | (set() if settable else set(groups["parameter"]))
-    numbers = _numbers(graph, known, step.h, parameters)
+    numbers = _numbers(graph, known, step.h, parameters, fused)
     same = _same(graph, numbers)
     named = tuple({name: tuple(i if i is None else same[i] for i in part) for name, part in s.items()} for s in named)
     graph = Graph(_seen(graph, same), tuple(same[i] for i in graph.results))
@@ -103,14 +107,14 @@ def _groups(graph: Graph, parameters: int) -> dict[str, list[int]]:
     return groups
 
 
-def _numbers(graph: Graph, known: set[int], h: float, parameters: np.ndarray) -> dict[int, float]:
-    """The values of the nodes that are known, in the portable arithmetic."""
+def _numbers(graph: Graph, known: set[int], h: float, parameters: np.ndarray, fused: bool) -> dict[int, float]:
+    """The values of the nodes that are known, in the portable arithmetic or the fused one."""
 
     def load(place: int) -> np.float64:
         node = graph.nodes[place]
         return np.float64({"const": node.value, "h": h}.get(node.op, parameters[node.entry] if node.op == "p" else 0.0))
 
-    evaluation = Evaluation(graph, Arrays(False), load)
+    evaluation = Evaluation(graph, Arrays(fused), load)
     with np.errstate(all="ignore"):
         evaluation.make(sorted(known))
         return {place: float(evaluation.value(place)) for place in sorted(known)}

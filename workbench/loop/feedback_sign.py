@@ -16,7 +16,7 @@ ROUNDING = 1e-9  # of a growth, relative to the size of the matrix
 
 
 def opposite(law: LinearLaw) -> LinearLaw:
-    """The law with the opposite sign: u = u0 - C z - D v."""
+    """The law with the opposite sign, about the same point: u = u0 - C z - D v."""
     system = law.system
     turned = {letter: -matrix for letter in "CD" if (matrix := getattr(system, letter)) is not None}
     return replace(law, system=replace(system, **turned))
@@ -54,5 +54,6 @@ def _matrix(loop: Ode | Sampled) -> Array:
     if isinstance(loop, Ode):
         return np.array(loop.A(0.0, x, p))
     rule = loop.step(SUBSTEPS).rule
-    after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [ca.jacobian(rule.plain(rule.update), rule.x)])
+    slope = ca.jacobian(rule.plain(rule.update), rule.x)
+    after = ca.Function("after", [rule.k, rule.x, rule.p, rule.w], [slope])
     return np.array(ca.densify(after(0.0, x, p, np.zeros(rule.w.shape))))

@@ -173,8 +173,10 @@ class Trajectories:
 
     @property
     def page_step(self) -> float:
-        """The step in s, or the substep, of a page of the loop: half of one that was chosen, as the page takes both."""
-        return self.step.h / self.step.substeps / (2 if self.chosen else 1)
+        """The step of a page of the loop in s, or the substep: half of a chosen one that is not doubled evenly."""
+        step = self.step
+        count = step.substeps if step.finer else round(self.t[-1] / step.h)
+        return step.h / step.substeps / (2 if self.chosen and count % 2 else 1)
 
     def live(self, **asked: Any) -> Any:
         """A page on which the numbers of the loop can be turned, as `workbench.live` makes it with what is `asked`.

@@ -10,6 +10,7 @@ from workbench.core import rk4
 from workbench.simulate import arithmetic
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
+from workbench.simulate.step_check import StepCheck
 from workbench.simulate.step_size import Accuracy, Check
 
 from ..parts import ODE
@@ -27,11 +28,12 @@ def calls() -> dict[str, Any]:
     limit = room.StepLimit(0.1, 1.0, 0.0, complex(-2.0), 3)
     found = Accuracy("end", 1e-3, 1e-6, 1e-5, 1.0, 2, 0)
     times = {"until": 1e-3, "every": 5e-4}
-    how = {"seed": 1, "progress": lambda share: None, "arithmetic": None}
+    how = {"seed": 1, "progress": lambda share: None, "arithmetic": None, "tolerance": 1e-2}
     return {
         "StepLimit": partial(room.StepLimit, 0.1, 1.0, 0.0, complex(-2.0), 3),
         "Accuracy": partial(Accuracy, "end", 1e-3, 1e-6, 1e-5, 1.0, 2, 0),
         "Check": partial(Check, (found,), limit, 2, 4),
+        "StepCheck": partial(StepCheck, limit, 1e-3, "x", 0, 1, 1.0, 1e-2, False),
         "Trajectories": partial(room.Trajectories, job, np.array([0.0, 0.1]), np.ones((2, 2, 1)), lost),
         "simulate": partial(room.simulate, STEP, P, X0, **times, **how, runs=[3, 4], engine=None),
         "step_limit": partial(room.step_limit, room.simulate(STEP, P, X0, **times), 0, 10),

@@ -33,6 +33,7 @@ FORMS = {
     "if_else": ("{} ? {} : {}", CHOICE, (ATOM, ATOM, ATOM)),
     "barrier": ("{}", ATOM, (ATOM,)),
 }
+FUSED = {"fma": "{0}, {1}, {2}", "fms": "{0}, {1}, -{2}", "fnma": "-{0}, {1}, {2}"}  # of a processor's fma
 TRUTHS = {*COMPARISONS, "and", "or", "not"}
 OF_TRUTHS = {"and": (0, 1), "or": (0, 1), "not": (0,), "if_else": (0,)}  # the operands that are truths
 PRIMITIVES = ("fabs", "sqrt", "floor", "copysign")
@@ -74,6 +75,7 @@ class Body:
     numbers: Mapping[int, float]
     load: Callable[[int], Text]
     names: Mapping[int, str] = field(default_factory=dict)
+    fused: bool = False  # products are rounded together with sums
     doubles: Collection[int] = ()  # nodes that are made in doubles whatever the format of the body
     lines: list[str] = field(default_factory=list)
     functions: dict[tuple[str, Real], None] = field(default_factory=dict)
@@ -154,6 +156,11 @@ class Body:
             return self._turned(op, operands[0], real)
         if op == "inv":
             return Text(f"{real.literal(1)} / {self._number(operands[0], real).within(SIGNED)}", PRODUCT)
+        if op in FUSED and self.fused:
+            self.primitives["fma", real] = None
+            parts = [self._number(i, real).within(SIGNED) for i in operands]
+            signed = [part if part[0] != "-" else f"({part})" for part in parts]
+            return Text(f"{self.prefix}_fma{real.mark}({FUSED[op].format(*signed)})", ATOM)
         if op in FORMS:
             form, tightness, least = FORMS[op]
             truths = OF_TRUTHS.get(op, ())

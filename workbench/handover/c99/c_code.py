@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
+from workbench.handover.c99.c_costs import Costs
 from workbench.handover.c99.c_header import header_of
 from workbench.handover.c99.c_names import member, members, prefix_of
-from workbench.handover.c99.c_source import source_of
+from workbench.handover.c99.c_source import functions_of, source_of
 from workbench.handover.export_folder import write_files
 from workbench.validation.refusals import Array, known, numbers, one_of, require
 from workbench.validation.signatures import door
 
 PRECISIONS, PARAMETERS = ("double", "single"), ("constant", "settable")
+WAYS = ("portable", "hardware")
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,6 +33,12 @@ class CCode:
         The command where a flag is raised, (nu,).
     warnings
         Sentences for whoever reads the header.
+    hardware
+        "sqrt" and "fma", where the processor's own are called by C's library.
+    stack
+        The stack of a call in words, where it was measured.
+    costs
+        The operations of a call, and its stack as counted.
     """
 
     name: str
@@ -40,12 +48,17 @@ class CCode:
     safe: Array
     warnings: tuple[str, ...] = ()
     command: str = ""
+    hardware: tuple[str, ...] = ()
+    stack: str = ""
+    costs: Costs = field(init=False)
     header: str = field(init=False)
     source: str = field(init=False)
 
     def __post_init__(self) -> None:
+        functions, costs = functions_of(self)
+        object.__setattr__(self, "costs", costs)
         object.__setattr__(self, "header", header_of(self))
-        object.__setattr__(self, "source", source_of(self))
+        object.__setattr__(self, "source", source_of(self, functions))
 
     @property
     def real(self) -> str:
@@ -91,6 +104,8 @@ def c_code(
     safe: Mapping[str, Any] | None = None,
     warnings: tuple[str, ...] = (),
     command: str = "",
+    sqrt: str = "portable",
+    fma: str = "portable",
 ) -> CCode:
     """A law as C99 without a library: NAME_init, NAME_reset and NAME_step over structs of readings and commands.
 
@@ -106,6 +121,11 @@ def c_code(
         The command where a reading, a reference or a result is not finite, by name; zero, or the limit next to it.
     warnings, command
         Sentences, and the command that made the code, for the header.
+    sqrt
+        "portable", or "hardware" for the root of C's library, an instruction on most processors, with the same bits.
+    fma
+        "portable", or "hardware" for products that are rounded together with sums by C's library: the bits of the fused
+        arithmetic, `simulate(..., arithmetic="fused")`, in double precision alone.
 
     Raises
     ------
@@ -128,7 +148,20 @@ def c_code(
     settable = one_of("c_code(parameters=...)", parameters, PARAMETERS) == "settable"
     for layout in (law.readings, law.references, law.commands, law.memory, law.parameters):
         members(layout)
-    return CCode(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command)
+    hardware = _hardware(precision, sqrt, fma)
+    return CCode(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command, hardware)
+
+
+def _hardware(precision: str, sqrt: str, fma: str) -> tuple[str, ...]:
+    """The operations for which C's own library is asked, or a refusal."""
+    asked = {"sqrt": one_of("c_code(sqrt=...)", sqrt, WAYS), "fma": one_of("c_code(fma=...)", fma, WAYS)}
+    hardware = tuple(name for name, way in asked.items() if way == "hardware")
+    if precision == "single" and "fma" in hardware:
+        raise ValueError(
+            "`c_code(fma='hardware')` must be in double precision, whose fused arithmetic is simulated here; "
+            "got precision='single'. Leave one of the two out."
+        )
+    return hardware
 
 
 def safe_command(law: SampledLaw, safe: Mapping[str, Any] | None) -> Array:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from workbench.handover.c99.c_primitives import NEEDS, PRIMITIVES, SINGLE, Real, primitive, word_text
+from workbench.handover.c99.c_primitives import HARDWARE, NEEDS, PRIMITIVES, SINGLE, Real, primitive, word_text
 from workbench.handover.single import single_functions
 from workbench.simulate.kernel import elementary_functions as double_functions
 from workbench.simulate.kernel.further_functions import ARGUMENTS, DOUBLE
@@ -77,7 +77,7 @@ class Lines:
 
     def do(self, operation: str, *operands: str) -> str:
         """One operation; its variable."""
-        if operation in PRIMITIVES:
+        if operation in PRIMITIVES or operation in HARDWARE:
             self.calls.add(operation)
             text = f"{self.prefix}_{operation}{self.real.mark}({', '.join(operands)})"
         else:
@@ -108,25 +108,28 @@ def arguments_of(name: str) -> tuple[str, ...]:
     return {**own, **ARGUMENTS}.get(name, ("x",))
 
 
-def definitions(prefix: str, real: Real, functions: Sequence[str], primitives: Sequence[str] = ()) -> list[str]:
+def definitions(
+    prefix: str, real: Real, functions: Sequence[str], primitives: Sequence[str] = (), hardware: Collection[str] = ()
+) -> list[str]:
     """The definitions in C of elementary functions and primitives of a format, with all that they call, in order.
 
-    "turn" is the pair of sine and cosine of one angle; "sin" and "cos" are one of the two.
+    "turn" is the pair of sine and cosine of one angle; "sin" and "cos" are one of the two. Of `hardware`, "sqrt" and
+    "fma", the processor's own are called, and with the second products are rounded together with sums.
     """
     calls = set(primitives)
-    written = [_function(prefix, real, name, calls) for name in functions]
+    written = [_function(Lines(real, prefix, calls, fused="fma" in hardware), name) for name in functions]
     order: list[str] = []
 
     def need(name: str) -> None:
-        for other in NEEDS.get(name, ()):
+        for other in NEEDS.get(name, ()) if name not in hardware else ():
             need(other)
         if name not in order:
             order.append(name)
 
-    for name in PRIMITIVES:
+    for name in [*PRIMITIVES, "fma"]:
         if name in calls:
             need(name)
-    return [*(primitive(prefix, real, name) for name in order), *written]
+    return [*(primitive(prefix, real, name, hardware) for name in order), *written]
 
 
 def functions_of(real: Real) -> Mapping[str, Callable[..., Any]]:
@@ -149,8 +152,8 @@ def functions_of(real: Real) -> Mapping[str, Callable[..., Any]]:
     }
 
 
-def _function(prefix: str, real: Real, name: str, calls: set[str]) -> str:
-    machine, functions = Lines(real, prefix, calls), functions_of(real)
+def _function(machine: Lines, name: str) -> str:
+    prefix, real, functions = machine.prefix, machine.real, functions_of(machine.real)
     names = arguments_of(name)
     given = [Number(machine, argument) for argument in names]
     returns = real.type

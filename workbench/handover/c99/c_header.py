@@ -11,11 +11,14 @@ import numpy as np
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
+from workbench.handover.c99.c_costs import FRAME
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import graph_of_law
 
 WIDTH = 100
+PORTABLE = "each product and each sum rounded by itself: the portable"
+OPTIONS = {"sqrt": "-fno-math-errno", "fma": "(on x86) -mfma"}
 STRUCTS = {
     "readings": "What the instruments read at the instant.",
     "references": "What is wanted at the instant.",
@@ -68,7 +71,9 @@ def about(code: Any) -> Iterator[str]:
     yield from _wrapped(f"Made by {MARK} {__version__}{f' with: {code.command}' if code.command else ''}.")
     yield f"Fingerprint of its equations and numbers: {law.fingerprint[:16]}"
     size = "32 bits (single precision)" if code.real == "float" else "64 bits (double precision)"
-    yield from _wrapped(f"Numbers of {size}, each product and each sum rounded by itself: the portable arithmetic.")
+    fused = "fma" in code.hardware
+    rounding = "each product rounded together with the sum that it is for: the fused" if fused else PORTABLE
+    yield from _wrapped(f"Numbers of {size}, {rounding} arithmetic.")
     yield from _wrapped(
         "Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations, or "
         "-ffp-contract=fast of clang."
@@ -77,6 +82,7 @@ def about(code: Any) -> Iterator[str]:
         yield from _wrapped(
             "On Cortex-M3 and M4 GCC's library rounds some differences wrongly: take the form cortex-m4."
         )
+    yield from _costs(code)
     yield ""
     for name, layout in (("reads", law.readings), ("follows", law.references), ("commands", law.commands)):
         if layout.size:
@@ -103,6 +109,23 @@ def about(code: Any) -> Iterator[str]:
         yield from _wrapped(f"Note: zero in 32 bits, and no guard of a division any more: {', '.join(lost)}.")
     for note in (*law.notes, *code.warnings):
         yield from _wrapped(f"Note: {note}.".replace("..", "."))
+
+
+def _costs(code: Any) -> Iterator[str]:
+    """The lines on operations, stack and libraries."""
+    yield ""
+    yield from _wrapped(f"A call makes {code.costs.operations}.")
+    stack = (
+        code.stack or f"{code.costs.stack} bytes at most, counted: 8 for each variable and call, and {FRAME} a frame"
+    )
+    yield from _wrapped(f"Stack of a call: {stack}.")
+    if not code.hardware:
+        yield from _wrapped("Link flags: none, not even -lm. It calls no function of a library.")
+        return
+    yield from _wrapped(
+        f"Link flags: -lm. It calls {' and '.join(code.hardware)} of C's library, instructions where the processor has "
+        f"them: compile it with {' '.join(OPTIONS[name] for name in code.hardware)}. The bits are the same without."
+    )
 
 
 def _lost(law: SampledLaw) -> list[str]:

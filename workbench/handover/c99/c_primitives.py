@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Collection
 from string import Template
 from typing import NamedTuple
 
@@ -123,6 +124,16 @@ static $real ${name}_sqrt$mark($real x)
     return result;
 }""",
 }
+HARDWARE = {  # by C's own library, which compilers turn into an instruction where a processor has one
+    "sqrt": """static $real ${name}_sqrt$mark($real x)
+{
+    return sqrt$mark(x);
+}""",
+    "fma": """static $real ${name}_fma$mark($real x, $real y, $real z)
+{
+    return fma$mark(x, y, z);
+}""",
+}
 NEEDS = {
     "finite": ("bits",),
     "defined": ("bits",),
@@ -134,11 +145,11 @@ NEEDS = {
 }
 
 
-def primitive(prefix: str, real: Real, name: str) -> str:
-    """The definition of a primitive of a format."""
+def primitive(prefix: str, real: Real, name: str, hardware: Collection[str] = ()) -> str:
+    """The definition of a primitive of a format, of the processor's own where that is asked for."""
     bias = (1 << (real.bits - real.digits - 2)) - 1
     up = real.digits + 2 - real.digits % 2  # an even power of two, which leaves no subnormal number
-    return Template(PRIMITIVES[name]).substitute(
+    return Template(HARDWARE[name] if name in hardware else PRIMITIVES[name]).substitute(
         name=prefix,
         mark=real.mark,
         real=real.type,

@@ -11,6 +11,7 @@ from workbench.core import SampledLaw
 from workbench.core.sampled_law import Stage
 from workbench.handover.c99.c_body import ATOM, SIGNED, Body, Text
 from workbench.handover.c99.c_calls import init_of, places_of, reset_of, step_of
+from workbench.handover.c99.c_costs import Costs, costs_of
 from workbench.handover.c99.c_functions import ABOUT, definitions
 from workbench.handover.c99.c_header import STRUCTS, about, block, prototype
 from workbench.handover.c99.c_names import Variables, comment, entries_of, letter_of
@@ -50,26 +51,33 @@ class Writer:
     variables: Variables
 
 
-def source_of(code: Any) -> str:
-    """The text of NAME.c."""
+def functions_of(code: Any) -> tuple[str, Costs]:
+    """The functions of NAME.c, and what a call of its step costs."""
     writer = _writer(code)
     advance = _advance(writer)
-    parts = [*block(about(code)), f'#include "{code.name}.h"', "", GUARDS, ""]
-    for text in _definitions(writer):
-        parts += [text, ""]
+    parts = [line for text in _definitions(writer) for line in (text, "")]
     parts += [*advance, "", *step_of(code), "", *reset_of(code), "", *init_of(code)]
-    return "\n".join(parts) + "\n"
+    text = "\n".join(parts) + "\n"
+    return text, costs_of(writer.graph, text, code.name)
+
+
+def source_of(code: Any, functions: str) -> str:
+    """The text of NAME.c around its functions."""
+    library = ["#include <math.h>"] if code.hardware else []
+    parts = [*block(about(code)), f'#include "{code.name}.h"', "", *library, GUARDS, ""]
+    return "\n".join([*parts, functions])
 
 
 def _writer(code: Any) -> Writer:
     law, real = code.law, SINGLE if code.precision == "single" else DOUBLE
     if real is SINGLE and not code.settable:
         refuse_numbers_beyond_single(law)
-    graph = graph_of_law(law, settable=True)  # each parameter by itself: equal numbers stay two
-    calls = [*PRIMITIVES, *ABOUT, "pair", *STRUCTS, "state", "init", "reset", "step", "advance"]
+    graph = graph_of_law(law, True, "fma" in code.hardware)  # each parameter by itself: equal numbers stay two
+    calls = [*PRIMITIVES, *ABOUT, "fma", "pair", *STRUCTS, "state", "init", "reset", "step", "advance"]
     variables = Variables(f"{code.name}_{call}{mark}" for call in calls for mark in ("", SINGLE.mark))
     names = dict[int, str]()
-    body = Body(graph.graph, code.name, real, graph.numbers, lambda place: texts[place], names)
+    fused = "fma" in code.hardware
+    body = Body(graph.graph, code.name, real, graph.numbers, lambda place: texts[place], names, fused)
     body = replace(body, doubles=frozenset() if real is DOUBLE else frozenset((*graph.adjustable, *graph.timed)))
     texts = _sources(code, graph, variables, body)
     _name_values(law, graph, variables, names)
@@ -238,5 +246,5 @@ def _definitions(writer: Writer) -> list[str]:
         primitives = {name for name, format_ in writer.body.primitives if format_ is real}
         if real is writer.real:
             primitives.add("finite")
-        texts += definitions(writer.code.name, real, functions, sorted(primitives))
+        texts += definitions(writer.code.name, real, functions, sorted(primitives), writer.code.hardware)
     return texts

@@ -5,7 +5,12 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from workbench.handover.c99.c_code import CCode
+from workbench.handover.targets.programs import TargetError, run, there
+
+SECONDS = 60.0  # of one call of the compiler
 NODE = re.compile(r'node: \{ title: "([^"]*)" label: "([^"]*)"')
 EDGE = re.compile(r'edge: \{ sourcename: "([^"]*)" targetname: "([^"]*)"')
 BYTES = re.compile(r"(\d+) bytes \(([\w,]+)\)")
@@ -37,6 +42,24 @@ def _chain(
     below = [_chain(name, frames, calls, (*above, title)) for name in calls.get(title, [])]
     depths = [depth for depth in below if depth is not None]
     return frame + max(depths, default=0) if len(depths) == len(below) else None
+
+
+def measured_stack(code: CCode, option: str = "-O2") -> str:
+    """The stack of a call in words, as GCC here lays it out; empty where there is no GCC, or no bound."""
+    if not there("gcc"):
+        return ""
+    try:
+        with TemporaryDirectory(prefix="workbench-") as place:
+            folder = Path(place)
+            for name, text in code.files.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            run(["gcc", "-std=c99", option, "-fcallgraph-info=su", "-c", f"{code.name}.c"], folder, SECONDS)
+            depth = deepest(folder / f"{code.name}.ci", f"{code.name}_step")
+            machine = run(["gcc", "-dumpmachine"], folder, SECONDS).strip()
+            version = run(["gcc", "-dumpfullversion"], folder, SECONDS).strip()
+    except (TargetError, OSError):  # of an old GCC, or a folder that is full
+        return ""
+    return "" if depth is None else f"{depth} bytes, measured: as gcc {version} {option} lays it out for {machine}"
 
 
 def code_and_data(listing: str) -> tuple[int, int]:
