@@ -148,7 +148,7 @@ def test_a_record_of_other_shapes_is_named_and_costs_its_own_runs_alone(command,
     file.write_bytes(bytes(chunk_of(chunk.name, arrays | {"states": arrays["states"][..., :0]})))
     said = command("run", study(), "--out", "out")
     assert said.exit_code == 2
-    assert f"'ledger/{file.name}' does not hold the runs of its name: remove it" in said.stderr
+    assert f"does not hold the runs of its name: remove its file 'ledger/{file.name}'" in said.stderr
     assert "--fresh" not in said.stderr
     file.unlink()
     again = command("run", study(), "--out", "out", "--ack")

@@ -14,6 +14,7 @@ from compilers import ARITHMETIC, SLOW
 from scipy.io import loadmat
 
 from workbench.cli.script import load
+from workbench.simulate.arithmetic import signature
 from workbench.study import cost, execution
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
@@ -231,10 +232,10 @@ def test_a_study_that_was_killed_goes_on_and_ends_as_if_it_had_not_been(command,
 
 def test_the_status_says_how_far_a_study_is(command, swept, tmp_path):
     command("run", swept, "--out", "out")
-    head = f"decay: 40 of 40 runs in 5 of 5 chunks, 0 failed; {ARITHMETIC} 1.\n"
+    head = f"decay: 40 of 40 runs in 5 of 5 chunks, 0 failed; {signature(ARITHMETIC)}.\n"
     assert command("status", "out").stdout == f"{head}The study is 'swept' in 'swept.py'. Nothing is missing.\n"
     forget(tmp_path / "out", 2)
-    left = f"decay: 32 of 40 runs in 4 of 5 chunks, 0 failed; {ARITHMETIC} 1.\n"
+    left = f"decay: 32 of 40 runs in 4 of 5 chunks, 0 failed; {signature(ARITHMETIC)}.\n"
     assert command("status", "out").stdout.startswith(left)
 
 
@@ -300,7 +301,7 @@ def table(**changes):
 
 def results_of(command, out, record):
     with opened(out) as ledger:
-        ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, "fused 1", ()),)))
+        ledger.describe(About("swept", "swept.py", None, (SweepAbout("decay", 2, signature("fused"), ()),)))
         ledger.write_durably(record)
     return command("results", "out")
 

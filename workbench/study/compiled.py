@@ -222,8 +222,8 @@ class CompiledSweep:
         shapes["states"] = (n if self.watched else m, len(self._looks), self.coarse.flow.states.size)
         if {name: array.shape for name, array in arrays.items()} != shapes:
             raise LedgerError(
-                f"The file '{FOLDER}/{file_of(chunk.name)}' does not hold the runs of its name: remove it, and the "
-                "same command computes these runs again, and no others."
+                f"The chunk '{chunk.name}' does not hold the runs of its name: remove its file "
+                f"'{FOLDER}/{file_of(chunk.name)}', and the same command computes these runs again, and no others."
             )
         none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
         return none | arrays
