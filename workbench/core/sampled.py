@@ -167,7 +167,7 @@ class Sampled:
 
         Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
         """
-        if substeps == "chosen":
+        if isinstance(substeps, str) and substeps == "chosen":
             periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
             chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
             return chosen
