@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 from test_sweeping import SWEPT, acknowledged, forget
 
+from workbench.simulate.arithmetic import signature
+
 pytest.importorskip("llvmlite")
 
 ROOT = Path(__file__).parent.parent
@@ -54,10 +56,10 @@ def test_another_arithmetic_is_refused_by_name_before_anything_is_computed(run, 
     refused = run("compiled", "--arithmetic", "portable")
     assert (refused.returncode, acknowledged(refused.stdout), refused.stderr.count("\n")) == (2, {}, 1)
     assert (
-        "holds runs of 'decay' in the arithmetic 'fused 1', and this run would compute in 'portable 1'"
-        in refused.stderr
+        f"holds runs of 'decay' in the arithmetic '{signature('fused')}', and this run would compute in "
+        f"'{signature('portable')}'" in refused.stderr
     )
     anew = run("compiled", "--arithmetic", "portable", "--fresh")
     assert (anew.returncode, len(acknowledged(anew.stdout))) == (0, 5)
     page = (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
-    assert "portable 1" in page
+    assert signature("portable") in page

@@ -14,12 +14,15 @@ from sweeps import sweep
 from tunings import tuning
 
 from workbench.cli.script import Script
+from workbench.simulate.arithmetic import signature
 from workbench.study.case_runs import run
 from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
 from workbench.study.study import Results, Study
 from workbench.study.tuning import checkpoint
 from workbench.study.tuning.search import compile_tuning
+
+SIGNED = signature("fused")
 
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
@@ -108,10 +111,10 @@ def test_only_the_generations_that_are_missing_are_computed(command, tuned, tmp_
 def test_the_status_counts_the_generations_and_what_is_still_to_come(command, tuned, tmp_path):
     command("run", tuned, "--out", "out")
     said = command("status", "out").stdout.splitlines()
-    assert said[0] == "pd_step: 80 of 80 runs in 10 of 10 chunks, 0 failed; fused 1."
+    assert said[0] == f"pd_step: 80 of 80 runs in 10 of 10 chunks, 0 failed; {SIGNED}."
     assert said[1:3] == [
-        "pd_step_half: 8 of 8 runs in 1 of 1 chunks, 0 failed; fused 1.",
-        "held_out: 32 of 32 runs in 4 of 4 chunks, 0 failed; fused 1.",
+        f"pd_step_half: 8 of 8 runs in 1 of 1 chunks, 0 failed; {SIGNED}.",
+        f"held_out: 32 of 32 runs in 4 of 4 chunks, 0 failed; {SIGNED}.",
     ]
     assert said[3].endswith("Nothing is missing.")
 
@@ -172,7 +175,7 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
     held = len(digests(command))
     assert said.splitlines()[-1].startswith(f"workbench: stopped; {held} chunks are kept in 'out'. The same command")
     lines = command("status", "out").stdout.splitlines()
-    assert lines[0] == f"pd_step: {8 * held} of at most 960 runs in {held} of at most 120 chunks, 0 failed; fused 1."
+    assert lines[0] == f"pd_step: {8 * held} of at most 960 runs in {held} of at most 120 chunks, 0 failed; {SIGNED}."
     assert lines[1].startswith("pd_step_half: 0 of at most 16 runs in 0 of at most 1 chunks")
     assert lines[-1].endswith("Its command goes on with the rest.")
     done = command("run", tuned, "--out", "out", "--ack")
