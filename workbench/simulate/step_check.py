@@ -120,5 +120,5 @@ def _change(x: Array, fine: Array, at: float, fine_at: float, end: float, tolera
 
 
 def percent(share: float) -> str:
-    """A share in per cent."""
-    return f"{100 * share:.2g} %" if share < 10 else f"{100 * share:.1e} %"
+    """A share in per cent, or that it is beyond all comparison."""
+    return f"{100 * share:.2g} %" if share < 10 else "more than 1,000 %"
