@@ -135,7 +135,7 @@ def test_a_regulator_of_a_design_holds_the_plant_at_the_point_of_the_design(desi
 
 
 def test_a_gain_alone_of_a_plant_that_does_not_rest_at_zero_is_refused_with_both_remedies():
-    K = wb.lqr(BUCKBOOST, Q, R).K
+    K = np.asarray(wb.lqr(BUCKBOOST, Q, R).K)  # a plain matrix, as one that was typed in
     for plant, gain in ((BALL, K), (Boost(), K)):
         with pytest.raises(ValueError, match=r"does not rest at x0 = 0 and u0 = 0: .*the design itself.*or x0=\.\.\."):
             wb.Regulator.of(plant, gain)
@@ -263,3 +263,18 @@ def test_a_slow_pole_is_placed_to_its_own_size_beside_a_fast_one():
     # a pole of 1e-4 beside one of 3e8 is lost in rounding, and could as well be unstable
     with pytest.raises(Refused, match=r"has the pole .* in the place of -0.0001"):
         wb.place(system, wanted)
+
+
+def test_a_gain_alone_knows_the_point_of_its_design():
+    design = wb.lqr(BUCKBOOST, Q, R)
+    for gain in (design.K, 1.1 * design.K, wb.place(BUCKBOOST, design.poles).K):
+        law = wb.Regulator.of(CONVERTER, gain)
+        np.testing.assert_array_equal(law.x0, BUCKBOOST.x0)
+        np.testing.assert_array_equal(law.u0, BUCKBOOST.u0)
+    assert repr(design.K).startswith("array")
+
+
+def test_what_is_computed_from_a_gain_in_another_shape_has_no_point():
+    K = wb.lqr(BUCKBOOST, Q, R).K
+    for part in (K[0], K.T, BUCKBOOST.B @ K, np.asarray(K)):
+        assert getattr(part, "point", None) is None

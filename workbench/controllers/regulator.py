@@ -55,16 +55,16 @@ class Regulator(AbstractController):
         Parameters
         ----------
         K
-            The answer of `lqr` or `place` for the linearised plant, which carries its point; or a gain (nu, nx) alone,
-            which is about x0 and u0, or about zero if the plant rests there.
+            The answer of `lqr` or `place` for the linearised plant, or its K, which carry their point; or any other
+            matrix (nu, nx), which is about x0 and u0, or about zero if the plant rests there.
         x0, u0
             (nx,) and (nu,), in the place of those of the design.
 
         Raises
         ------
         ValueError
-            If a gain alone comes without x0 and u0 and the plant does not rest at zero, the design is for other states
-            or inputs or for a point that is not at rest, or a number is not of its shape.
+            If a matrix without a point comes without x0 and u0 and the plant does not rest at zero, the design is for
+            other states or inputs or for a point that is not at rest, or a number is not of its shape.
         LookupError
             If a state to follow is none of the plant.
         """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, final
 
 import numpy as np
 
@@ -68,10 +68,39 @@ def _labels(entry: Entry) -> list[str]:
     return list(entry.labels()) if entry.size > 1 else [entry.name]
 
 
+@final
+class PointedGain(np.ndarray):
+    """A gain K (nu, nx) about a `point`, which a multiple of it has too, and a matrix of another shape has not."""
+
+    _point: Point | None
+
+    @staticmethod
+    def of(K: Array, point: Point | None) -> Array:
+        """The gain about a point; the matrix as it is if there is none."""
+        if point is None:
+            return K
+        gain = np.array(K).view(PointedGain)
+        gain._point = point
+        return gain
+
+    def __array_finalize__(self, source: Any) -> None:
+        self._point = getattr(source, "_point", None)
+
+    @property
+    def point(self) -> Point | None:
+        """The point, or None if this is no matrix from its states to its inputs."""
+        point = self._point
+        return point if point is not None and self.shape == (len(point.u0), len(point.x0)) else None
+
+    def __repr__(self) -> str:
+        return repr(np.asarray(self))
+
+
 def gain_of(design: Any) -> tuple[Any, Point | None]:
-    """The gain K of a design, and the point that it is about; a plain matrix has none."""
-    point = getattr(design, "point", None)
-    return getattr(design, "K", design), point if isinstance(point, Point) else None
+    """The gain K of a design or K itself, as a plain matrix, and the point that it is about, if it has one."""
+    K = getattr(design, "K", design)
+    point = getattr(design, "point", None) or getattr(K, "point", None)
+    return np.asarray(K) if isinstance(K, PointedGain) else K, point if isinstance(point, Point) else None
 
 
 def rate_terms(A: Array, x: Array) -> Array:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from workbench.core.point import Point
+from workbench.core.point import Point, PointedGain
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space
@@ -93,7 +93,8 @@ def place(system: control.StateSpace, poles: Any) -> Placement:
             f"{pole_text(complex(wanted[worst]))}; take poles nearer to those of the system and to each other, or not "
             "repeated."
         )
-    return Placement(K, reached, float(errors[worst]), point_of(system))
+    point = point_of(system)
+    return Placement(PointedGain.of(K, point), reached, float(errors[worst]), point)
 
 
 def _gain(system: control.StateSpace, wanted: Complex, most: int) -> Array:

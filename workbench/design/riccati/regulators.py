@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Entry, Layout
-from workbench.core.point import Point
+from workbench.core.point import Point, PointedGain
 from workbench.design.matrices import (
     Certificate,
     Complex,
@@ -69,7 +69,8 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
     d = checked_data(call, A, B, Q, R, N)
     semidefinite(call, "Q", d.Q)
     _check_joint(call, d.Q, d.S, d.R)
-    return replace(stabilising(call, d, discrete), point=point)
+    answer = stabilising(call, d, discrete)
+    return replace(answer, K=PointedGain.of(answer.K, point), point=point)
 
 
 @dataclass(frozen=True)
