@@ -98,14 +98,15 @@ class Model:
         return tuple(found)
 
 
-INNER = re.compile(r"\[(\d+)\](?=\w)")  # an index within a name, as in 'q[0]_hat', which FMI has no way to write
+# What FMI has no way to write: an index within a name, as in 'q[0]_hat', and a number as a part, as in 'hold.next.2'.
+INNER = re.compile(r"\[(\d+)\](?=\w)|\.(\d+)(?=[.\[]|$)")
 
 
 def _rows(layout: Layout) -> Iterable[tuple[str, str, Entry, float]]:
     for entry in layout.entries:
         values = entry.default.ravel(order="F").tolist()
         for label, unit, value in zip(entry.labels(), entry.units, values, strict=True):
-            yield INNER.sub(r"_\1", label), unit, entry, float(value)
+            yield INNER.sub(lambda found: f"_{found[1] or found[2]}", label), unit, entry, float(value)
 
 
 def model_of(what: SampledLaw | Ode | Sampled, name: str, h: float | None) -> Model:
