@@ -22,6 +22,7 @@ from workbench.validation.refusals import Array
 # As a share of the time: an instant so near to the end of a step, or to another instant, is that end. It is far beyond
 # the rounding of a time, so that the middle of a segment is on one side of every switch.
 NEAR = 2.0**-46
+MOST_INSTANTS = 100_000  # of one lattice in a run that are listed
 DENSEST = 1_000  # instants of one lattice in a step, beyond which its state is no number
 
 COMPARISONS = (ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE)
@@ -73,6 +74,21 @@ class Switches:
             return math.inf
         spacings = self._values(p)[:, self.instants.numel() :]
         return float(np.min(spacings, where=spacings == spacings, initial=math.inf))
+
+    def until(self, p: Array, end: float) -> list[Array]:
+        """The different instants in s from 0 to `end` of each row of p (B, np); none where a state says when."""
+        if not self.known or not self._timed:
+            return [np.zeros(0)] * len(p)
+        function = ca.Function("all", [self.p], [ca.densify(ca.vertcat(self.instants, self.firsts, self.spacings))])
+        n, lattices, found = self.instants.numel(), self.firsts.numel(), []
+        for row in rows(function, np.ascontiguousarray(p)):
+            parts = [row[:n]]
+            for first, spacing in zip(row[n : n + lattices], row[n + lattices :], strict=True):
+                count = min(end / spacing, MOST_INSTANTS) if spacing > 0 else 0.0
+                parts.append(first % spacing + spacing * np.arange(int(count) + 1) if spacing > 0 else row[:0])
+            times = np.concatenate(parts)
+            found.append(np.unique(times[(times >= 0) & (times <= end)]))
+        return found
 
     @cached_property
     def _timed(self) -> bool:

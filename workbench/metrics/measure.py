@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step, rk4
 from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.unseen_pulses import unseen_pulses
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
@@ -93,7 +94,12 @@ class Measurement:
     def warnings(self) -> tuple[str, ...]:
         """The sentences on the runs that diverged, a step beyond its limit, and the metrics that miss a tolerance."""
         missed = () if self.check is None else tuple(one.miss for one in self.check.metrics if not one.met)
-        return tuple(filter(None, (self.trajectories.losses, beyond(tightest(self.limits)), *missed)))
+        return tuple(filter(None, (self.trajectories.losses, beyond(tightest(self.limits)), *missed, *self.unseen)))
+
+    @cached_property
+    def unseen(self) -> tuple[str, ...]:
+        """The sentences on metrics that may miss a pulse between two steps."""
+        return unseen_pulses(self.trajectories, [score.metric for score in self.scores.values()], self.looked_at)
 
     @property
     def h(self) -> float:

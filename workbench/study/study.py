@@ -114,7 +114,7 @@ class Outcome:
         steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + steps + beyond + missed + self.ode.switches.warnings
+        return self.ode.notes + methods + steps + beyond + missed + self.ode.switches.warnings + self.measurement.unseen
 
     @door
     def within(self, metric: str) -> bool | None:

@@ -1,0 +1,36 @@
+"""Pulses of an output between two steps, which a metric that looks at the steps alone does not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.core.switches import NEAR, find_switches
+from workbench.metrics.contract import AbstractMetric
+from workbench.simulate import Trajectories
+from workbench.validation.refusals import Array, Integers
+
+
+def unseen_pulses(runs: Trajectories, metrics: Sequence[AbstractMetric], looked_at: Integers) -> tuple[str, ...]:
+    """A sentence for each metric without a grid of its own that may miss a pulse of what it watches in these runs."""
+    flow, until = runs.step.flow, float(runs.t[-1])
+    h = runs.step.h / runs.step.substeps
+    sentences = []
+    for metric in metrics:
+        if metric.grid is not None or not metric.memory(1).size:
+            continue
+        rows = [i for name in metric.watches for i in flow.outputs.indices(name)]
+        switches = find_switches(flow.output[rows, 0], flow.t, flow.x, flow.p)
+        if any(_meet_in_a_step(instants, h) for instants in switches.until(runs.p[looked_at], until)):
+            sentences.append(
+                f"'{metric.name}' looks at the ends of steps of {h:.3g} s alone, and a pulse of "
+                f"'{metric.watches[0]}' may lie between two of them"
+            )
+    return tuple(sentences)
+
+
+def _meet_in_a_step(instants: Array, h: float) -> bool:
+    """True if two instants [s] lie within one step, its end not among them."""
+    steps = np.floor(np.sort(instants) / h * (1 + NEAR) + NEAR)
+    return bool((np.diff(steps) == 0).any())
