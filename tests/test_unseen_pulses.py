@@ -30,3 +30,9 @@ def test_a_pulse_as_long_as_the_steps_and_a_single_jump_are_seen_and_not_said():
     assert seen.scores["peak of omega_ref"].value.max() == 10.0
     jump = peak_of_reference(0.02, wb.Step("omega", "rad/s", level=10.0, time=0.0512))
     assert not [line for one in (seen, jump) for line in one.warnings if "pulse" in line]
+
+
+def test_a_command_of_time_and_of_states_behind_the_first_is_watched():
+    loop = wb.ClosedLoop(Motor(), controller=PI(), reference=pulses(0.0512))
+    found = wb.measure(loop.ode(), [peak("v"), peak("e_omega")], until=1.0, h=0.02)
+    assert len([line for line in found.warnings if "pulse" in line]) == 2

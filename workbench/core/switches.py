@@ -137,23 +137,24 @@ class _Value:
     pieces: Pieces
 
 
-def find_switches(rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX) -> Switches:
-    """The switches of x' = rate(t, x, p)."""
-    if not rate.numel() or not ca.depends_on(rate, t):
+def find_switches(rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX, values: ca.SX | None = None) -> Switches:
+    """The switches of x' = rate(t, x, p), or of values (k, 1) in t, x and p beside it, in the place of the rate."""
+    seen = rate if values is None else values
+    if not seen.numel() or not ca.depends_on(seen, t):
         none = ca.SX(0, 1)
-        return Switches(ca.SX.sym("m"), rate, none, none, none, p)
-    return _Search(rate, t, x, p).switches
+        return Switches(ca.SX.sym("m"), seen, none, none, none, p)
+    moves = [not entry.is_zero() for entry in ca.vertsplit(ca.densify(rate))]
+    return _Search(seen, moves, t, x, p).switches
 
 
 class _Search:
     """The reading of a rate, operation by operation."""
 
-    def __init__(self, rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX) -> None:
+    def __init__(self, rate: ca.SX, moves: Sequence[bool], t: ca.SX, x: ca.SX, p: ca.SX) -> None:
         self.p, self.m = p, ca.SX.sym("m")
         self.found, self.unknown = dict[tuple[object, ...], Piece](), dict[str, None]()
         # by operation and operands, which are held so that no other object gets their identities
         self.made: dict[tuple[object, ...], tuple[_Value, list[_Value]]] = {}
-        moves = [not entry.is_zero() for entry in ca.vertsplit(ca.densify(rate))]
         symbols = [t, x, p]
         function = ca.Function("rate", symbols, [ca.densify(rate)])
         expressions = function.instructions_sx()

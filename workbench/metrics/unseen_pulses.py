@@ -21,7 +21,7 @@ def unseen_pulses(runs: Trajectories, metrics: Sequence[AbstractMetric], looked_
         if metric.grid is not None or not metric.memory(1).size:
             continue
         rows = [i for name in metric.watches for i in flow.outputs.indices(name)]
-        switches = find_switches(flow.output[rows, 0], flow.t, flow.x, flow.p)
+        switches = find_switches(flow.rate, flow.t, flow.x, flow.p, flow.output[rows, 0])
         if any(_meet_in_a_step(instants, h) for instants in switches.until(runs.p[looked_at], until)):
             sentences.append(
                 f"'{metric.name}' looks at the ends of steps of {h:.3g} s alone, and a pulse of "
