@@ -36,3 +36,10 @@ def test_a_command_of_time_and_of_states_behind_the_first_is_watched():
     loop = wb.ClosedLoop(Motor(), controller=PI(), reference=pulses(0.0512))
     found = wb.measure(loop.ode(), [peak("v"), peak("e_omega")], until=1.0, h=0.02)
     assert len([line for line in found.warnings if "pulse" in line]) == 2
+
+
+def test_a_pulse_within_a_period_of_a_computer_is_said_whatever_the_substeps():
+    loop = wb.ClosedLoop(Motor(), controller=PI(), reference=pulses(0.0512))
+    found = wb.measure(loop.digital(0.02), [peak("omega_ref")], until=1.0, h=1e-3)
+    assert found.scores["peak of omega_ref"].value.max() == 0.0
+    assert any("pulse" in line for line in found.warnings)

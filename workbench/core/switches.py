@@ -138,7 +138,7 @@ class _Value:
 
 
 def find_switches(rate: ca.SX, t: ca.SX, x: ca.SX, p: ca.SX, values: ca.SX | None = None) -> Switches:
-    """The switches of x' = rate(t, x, p), or of values (k, 1) in t, x and p beside it, in the place of the rate."""
+    """The switches of x' = rate(t, x, p), or of `values` (k, 1), in t, x and p, if these are given."""
     seen = rate if values is None else values
     if not seen.numel() or not ca.depends_on(seen, t):
         none = ca.SX(0, 1)

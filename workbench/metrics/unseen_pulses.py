@@ -14,8 +14,7 @@ from workbench.validation.refusals import Array, Integers
 
 def unseen_pulses(runs: Trajectories, metrics: Sequence[AbstractMetric], looked_at: Integers) -> tuple[str, ...]:
     """A sentence for each metric without a grid of its own that may miss a pulse of what it watches in these runs."""
-    flow, until = runs.step.flow, float(runs.t[-1])
-    h = runs.step.h / runs.step.substeps
+    flow, until, h = runs.step.flow, float(runs.t[-1]), runs.step.h  # in a computer, a metric looks once a period
     sentences = []
     for metric in metrics:
         if metric.grid is not None or not metric.memory(1).size:
