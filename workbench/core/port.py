@@ -152,7 +152,7 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
 
 
 def misspelt(name: str, port: Layout) -> str:
-    """The question "Did you mean ...?" where a name is that of a signal of the port, misspelt; else empty."""
+    """The question "Did you mean ...?" if a name is a misspelt signal of the port; else empty."""
     return nearest(name, [other for other in port.names if not _related(name, other)])
 
 

@@ -48,7 +48,7 @@ class Segments:
 
     @staticmethod
     def of(switches: Switches, begin: ca.SX, length: ca.SX, x: ca.SX, start: ca.SX, substeps: int = 1) -> Segments:
-        """The segments of a step from `begin` on, which end at the switches and at those of its substeps."""
+        """The segments of a step from `begin` on, which end at its switches and at its substeps."""
         s = ca.SX.sym("s")
         at = switches.after(begin, s, length)
         first = ca.substitute(at, ca.vertcat(s, x), ca.vertcat(0, start))

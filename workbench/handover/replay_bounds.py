@@ -1,4 +1,4 @@
-"""The most periods that are recorded or replayed: what they need of memory and time, told before the start."""
+"""The largest number of periods that can be recorded or replayed, by the memory and the time that they need."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from workbench.simulate.batch import LARGEST, LONGEST, SECONDS_PER_OPERATION
 
 
 def afford_periods(call: str, law: SampledLaw, periods: int, operations: int) -> None:
-    """Refuse so many periods of a law, each of them of so many operations, if memory or time would not do.
+    """Refuse `periods` periods of a law, of `operations` operations each, if memory or time does not suffice.
 
     A target is handed what was recorded in a file, and answers in another one: so each number lies in memory twice.
     """

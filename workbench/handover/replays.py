@@ -140,7 +140,7 @@ def replay(
 
 
 def _affordable(law: SampledLaw, periods: int) -> SampledLaw:
-    """The law, if so many of its periods can be replayed."""
+    """The law, if `periods` of its periods can be replayed."""
     call = "replay(periods=...)"
     afford_periods(call, law, whole(call, periods), law.step.operations)
     return law

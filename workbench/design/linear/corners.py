@@ -103,7 +103,7 @@ class Corners:
         return t, x + direction[: len(x)], row
 
     def pieces(self, t: float, x: Array, p: Array) -> list[Piece]:
-        """The pieces that meet at a point, none if it lies on no corner; values are Jacobians."""
+        """The pieces that meet at a point, with their Jacobians; empty if the point lies on no corner."""
         if not self.texts:
             return []
         reach = REACH * (1 + np.abs(np.concatenate([x, p[places_of(self.ode)]])))

@@ -99,7 +99,7 @@ def along(ode: Ode, t: Any, x: Any, p: Any = None) -> LinearPath:
 
 
 def _on_motion(corners: Corners, t: float, x: Array, p: Array) -> tuple[Array, Array, Array, Array]:
-    """A, B, Cy and D at a state of a motion; on a corner those of the piece that lies ahead."""
+    """A, B, Cy and D at a state of a motion; on a corner, of the piece that lies ahead."""
     ode, pieces = corners.ode, corners.pieces(t, x, p)
     if not pieces:
         return jacobians("along", ode, t, x, p)
