@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Ode, Sampled, rk4
-from workbench.metrics.chosen_step import chosen_step
+from workbench.metrics.step_for_metrics import chosen_step
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import MeasuredRun, arithmetic_for, points_of

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
-from workbench.metrics.chosen_step import chosen_step
+from workbench.metrics.step_for_metrics import chosen_step
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
 from workbench.metrics.measurement import Column

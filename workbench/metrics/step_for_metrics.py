@@ -1,4 +1,4 @@
-"""The step that is chosen for a tolerance of the metrics of an equation."""
+"""The choice of a step for metrics: pilot runs of an equation with its metrics beside it."""
 
 from __future__ import annotations
 
