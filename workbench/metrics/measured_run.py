@@ -173,6 +173,7 @@ class MeasuredRun:
             diverged_at=lost,
             looked_at=looked_at,
             errors=errors,
+            half_diverged_at=runs.halved_diverged_at,
             limits=limits,
             limited_at=at,
             metrics=self.measured.metrics,

@@ -93,8 +93,8 @@ class Measurement:
         (N,), in s, NaN for a run that stayed finite.
     looked_at
         (m,), the numbers of the runs that were run at h / 2 too.
-    errors
-        (m, T, k), by `error_of`; NaN where the run diverged at h or h / 2.
+    errors, half_diverged_at
+        (m, T, k), by `error_of`, NaN where the run diverged at h or h / 2; and (m,), when it did at h / 2, in s.
     limits, limited_at
         (m,), the longest step in s that is stable at some states of these, infinite where all are and NaN where it is
         not known, and the time in s at which it is reached.
@@ -115,6 +115,7 @@ class Measurement:
     diverged_at: Array
     looked_at: Integers
     errors: Array
+    half_diverged_at: Array
     limits: Array
     limited_at: Array | None = None
     tolerance: float | None = None
@@ -169,9 +170,8 @@ class Measurement:
 
     def _score(self, place: int) -> Score:
         column, errors = self.columns[place], np.full(len(self), np.nan)
-        found = self.errors[:, -1, place]
-        alone = np.isnan(found) & np.isnan(self.diverged_at[self.looked_at])
-        errors[self.looked_at] = np.where(alone, np.inf, found)
+        alone = np.isfinite(self.half_diverged_at) & np.isnan(self.diverged_at[self.looked_at])
+        errors[self.looked_at] = np.where(alone, np.inf, self.errors[:, -1, place])
         return Score(column.metric, column.label, column.unit, np.asarray(self.values[:, -1, place]), errors)
 
     def place(self, metric: str, signal: int | str = 0) -> int:
@@ -203,6 +203,7 @@ class Measurement:
             diverged_at=self.diverged_at[runs],
             looked_at=np.searchsorted(runs, self.looked_at[held]),
             errors=self.errors[held],
+            half_diverged_at=self.half_diverged_at[held],
             limits=self.limits[held],
             limited_at=None if self.limited_at is None else self.limited_at[held],
             kept=None,

@@ -27,12 +27,13 @@ from workbench.study.contract import Run, Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.designs import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign, Alone
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
+CASES = "cases"  # the name of the sweep that each case is
 BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole vectors for two threads, also at h / 2
 
 
@@ -197,27 +198,28 @@ def compile_sweep(sweep: Sweep, arithmetic: str | None = None) -> CompiledSweep:
 
     A sweep that names no step is run at its points of least and largest coordinate along each axis, to choose one.
     """
-    equation: Ode | Sampled = equations_of(sweep.run.loop, sweep.name)
-    space = Space(sweep.factors, equation.parameters, equation.states)
-    points = sweep.design.points()[_ends(sweep)] if sweep.run.h is None else np.empty((0, len(sweep.factors)))
-    run = measured_run(sweep.run, equation, space.rows(points), arithmetic)
-    multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.every, run.step.h, "the step")
-    made = CompiledSweep(sweep, run, space, sweep.design.size, chosen=sweep.run.h is None)
+    made = _compiled(sweep, equations_of(sweep.run.loop, sweep.name), arithmetic)
+    multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", made.run.every, made.run.step.h, "the step")
     looked_at = made.runs_of_chunk // (sweep.halved or made.runs_of_chunk)
-    return replace(made, run=replace(run, points=points_of(looked_at)))
+    return replace(made, run=replace(made.run, points=points_of(looked_at)))
 
 
-def measured_run(run: Run, equation: Ode | Sampled, pilots: tuple[Array, Array], arithmetic: str | None) -> MeasuredRun:
-    """A run with its metrics at the times of a sweep, at its step or at one that pilots (R, np), (R, nx) choose."""
+def compile_case(run: Run, equation: Ode | Sampled, arithmetic: str | None = None) -> CompiledSweep:
+    """A case as a sweep of one row: the metrics are taken at the horizon, the row is looked at, its states are kept."""
+    sweep = Sweep(CASES, run, (), Alone(), halved=1, runs_of_chunk=1)
+    made = _compiled(sweep, equation, arithmetic)
+    every = made.run.step.h if run.every is None else run.every
+    return replace(made, run=replace(made.run, every=every, spacing=run.until), keeps=True)
+
+
+def _compiled(sweep: Sweep, equation: Ode | Sampled, arithmetic: str | None) -> CompiledSweep:
+    run, space = sweep.run, Space(sweep.factors, equation.parameters, equation.states)
     measured, h = MeasuredEquation.of(equation, run.metrics, run.until), run.h
     if h is None:
         assert run.tolerance is not None
-        h = chosen_step(measured, *pilots, run.until, run.every, run.tolerance, run.seed)
+        points = sweep.design.points()
+        ends = np.unique([points.argmin(axis=0), points.argmax(axis=0)]) if sweep.factors else [0]
+        h = chosen_step(measured, *space.rows(points[ends]), run.until, run.kept, run.tolerance, run.seed)
     rounding = arithmetic_for(measured, h, arithmetic)
-    return MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding)
-
-
-def _ends(sweep: Sweep) -> Integers:
-    """The numbers of the points of least and largest coordinate along each axis."""
-    points = sweep.design.points()
-    return np.unique([points.argmin(axis=0), points.argmax(axis=0)])
+    made = MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding)
+    return CompiledSweep(sweep, made, space, sweep.design.size, chosen=run.h is None)

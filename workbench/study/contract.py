@@ -134,7 +134,7 @@ class Sweep:
             raise ValueError(
                 f"`Sweep({self.name!r}, factors=...)` needs another name for {taken}: tables have that column."
             )
-        if not self.run.metrics:
+        if self.factors and not self.run.metrics:
             raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
         for name in ("halved", "runs_of_chunk"):
             if (count := getattr(self, name)) is not None:

@@ -191,7 +191,7 @@ def sample_of(table: Chunk) -> Sample:
         columns = tuple(Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"])
         factors, drawn = tuple(map(str, words["factors"])), arrays.pop("drawn")
         runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "looked_at"))
-        shapes = ((times,), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,), (runs,))
+        shapes = ((times,), (runs, times, len(columns)), (runs,), (m,), (m, times, len(columns)), (m,), (m,))
         if tuple(arrays[name].shape for name in ARRAYS) != shapes or drawn.shape != (runs, len(factors)):
             raise ValueError(table.name)
         looked_at = arrays.pop("looked_at")

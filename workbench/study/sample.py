@@ -13,7 +13,7 @@ from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 
-ARRAYS = ("t", "values", "looked_at", "errors", "limits", "diverged_at")  # of a measurement, beside what was drawn
+ARRAYS = ("t", "values", "diverged_at", "looked_at", "errors", "half_diverged_at", "limits")  # of a measurement, beside what was drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ class Sample:
     def note(self) -> str:
         """The words below a figure: runs, failed runs, the seed if anything is drawn, step, and pulses not seen."""
         found = self.measurement
-        lost = np.isnan(found.errors[:, -1]).all(axis=1) & np.isnan(self.diverged_at[found.looked_at])
+        lost = np.isfinite(found.half_diverged_at) & np.isnan(self.diverged_at[found.looked_at])
         more = f", and {lost.sum():,} more at half of the step" if lost.any() else ""
         half = f", and half of it in {len(found.looked_at):,} runs" if len(found.looked_at) else ""
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""

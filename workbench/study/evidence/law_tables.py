@@ -9,7 +9,6 @@ from string import ascii_uppercase
 from typing import Any
 
 from workbench.core import Roles, grouped
-from workbench.metrics import AbstractMetric
 from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
 from workbench.study.evidence.judgement import listed
 from workbench.study.study import Outcome
@@ -33,11 +32,11 @@ def side_by_side(
     caption: str,
     outcomes: Sequence[Outcome],
     metrics: Sequence[str] = (),
-    joint: int = 0,
+    signal: int | str = 0,
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one number of each; bold where it is below all others by `order`.
+    """One row a law, one column a metric, for one signal of each; bold where it is below all others by `order`.
 
     The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
 
@@ -46,7 +45,7 @@ def side_by_side(
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or the number is not there.
+        If a metric exists in no case, or has no such signal.
 
     Examples
     --------
@@ -59,7 +58,7 @@ def side_by_side(
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
     finite("side_by_side(margin=...)", margin, low=0)
-    taken = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
+    taken = {m.name: m for o in reversed(outcomes) for m in o.measurement.metrics}
     for m in metrics:
         if m not in taken:
             there = f" It knows: {', '.join(taken) or 'none'}."
@@ -67,24 +66,29 @@ def side_by_side(
                 f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, taken)}{there}"
             )
     metrics = metrics or tuple(taken)
-    best = {m: _best(outcomes, m, joint, margin) for m in metrics}
+    best = {m: _best(outcomes, m, signal, margin) for m in metrics}
     about = tuple(f"{m}: {taken[m].about}." for m in metrics)
-    rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
+    rows = tuple((o.label, *(_cell(o, m, signal, bold=best[m] is o) for m in metrics)) for o in outcomes)
     remarks = _remarks(outcomes)
-    columns = (Column("law"), *(Column(m, unit=_unit(taken[m], joint), align="right") for m in metrics))
+    columns = (Column("law"), *(Column(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
     return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
 
 
-def _unit(metric: AbstractMetric, place: int) -> str:
-    return metric.units[place] if place < len(metric.units) else metric.unit
+def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
+    """The unit of a metric of one signal in the first case that has it."""
+    return next((o.score(metric, signal).unit for o in outcomes if _has(o, metric)), "")
 
 
-def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
-    if metric not in outcome.measurement.scores:
+def _has(outcome: Outcome, metric: str) -> bool:
+    return any(m.name == metric for m in outcome.measurement.metrics)
+
+
+def _cell(outcome: Outcome, metric: str, signal: int | str, *, bold: bool) -> Cell:
+    if not _has(outcome, metric):
         return None
     if outcome.diverged_at is not None:
         return Diverged(outcome.diverged_at)
-    value, error = outcome.score(metric, joint)
+    value, error = outcome.score(metric, signal).pair
     if value == float("inf"):
         return "never"
     if value != value or error != error or error == float("inf"):
@@ -92,11 +96,11 @@ def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
     return Emphasis(Measured(value, error)) if bold else Measured(value, error)
 
 
-def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -> Outcome | None:
-    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
-    finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
-    for a in finite:
-        if all(a is b or order(a.score(metric, joint), b.score(metric, joint), margin) == "below" for b in finite):
+def _best(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:
+    ran = [o for o in outcomes if o.diverged_at is None and _has(o, metric)]
+    pairs = [(o, pair) for o in ran if (pair := o.score(metric, signal).pair)[0] < float("inf")]
+    for a, own in pairs:
+        if all(a is b or order(own, other, margin) == "below" for b, other in pairs):
             return a
     return None
 
@@ -116,11 +120,11 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
 @dataclass(frozen=True)
 @door
 class Published:
-    """One column of a published table: a law's name to its printed value, for one metric and joint."""
+    """One column of a published table: a law's name to its printed value, for one metric of one signal."""
 
     where: str
     metric: str
-    joint: int
+    signal: int | str
     values: Mapping[str, float]
     digits: int
 
@@ -129,15 +133,14 @@ class Published:
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
     """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome."""
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
-    scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
-    unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
+    unit = _unit(ours.values(), published.metric, published.signal)
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
         outcome, shown = ours[law], f"{printed:.{published.digits}f}"
         if outcome.diverged_at is not None:
             rows.append((outcome.label, shown, Diverged(outcome.diverged_at), None, None))
             continue
-        value, error = outcome.score(published.metric, published.joint)
+        value, error = outcome.score(published.metric, published.signal).pair
         off = f"{value - printed:+.{published.digits}f}"
         percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
         rows.append((outcome.label, shown, Measured(value, error), off, percent))
@@ -192,7 +195,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
     for law in published.values:
         outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
         lost = outcome.diverged_at is not None  # which is worse than any other
-        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.joint)
+        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.signal).pair
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):

@@ -1,6 +1,6 @@
 """The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file.
 
-Of every picture the `note` says runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` does; `unit`
+Of every picture the `note` says runs, failed runs, seed and step error, as `sample.note_of(metric, signal)` does; `unit`
 is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
 """
 
@@ -40,7 +40,7 @@ def picture(
     if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
-            "step error, as `sample.note_of(metric, joint)` does; got an empty one."
+            "step error, as `sample.note_of(metric, signal)` does; got an empty one."
         )
     said = [phrase for phrase in (caption, *remarks, note) if phrase]
     words = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))

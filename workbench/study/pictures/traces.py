@@ -32,12 +32,12 @@ def traces(
     caption: Phrase,
     outcomes: Sequence[Outcome],
     signal: str,
-    joint: int,
+    component: int,
     ylabel: Label,
     windows: Sequence[Window],
     reference: str = "",
 ) -> Figure:
-    """A number of a signal for several laws; `reference` names an output drawn once beneath them.
+    """A component of a signal for several laws; `reference` names an output drawn once beneath them.
 
     A law whose style an earlier one has takes the next that is free.
 
@@ -48,10 +48,10 @@ def traces(
     """
     panels, styles = [], _styles(name, outcomes)
     for window in windows:
-        series = [curve(o, signal, joint, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
+        series = [curve(o, signal, component, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
         if reference:
-            longest = max(outcomes, key=lambda o: int(np.isfinite(o.signal(reference, joint)).sum()))
-            wanted = curve(longest, reference, joint, window, "reference", "reference")
+            longest = max(outcomes, key=lambda o: int(np.isfinite(o.signal(reference, component)).sum()))
+            wanted = curve(longest, reference, component, window, "reference", "reference")
             series.append(wanted)
         panels.append(Panel(ylabel, tuple(series), xlim=(window.start, window.end), ylim=window.ylim))
     return Figure(name, caption, tuple(panels), columns=len(panels))
@@ -97,10 +97,10 @@ def components(
 
 
 @door
-def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: Label, style: Style) -> Series:
-    """One signal within a window; after a run has diverged there is a gap."""
+def curve(outcome: Outcome, signal: str, component: int, window: Window, label: Label, style: Style) -> Series:
+    """One component of a signal within a window; after a run has diverged there is a gap."""
     inside = (outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9)
-    y = outcome.signal(signal, joint)
+    y = outcome.signal(signal, component)
     return Series(label, outcome.t[inside], np.where(np.isfinite(y), y, np.nan)[inside], style)
 
 
@@ -128,7 +128,7 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
     figure = Figure("loops", f"{signal} of each law at its own numbers.", tuple(panels), columns=min(2, len(panels)))
     title = "Metrics of {} of each law at its own numbers."
     tables = (
-        side_by_side(f"loops_{place}", title.format(label), outcomes, joint=place, notes=(ONE_RUN,))
+        side_by_side(f"loops_{place}", title.format(label), outcomes, signal=place, notes=(ONE_RUN,))
         for place, label in enumerate(labels)
     )
     return Section(heading, (Paragraph(about), figure, *tables))

@@ -128,8 +128,10 @@ class Space:
 
     def values(self, points: Array) -> Array:
         """The values (B, d) of the factors themselves at points (B, d) of the unit cube: numbers, or shares."""
-        columns = zip(self.factors, self._cube("values", points).T, strict=True)
-        return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
+        points = self._cube("values", points)
+        columns = zip(self.factors, points.T, strict=True)
+        held = (factor.distribution.quantile(u)[:, np.newaxis] for factor, u in columns)
+        return np.hstack([np.empty((len(points), 0)), *held])
 
     @door
     def table(self, name: str, caption: str) -> Table:
