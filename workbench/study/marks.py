@@ -52,7 +52,9 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
 def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
     """The labels of the numbers of an output or state, a matrix row by row; 'joint 1' where the plant counts joints."""
     entry, ode = _entry(outcome, name), outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow
-    if ode.counts and entry.size > 1:
+    if entry.size == 1:
+        return (name,)
+    if ode.counts:
         return tuple(f"{ode.counts} {place + 1}" for place in range(entry.size))
     labels = entry.labels()
     return tuple(labels[place] for place in _flat_places(entry))
