@@ -183,10 +183,13 @@ class Measurement:
         if mine:
             there = ", ".join(f"{one.number} ({one.label!r})" if one.label else f"{one.number}" for one in mine.values())
             raise LookupError(f"'{metric}' has no signal {described(signal)}: it has {there}, counted from 0.")
-        names = list(dict.fromkeys(one.metric for one in self.columns))
-        raise LookupError(
-            f"There is no metric {described(metric)} among {listed(names)}.{nearest(metric, names)}"
-        )
+        there = f"among {listed(self.names)}" if self.names else "as none was taken"
+        raise LookupError(f"There is no metric {described(metric)} {there}.{nearest(metric, self.names)}")
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the metrics."""
+        return tuple(dict.fromkeys(one.metric for one in self.columns))
 
     @property
     def heads(self) -> tuple[str, ...]:
@@ -229,17 +232,19 @@ class Measurement:
         """The errors held against the tolerance; None where none was asked for."""
         if self.tolerance is None:
             return None
-        names, found = dict.fromkeys(one.metric for one in self.columns), []
-        for name in names:
+        found = []
+        for name in self.names:
             mine = [score for score in self.scores if score.metric == name]
-            errors, values = (np.stack(part, axis=1)[self.looked_at] for part in zip(*((s.error, s.value) for s in mine), strict=True))
+            errors, values = (
+                np.stack(parts, axis=1)[self.looked_at] for parts in ([s.error for s in mine], [s.value for s in mine])
+            )
             found.append(accuracy(name, errors, values, self.tolerance))
         return Check(tuple(found), self.limit, len(self.limits), len(self))
 
     @property
     def summary(self) -> str:
         """The names of the metrics, and the warnings."""
-        return "; ".join([listed(list(dict.fromkeys(one.metric for one in self.columns))), *self.warnings])
+        return "; ".join([listed(list(self.names)), *self.warnings])
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from workbench.notation.formula import Formula
+from workbench.study.document.source import Source
 from workbench.validation.refusals import described, finite, refusal, whole
 from workbench.validation.signatures import door
 
@@ -51,10 +52,14 @@ def parts(phrase: Phrase) -> tuple[Part, ...]:
 @dataclass(frozen=True)
 @door
 class Measured:
-    """A value with its error, in the same unit: only the digits that the error supports are printed."""
+    """A value with its error, in the same unit: only the digits that the error supports are printed.
+
+    Its `source` is the result that it shows, None for a number of another origin.
+    """
 
     value: float
     error: float
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         advice = ": for a run that left all bounds use `Diverged(at)`, for a number that is not known None"

@@ -9,8 +9,9 @@ from string import ascii_uppercase
 from typing import Any
 
 from workbench.core import Roles, grouped
-from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
+from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table
 from workbench.study.evidence.judgement import listed
+from workbench.study.marks import cell, metric_source
 from workbench.study.study import Outcome
 from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.validation.signatures import door
@@ -36,16 +37,17 @@ def side_by_side(
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one signal of each; bold where it is below all others by `order`.
+    """One row a law, one column a metric, of one signal by its label or number; bold where it is below all others.
 
-    The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
+    The order is that of `order`. The metrics are all that were taken where none is named. Where a metric does not exist
+    in a case the cell is empty.
 
     Raises
     ------
     ValueError
         If there is no outcome.
     LookupError
-        If a metric exists in no case, or has no such signal.
+        If a metric exists in no case, or the number is not there.
 
     Examples
     --------
@@ -75,33 +77,27 @@ def side_by_side(
 
 
 def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
-    """The unit of a metric of one signal in the first case that has it."""
-    return next((o.score(metric, signal).unit for o in outcomes if _has(o, metric)), "")
-
-
-def _has(outcome: Outcome, metric: str) -> bool:
-    return any(m.name == metric for m in outcome.measurement.metrics)
+    """The unit of a metric where it was taken first; empty where it never was."""
+    taken = (o for o in outcomes if metric in o.measurement.names)
+    return next((metric_source(o, metric, signal).unit for o in taken), "")
 
 
 def _cell(outcome: Outcome, metric: str, signal: int | str, *, bold: bool) -> Cell:
-    if not _has(outcome, metric):
-        return None
-    if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at)
-    value, error = outcome.score(metric, signal).pair
-    if value == float("inf"):
-        return "never"
-    if value != value or error != error or error == float("inf"):
-        return "no error estimate"
-    return Emphasis(Measured(value, error)) if bold else Measured(value, error)
+    shown = cell(outcome, metric, signal)
+    return Emphasis(shown) if bold and isinstance(shown, Measured) else shown
+
+
+def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, float]:
+    return outcome.score(metric, signal).pair
 
 
 def _best(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:
-    ran = [o for o in outcomes if o.diverged_at is None and _has(o, metric)]
-    pairs = [(o, pair) for o in ran if (pair := o.score(metric, signal).pair)[0] < float("inf")]
-    for a, own in pairs:
-        if all(a is b or order(own, other, margin) == "below" for b, other in pairs):
-            return a
+    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.names]
+    scores = [(o, _score(o, metric, signal)) for o in ran]
+    finite = [(o, score) for o, score in scores if score[0] < float("inf")]
+    for outcome, a in finite:
+        if all(other is outcome or order(a, b, margin) == "below" for other, b in finite):
+            return outcome
     return None
 
 
@@ -120,7 +116,7 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
 @dataclass(frozen=True)
 @door
 class Published:
-    """One column of a published table: a law's name to its printed value, for one metric of one signal."""
+    """One column of a published table: a law's name to its printed value, for a metric of one signal."""
 
     where: str
     metric: str
@@ -137,13 +133,14 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
         outcome, shown = ours[law], f"{printed:.{published.digits}f}"
+        mine = cell(outcome, published.metric, published.signal)
         if outcome.diverged_at is not None:
-            rows.append((outcome.label, shown, Diverged(outcome.diverged_at), None, None))
+            rows.append((outcome.label, shown, mine, None, None))
             continue
-        value, error = outcome.score(published.metric, published.signal).pair
+        value, _ = _score(outcome, published.metric, published.signal)
         off = f"{value - printed:+.{published.digits}f}"
         percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
-        rows.append((outcome.label, shown, Measured(value, error), off, percent))
+        rows.append((outcome.label, shown, mine, off, percent))
     columns = (
         Column("law"),
         Column("printed", unit, "right"),
@@ -195,7 +192,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
     for law in published.values:
         outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
         lost = outcome.diverged_at is not None  # which is worse than any other
-        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.signal).pair
+        scores[law] = (float("inf"), 0.0) if lost else _score(outcome, published.metric, published.signal)
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):
