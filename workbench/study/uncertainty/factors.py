@@ -72,10 +72,12 @@ class Factor:
 class Space:
     """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
 
+    Without a factor each row has the loop's own numbers.
+
     Raises
     ------
     ValueError
-        If there is no factor, two have one name or move one number, a distribution reaches beyond the bounds of a
+        If two factors have one name or move one number, a distribution reaches beyond the bounds of a
         number, a share is one of zero, or a matrix is given one value for all its places.
     LookupError
         If a path is neither a parameter's nor a state's; the message names the nearest.
@@ -87,8 +89,8 @@ class Space:
 
     def __post_init__(self) -> None:
         names = [factor.name for factor in self.factors]
-        if not names or len(set(names)) < len(names):
-            raise ValueError(f"`Space(factors=...)` needs at least one factor, each of another name; got {names}.")
+        if len(set(names)) < len(names):
+            raise ValueError(f"`Space(factors=...)` needs factors, each of another name; got {names}.")
         owners: dict[int, str] = {}
         for factor, places in zip(self.factors, self.places, strict=True):
             for place in places:
