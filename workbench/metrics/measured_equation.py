@@ -1,4 +1,4 @@
-"""An equation with its metrics: its steps with accumulators beside the states, and the values that follow from these."""
+"""An equation with its metrics: its steps, with accumulators beside the states, and the values that these give."""
 
 from __future__ import annotations
 
@@ -33,9 +33,7 @@ class MeasuredEquation:
 
     @staticmethod
     @door
-    def of(
-        equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf
-    ) -> MeasuredEquation:
+    def of(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf) -> MeasuredEquation:
         """The equation with its metrics, after their checks.
 
         Raises

@@ -181,7 +181,9 @@ class Measurement:
             if signal in (one.number, one.label):
                 return i
         if mine:
-            there = ", ".join(f"{one.number} ({one.label!r})" if one.label else f"{one.number}" for one in mine.values())
+            there = ", ".join(
+                f"{one.number} ({one.label!r})" if one.label else f"{one.number}" for one in mine.values()
+            )
             raise LookupError(f"'{metric}' has no signal {described(signal)}: it has {there}, counted from 0.")
         there = f"among {listed(self.names)}" if self.names else "as none was taken"
         raise LookupError(f"There is no metric {described(metric)} {there}.{nearest(metric, self.names)}")
@@ -193,7 +195,7 @@ class Measurement:
 
     @property
     def heads(self) -> tuple[str, ...]:
-        """A head for each column: the metric with the label of the signal or, where that is of two words, its number."""
+        """A head for each column: the metric with the signal's label or, where that is of two words, its number."""
         names = ((one.metric, one.number if " " in one.label or not one.label else one.label) for one in self.columns)
         return tuple(f"{metric}[{signal}]" for metric, signal in names)
 

@@ -14,10 +14,10 @@ import numpy as np
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
-from workbench.metrics.step_for_metrics import chosen_step
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
 from workbench.metrics.measurement import Column
+from workbench.metrics.step_for_metrics import chosen_step
 from workbench.simulate import Trajectories
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION

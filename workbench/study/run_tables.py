@@ -188,7 +188,9 @@ def sample_of(table: Chunk) -> Sample:
     try:
         words, arrays = table.content, table.arrays()
         check_name("Sample", words["name"])
-        columns = tuple(Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"])
+        columns = tuple(
+            Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"]
+        )
         factors, drawn = tuple(map(str, words["factors"])), arrays.pop("drawn")
         runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "looked_at"))
         shapes = ((times,), (runs, times, len(columns)), (runs,), (m,), (m, times, len(columns)), (m,), (m,))
@@ -206,7 +208,9 @@ def sample_of(table: Chunk) -> Sample:
             unseen=tuple(map(str, words["unseen"])),
             **arrays,
         )
-        seed, told = int(words["seed"]), {name: str(words[name]) for name in ("fingerprint", "arithmetic")}
-        return Sample(words["name"], factors, drawn, found, seed, **told)
+        rounding = str(words["arithmetic"])
+        return Sample(
+            words["name"], factors, drawn, found, int(words["seed"]), str(words["fingerprint"]), arithmetic=rounding
+        )
     except (LookupError, TypeError, ValueError, OverflowError):
         raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

@@ -13,7 +13,15 @@ from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 
-ARRAYS = ("t", "values", "diverged_at", "looked_at", "errors", "half_diverged_at", "limits")  # of a measurement, beside what was drawn
+ARRAYS = (
+    "t",
+    "values",
+    "diverged_at",
+    "looked_at",
+    "errors",
+    "half_diverged_at",
+    "limits",
+)  # of a measurement, beside what was drawn
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +128,8 @@ class Sample:
             return f"{self.note}; {of} not known"
         if np.isinf(error):
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
-        return f"{self.note}; {of} at most {_plain(error)}{f' {raised(score.unit)}' if score.unit not in ('', '1') else ''}"
+        unit = f" {raised(score.unit)}" if score.unit not in ("", "1") else ""
+        return f"{self.note}; {of} at most {_plain(error)}{unit}"
 
 
 def _plain(number: float) -> str:

@@ -88,7 +88,7 @@ def switches(equation: Ode | Sampled) -> bool:
 
 
 def whole_and_half(outcome: Outcome) -> tuple[Step, Step]:
-    """The step at which the values of an outcome were taken, with its metrics beside it, and the half for its errors."""
+    """The step of the values of an outcome, with its metrics beside it, and half of it, for their errors."""
     whole, h = outcome.measurement.trajectories.step, outcome.measurement.h
     return whole, MeasuredEquation.of(outcome.ode, outcome.measurement.metrics).step(h / 2)
 

@@ -1,7 +1,7 @@
 """The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file.
 
-Of every picture the `note` says runs, failed runs, seed and step error, as `sample.note_of(metric, signal)` does; `unit`
-is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
+Of every picture the `note` says runs, failed runs, seed and error, as `sample.note_of(metric, signal)` does; `unit` is
+that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
 """
 
 from __future__ import annotations

@@ -125,9 +125,9 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
-    last longer is nearer to it. Each search has its own training noise. The best points of each are run under the noises
-    of all searches, at h and h / 2, and the answer is that of the least mean at h among those admissible at both. The
-    same seeds give the same bits.
+    last longer is nearer to it. Each search has its own training noise. The best points of each are run under the
+    noises of all searches, at h and h / 2, and the answer is that of the least mean at h among those admissible at
+    both. The same seeds give the same bits.
 
     Raises
     ------
@@ -183,9 +183,7 @@ def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], 
     chunks = [evaluate(search.under(looked_at, k), *ends[k]) for k in range(search.noises)]
     by_trial = list(zip(*chunks, strict=True))
     runs, halves = (_samples(search, looked_at, by_trial, at_half=at_half) for at_half in (False, True))
-    finals, halved = (
-        -_judged(search.tuning, held).value.reshape(search.noises, -1).T for held in (runs, halves)
-    )
+    finals, halved = (-_judged(search.tuning, held).value.reshape(search.noises, -1).T for held in (runs, halves))
     found = np.isfinite(halved.mean(axis=1) + finals.mean(axis=1))
     where = f"at half the step, {_steps(looked_at, 2)}, though their runs are finite at the step"
     _refuse_nothing(search, found, halved.T.ravel(), halves, where)
