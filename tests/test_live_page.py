@@ -15,7 +15,8 @@ import workbench as wb
 from studies.paper.laws import rival
 from studies.performance.chromium import open_browser, open_page
 from workbench import metrics
-from workbench.metrics.accumulators import final_values, maker, resolved
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate import simulate
 
 pytestmark = [needs_chromium, needs_llvmlite]
@@ -77,8 +78,8 @@ def numbers(text, width):
 
 def python_run(loop, changes, h=H, until=UNTIL, every=EVERY, seed=0):
     """The same run as `simulate` makes it, and its metric."""
-    scores = resolved(loop, [metrics.rmse()])
-    step = maker(loop, scores)(h)
+    measured = MeasuredEquation.of(loop, [metrics.rmse()])
+    step, scores = measured.step(h), measured.metrics
     p = step.parameters.default.copy()
     for name, value in changes.items():
         p[step.parameters.slice(name)] = value

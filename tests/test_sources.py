@@ -69,7 +69,7 @@ def test_cells_of_equal_numbers_are_linked_by_their_source_whatever_the_heads_sa
 
 
 def test_a_number_that_another_one_equals_by_chance_is_not_taken_for_it(results):
-    value, error = (float(part) for part in results.outcomes[0].score("RMSE", 0))
+    value, error = (float(part) for part in results.outcomes[0].score("RMSE").pair)
     rows = (("first", Measured(value, error)), ("RMSE", value))
     mine = side_by_side("mine", "M.", results.outcomes[:1])
     data = data_of(results, Table("t", "T.", (Column("law"), Column("RMSE")), rows), mine)
@@ -86,7 +86,7 @@ def test_a_curve_and_a_cell_in_another_unit_move_by_their_scale(results):
     assert data["curves"][0]["scales"] == (1e3, 60 / (2 * np.pi))
     assert data["curves"][0]["rows"] == (20, 41)
     assert [mark["scale"] for mark in data["cells"]] == [1e3, -2.0]
-    assert shown == Measured(*(1e3 * part for part in outcome.score("RMSE", 0)))
+    assert shown == Measured(*(1e3 * part for part in outcome.score("RMSE").pair))
     assert shown.source.unit == "mrad/s"
     assert line.sources[1].unit == "1/min"
 
@@ -103,7 +103,7 @@ def test_a_mark_of_another_study_with_a_case_of_the_same_name_does_not_move(resu
 def test_bars_and_points_carry_a_source_each(results):
     row = bars("ours", results.outcomes, "peak error", style=2)
     assert [one.law for one in row.sources] == [law for _, law in ALL]
-    assert row.ends.tolist() == [outcome.score("peak error", 0)[0] for outcome in results.outcomes]
+    assert row.ends.tolist() == [outcome.score("peak error").pair[0] for outcome in results.outcomes]
     cloud = points("", results.outcomes, "RMSE", "effort")
     assert [(x.name, y.name) for x, y in cloud.sources] == [("RMSE", "effort")] * 4
     with pytest.raises(ValueError, match=r"`Bars\('ours', sources=...\)` must have a source, or None, for each of 4"):

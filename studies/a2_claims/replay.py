@@ -104,7 +104,7 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     """
     loop = with_weights(proposed_as_printed("SS", reading), Q, R)
     ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
-    found = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
+    found = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP / 2)
     pairs = [score.pair for score in found.scores]
     worst = int(np.argmax([value for value, _ in pairs]))
     return -pairs[worst][0], pairs[worst][1], worst + 1
@@ -190,6 +190,6 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
-    found = measure(searches.on_path().ode(), late, until=until, h=STEP)
+    found = measure(searches.on_path().ode(), late, until=until, h=STEP / 2)
     pairs = {name: [score.pair for score in found.scores if score.metric == name] for name in found.names}
     return {name: (max(v for v, _ in mine), max(e for _, e in mine)) for name, mine in pairs.items()}

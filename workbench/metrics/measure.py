@@ -15,7 +15,7 @@ from workbench.metrics.step_for_metrics import chosen_step
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import pilot_runs
-from workbench.validation.refusals import Array, positive, seconds
+from workbench.validation.refusals import Array, multiple, positive, seconds
 from workbench.validation.signatures import door
 
 __all__ = ["Measurement", "Score", "measure"]
@@ -68,31 +68,43 @@ def measure(
     (array([0.194]), array([22.6]))
     """
     measured = MeasuredEquation.of(equation, metrics, seconds("measure(until=...)", until))
-    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("measure(until=...)", until)
-    p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
-    x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
-    if tolerance is not None:
-        tolerance = positive("measure(tolerance=...)", tolerance)
-    every = None if every is None else seconds("measure(every=...)", every)
-    tell = progress_of("measure", progress)
     p, x0 = _rows(equation, until, p, x0)
-    chosen = h is None
+    tolerance = None if tolerance is None else positive("measure(tolerance=...)", tolerance)
+    every = None if every is None else seconds("measure(every=...)", every)
+    tell, chosen, runs = progress_of("measure", progress), h is None, np.arange(len(p))
     if h is None:
-        if tolerance is None:
-            raise ValueError(
-                "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
-            )
-        few = pilot_runs(p, x0)
-        h = chosen_step(measured, p[few], x0[few], until, every, tolerance, seed, arithmetic)
-    every = measured.step(h).h if every is None else every
-    rounding, every_run = arithmetic_for(measured, h, arithmetic), np.arange(len(p))
-    run = MeasuredRun(measured, h, until, every, until, seed, rounding, points_of(len(p)))
-    runs, trajectories = run.march(p, x0, every_run, every_run, tell)
-    return run.measurement(runs, p, every_run, tolerance=tolerance, chosen=chosen, kept=trajectories)
+        h = _chosen(measured, p, x0, until, every, tolerance, seed, arithmetic)
+    multiple("measure(until=...)", until, span := measured.step(h).h, "the step")
+    rounding = arithmetic_for(measured, h, arithmetic)
+    run = MeasuredRun(measured, h, until, every or span, until, seed, rounding, points_of(len(p)))
+    found, trajectories = run.march(p, x0, runs, runs, tell)
+    return run.measurement(found, p, runs, tolerance=tolerance, chosen=chosen, kept=trajectories)
+
+
+def _chosen(
+    measured: MeasuredEquation,
+    p: Array,
+    x0: Array,
+    until: float,
+    every: float | None,
+    tolerance: float | None,
+    seed: int,
+    arithmetic: str | None,
+) -> float:
+    """The step [s] at which the pilots of the runs keep the tolerance."""
+    if tolerance is None:
+        raise ValueError(
+            "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
+        )
+    few = pilot_runs(p, x0)
+    return chosen_step(measured, p[few], x0[few], until, every, tolerance, seed, arithmetic)
 
 
 def _rows(equation: Ode | Sampled, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
     """The rows (B, np) and (B, nx) of all runs; an equation without states has metrics to integrate all the same."""
+    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("measure(until=...)", until)
+    p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
+    x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if not equation.states.size:
         p = table_of("measure(p=...)", equation.parameters, p)
         return p, np.empty((len(p), 0))

@@ -120,7 +120,9 @@ class MeasuredEquation:
 
     def values(self, accumulated: Array, times: Array, diverged_at: Array) -> Array:
         """The metrics (B, T, k) from accumulators (B, T, a) at T times [s]; NaN from when a run diverged, (B,) in s."""
-        rows = []
+        rows: list[Array] = []
+        if not len(accumulated):
+            return np.empty((0, len(times), len(self.columns)))
         for row, time in enumerate(times.tolist()):
             found = values(self.metrics, self.accumulators, accumulated[:, row], time)
             numbers = np.hstack([np.empty((len(diverged_at), 0)), *(found[m.name] for m in self.metrics)])

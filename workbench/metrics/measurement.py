@@ -36,7 +36,7 @@ class Score:
 
     The error bounds that of the value where the change falls at least as fast as the step, once the step is short
     enough. A time is known to one step at best. The value is NaN of a run that diverged; the error too, and of a run
-    that was not looked at. An error is infinite where the run diverged at h / 2 alone.
+    that was not looked at. An error is infinite where h / 2 alone gives no value.
     """
 
     metric: str
@@ -170,9 +170,10 @@ class Measurement:
 
     def _score(self, place: int) -> Score:
         column, errors = self.columns[place], np.full(len(self), np.nan)
-        alone = np.isfinite(self.half_diverged_at) & np.isnan(self.diverged_at[self.looked_at])
-        errors[self.looked_at] = np.where(alone, np.inf, self.errors[:, -1, place])
-        return Score(column.metric, column.label, column.unit, np.asarray(self.values[:, -1, place]), errors)
+        values, found = np.asarray(self.values[:, -1, place]), self.errors[:, -1, place]
+        alone = np.isnan(found) & ~np.isnan(values[self.looked_at])
+        errors[self.looked_at] = np.where(alone, np.inf, found)
+        return Score(column.metric, column.label, column.unit, values, errors)
 
     def place(self, metric: str, signal: int | str = 0) -> int:
         """The column of a metric of one signal."""
@@ -181,10 +182,11 @@ class Measurement:
             if signal in (one.number, one.label):
                 return i
         if mine:
+            near = nearest(signal, [one.label for one in mine.values()]) if isinstance(signal, str) else ""
             there = ", ".join(
                 f"{one.number} ({one.label!r})" if one.label else f"{one.number}" for one in mine.values()
             )
-            raise LookupError(f"'{metric}' has no signal {described(signal)}: it has {there}, counted from 0.")
+            raise LookupError(f"'{metric}' has no signal {described(signal)}: it has {there}, counted from 0.{near}")
         there = f"among {listed(self.names)}" if self.names else "as none was taken"
         raise LookupError(f"There is no metric {described(metric)} {there}.{nearest(metric, self.names)}")
 

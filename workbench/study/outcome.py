@@ -113,7 +113,10 @@ class Outcome:
     @door
     def score(self, metric: str, signal: int | str = 0) -> Score:
         """A metric of one signal, by the signal's label or its number from 0; its `pair` is the value and the error."""
-        return self.measurement.score(metric, signal)
+        try:
+            return self.measurement.score(metric, signal)
+        except LookupError as error:
+            raise LookupError(f"'{self.case.name}': {error}") from None
 
     @door
     def signal(self, name: str, component: int = 0) -> Array:

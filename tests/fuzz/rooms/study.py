@@ -43,7 +43,7 @@ TRIAL = tuning.Trial("step", RUN)
 
 
 def objective(runs: Any) -> Any:
-    return runs["step"].outputs("IAE")
+    return runs["step"].score("IAE").value
 
 
 TUNING = tuning.Tuning("pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1))

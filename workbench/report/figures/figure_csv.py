@@ -88,7 +88,7 @@ def _axes(mark: Bars | Points, panel: Panel) -> Iterator[tuple[str, Array, list[
 
 
 def _shown(names: Sequence[str], sources: Sources) -> list[str]:
-    """What each of some marks shows: its source, or else its name."""
+    """The source of each of some marks, or else its name."""
     pairs = zip(names, sources or [None] * len(names), strict=True)
     return [spreadsheet_text(name if source is None else head_of(source)) for name, source in pairs]
 

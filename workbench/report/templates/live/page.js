@@ -142,7 +142,7 @@ class LivePage {
     this.held = null;
     const wait = this.flight && this.flight.rough.size ? this.flight.began + HOLD - performance.now() : 0;
     if (wait > 0) return void (this.held = setTimeout(() => this.ask(), wait));
-    const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key);
+    const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).known !== key);
     const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key]));
     const places = left.map(([place]) => place);
     const runs = left.map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, printed: false }));
@@ -152,7 +152,7 @@ class LivePage {
       runs.push({ loop: before, p, x, seed, printed: true });
     }
     const began = performance.now();
-    this.flight = runs.length ? { began, keys, rough: new Set(places), fine: new Set(places) } : null;
+    this.flight = runs.length ? { began, keys, rough: new Set(places), half: new Set(places) } : null;
     this.report();
     if (this.pool || runs.length) this.crew().request(runs, this.inSight()).catch((error) => this.fail(error));
   }
@@ -169,18 +169,19 @@ class LivePage {
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
-    const shown = { ...this.views.get(place), ...view, fine: null };
-    if (view.done) {
-      if (view.phase === "coarse") shown.coarse = view.ends;
-      else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
-      shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
+    const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
+    const shown = { ...this.views.get(place), ...(errors ? { phase } : view), known: null };
+    if (done) {
+      if (!errors) shown.whole = ends;
+      else shown.known = flight.keys.get(place); // the inputs of which it is the last word
+      shown.scores = scoresOf(this.data.loops[place], shown.whole, errors ? ends : undefined);
       flight.rough.delete(place);
-      if (view.phase === "fine") flight.fine.delete(place);
+      if (errors) flight.half.delete(place);
       this.spent = (performance.now() - this.turnedAt) / 1000;
     }
     this.views.set(place, shown);
     this.redraw(place);
-    if (!view.done) return;
+    if (!done) return;
     this.report();
     if (!flight.rough.size && this.held) this.ask();
   }
@@ -275,7 +276,7 @@ class LivePage {
     const { bench, data, wanted } = this, places = this.asked(this.state);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
     bench.report(first ? headOfMetric(first) : "", places.map((place) => this.line(place)));
-    if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
+    if (this.flight && this.flight.half.size) return bench.tell("Running \u2026");
     if (!wanted.size) return bench.tell(this.idleText());
     const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
@@ -294,7 +295,7 @@ class LivePage {
     const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
     const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
     const printed = Number.isNaN(value) ? "\u2014" : evenNumber(value);
-    const line = { scenario, label, printed, now: "", rough: view.phase !== "fine", spoken: "" };
+    const line = { scenario, label, printed, now: "", rough: view.phase !== "half", spoken: "" };
     if (typeof view.divergedAt === "number") {
       line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
       line.spoken = `${label} ${line.now}.`;
