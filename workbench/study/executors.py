@@ -1,4 +1,4 @@
-"""Executors: the threads of this machine, or the workers of a Dask cluster, which compute chunks."""
+"""Executors: the threads of this machine, or the workers of a Dask cluster, which compute chunks and items of works."""
 
 from __future__ import annotations
 
@@ -8,21 +8,25 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
-from queue import Empty, Queue
-from threading import Event, Lock
+from queue import Empty, Queue, SimpleQueue
+from threading import Event, Lock, Thread
+from time import monotonic
 from typing import Any
 
 import casadi as ca
 
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
-from workbench.simulate.job import ended, threads, use_threads
+from workbench.simulate.job import LOOK, ended, look_to, threads, use_threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
+from workbench.study.work import CompiledWork
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
+PARTING = 0.5  # s in which items under way may end by themselves when they are no longer wanted
+ITEMS = "items of works"  # the name of the threads that compute them
 LOCAL = "local"  # the address of a cluster that is started here
 KEPT = f"What was done is kept. {LATER}"
 
@@ -65,6 +69,59 @@ def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: 
     finally:
         stopped.set()
         pool.shutdown(cancel_futures=True)
+
+
+def side_by_side(works: Sequence[CompiledWork], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
+    """The records of items in the order in which they are done: several at once, each with its share of the threads.
+
+    When no more are wanted, marches in an item end at their next look at progress. What cannot be ended stays with a
+    thread that holds up nothing: the process ends all the same.
+    """
+    side = workers or threads()
+    count = min(side, len(tasks))
+    stopped, waiting, done = Event(), SimpleQueue[Task](), SimpleQueue[Chunk | BaseException]()
+    for task in tasks:
+        waiting.put(task)
+
+    def look() -> None:
+        if stopped.is_set():
+            raise StoppedError
+
+    def serve() -> None:
+        use_threads(max(1, side // count))
+        look_to(look)
+        while not (stopped.is_set() or waiting.empty()):
+            try:
+                task = waiting.get_nowait()
+                done.put(works[task.sweep].chunk(task.first, task.last))
+            except Empty:  # another thread was first
+                return
+            except BaseException as error:
+                done.put(error)
+
+    crew = [Thread(target=serve, name=ITEMS, daemon=True) for _ in range(count)]
+    try:
+        for one in crew:
+            one.start()
+        for _ in tasks:
+            yield _next(done)
+    finally:
+        stopped.set()
+        parting = monotonic() + PARTING
+        for one in crew:
+            one.join(max(0.0, parting - monotonic()))
+
+
+def _next(done: SimpleQueue[Chunk | BaseException]) -> Chunk:
+    """The next record, or the error of its item; Windows tells of Ctrl-C only between two waits."""
+    while True:
+        try:
+            found = done.get(timeout=LOOK)
+        except Empty:
+            continue
+        if isinstance(found, BaseException):
+            raise found
+        return found
 
 
 def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
