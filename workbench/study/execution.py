@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from workbench.simulate.arithmetic import signature
+from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.definitions import Definitions
-from workbench.study.executors import on_cluster, on_threads, side_by_side
+from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
@@ -240,9 +242,8 @@ def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about
         order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
         with order.bar(about.study, "items") as tell:
             counter = store.Counter(len(tasks), lambda: tell)
-            store.complete(
-                tasks, ledger, lambda tasks: side_by_side(works, tasks, order.workers), counter, order.acknowledge
-            )
+            execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            store.complete(tasks, ledger, execute, counter, order.acknowledge)
     return {one.work.name: tuple(one.answer(ledger.read(name)) for name in one.names) for one in works}
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
+from itertools import islice
 from queue import Empty, Queue, SimpleQueue
 from threading import Event, Lock, Thread
+from threading import enumerate as enumerate_threads
 from time import monotonic
 from typing import Any
 
@@ -17,7 +17,7 @@ import casadi as ca
 
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
-from workbench.simulate.job import LOOK, ended, look_to, threads, use_threads
+from workbench.simulate.job import LOOK, look_to, threads, use_threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
@@ -25,14 +25,14 @@ from workbench.study.work import CompiledWork
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
-PARTING = 0.5  # s in which items under way may end by themselves when they are no longer wanted
-ITEMS = "items of works"  # the name of the threads that compute them
+PARTING = 0.3  # s in which pieces under way may end by themselves when they are no longer wanted
+CREW = "crew"  # the name of the threads that compute them
 LOCAL = "local"  # the address of a cluster that is started here
 KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
-    """The error that ends a chunk whose result is no longer wanted."""
+    """The error that ends a march whose result is no longer wanted."""
 
 
 class ClusterError(ValueError):
@@ -43,77 +43,57 @@ class ClusterError(ValueError):
 Source = Callable[[], tuple[CompiledSweep, ...]]
 
 
-def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
-    """The chunks in order, each by `workers` threads or one per processor, computed while the last is written."""
-    stopped = Event()
+def on_threads(
+    pieces: Sequence[CompiledSweep | CompiledWork], tasks: Sequence[Task], workers: int | None = None, at_once: int = 1
+) -> Iterator[Chunk]:
+    """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
-    def tell(share: float) -> None:
-        del share
-        if stopped.is_set():
-            raise StoppedError
-
-    def compute(task: Task) -> Chunk:
-        return sweeps[task.sweep].chunk(task.first, task.last, tell)
-
-    pool = ThreadPoolExecutor(1, initializer=use_threads, initargs=(workers,))
-    waiting: deque[Future[Chunk]] = deque()
-    try:
-        for task in tasks:
-            waiting.append(pool.submit(compute, task))
-            if len(waiting) > AHEAD:
-                ended((waiting[0],))
-                yield waiting.popleft().result()
-        while waiting:
-            ended((waiting[0],))
-            yield waiting.popleft().result()
-    finally:
-        stopped.set()
-        pool.shutdown(cancel_futures=True)
-
-
-def side_by_side(works: Sequence[CompiledWork], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
-    """The records of items in the order in which they are done: several at once, each with its share of the threads.
-
-    When no more are wanted, marches in an item end at their next look at progress. What cannot be ended stays with a
-    thread that holds up nothing: the process ends all the same.
+    A few are computed while one is written. When no more are wanted, marches under way end at their next look at
+    progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
     """
     side = workers or threads()
-    count = min(side, len(tasks))
-    stopped, waiting, done = Event(), SimpleQueue[Task](), SimpleQueue[Chunk | BaseException]()
-    for task in tasks:
-        waiting.put(task)
+    at_once = max(1, min(at_once, side, len(tasks)))
+    stopped, rest = Event(), iter(tasks)
+    waiting, done = SimpleQueue[Task | None](), SimpleQueue[Chunk | BaseException]()
 
     def look() -> None:
         if stopped.is_set():
             raise StoppedError
 
     def serve() -> None:
-        use_threads(max(1, side // count))
+        use_threads(side // at_once)
         look_to(look)
-        while not (stopped.is_set() or waiting.empty()):
+        while (task := waiting.get()) is not None and not stopped.is_set():
             try:
-                task = waiting.get_nowait()
-                done.put(works[task.sweep].chunk(task.first, task.last))
-            except Empty:  # another thread was first
-                return
+                done.put(pieces[task.sweep].chunk(task.first, task.last))
             except BaseException as error:
                 done.put(error)
 
-    crew = [Thread(target=serve, name=ITEMS, daemon=True) for _ in range(count)]
+    crew = [Thread(target=serve, name=CREW, daemon=True) for _ in range(at_once)]
     try:
         for one in crew:
             one.start()
+        for task in islice(rest, at_once + AHEAD):
+            waiting.put(task)
         for _ in tasks:
             yield _next(done)
+            waiting.put(next(rest, None))
     finally:
         stopped.set()
+        for _ in crew:
+            waiting.put(None)
         parting = monotonic() + PARTING
         for one in crew:
             one.join(max(0.0, parting - monotonic()))
 
 
+def is_busy() -> bool:
+    """True if a thread still computes what is no longer wanted."""
+    return any(one.name == CREW for one in enumerate_threads())
+
+
 def _next(done: SimpleQueue[Chunk | BaseException]) -> Chunk:
-    """The next record, or the error of its item; Windows tells of Ctrl-C only between two waits."""
+    """The next chunk, or the error that came instead; Windows tells of Ctrl-C only between two waits."""
     while True:
         try:
             found = done.get(timeout=LOOK)

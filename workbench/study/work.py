@@ -8,7 +8,6 @@ from functools import cached_property
 from types import FunctionType
 from typing import Any, get_type_hints
 
-from workbench.simulate.job import Progress
 from workbench.study.definition_text import UnseenError
 from workbench.study.definitions import Definitions
 from workbench.study.document.phrases import check_name
@@ -119,9 +118,9 @@ class CompiledWork:
         del last
         return self.names[first]
 
-    def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
-        """The answer of the item `first`, computed; marches that it begins are ended by an error from `progress`."""
-        del last, progress
+    def chunk(self, first: int, last: int) -> Chunk:
+        """The answer of the item `first`, computed."""
+        del last
         work, item = self.work, self.work.over[first]
         try:
             answer = work.function(item)
