@@ -14,7 +14,6 @@ from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.definitions import Definitions
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
@@ -28,11 +27,12 @@ from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
 from workbench.study.tuning.checkpoint import tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
-from workbench.study.work import CompiledWork, Work, compile_work
+from workbench.study.work import CompiledWork, compile_works
 
 NAMED = 3  # sweeps that a message names
 
 ArithmeticOf = Callable[[str], str | None]
+Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 
 
@@ -55,7 +55,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
     sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-    works = () if callable(study.works) else _compiled_works(study.works)
+    works = () if callable(study.works) else compile_works(study.works)
     _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
@@ -141,11 +141,6 @@ def compile_sweeps(
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
-def _compiled_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
-    definitions = Definitions()
-    return tuple(compile_work(work, definitions) for work in works)
-
-
 def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
     return tuple(WorkAbout(one.work.name, one.names) for one in works)
 
@@ -224,7 +219,7 @@ def _samples(
 
 def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> dict[str, tuple[Any, ...]]:
     """The answers of each work by its name, read from records of which the missing are computed."""
-    works = _compiled_works(study.works_from(results))
+    works = compile_works(study.works_from(results))
     now = replace(about, works=_about_works(works), more=False)
     if about.more:
         _afford((), works, ledger.out, order)
@@ -239,10 +234,14 @@ def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about
     if missing:
         there = len(tasks) - missing
         some = f"; {there} of {len(tasks)} items are there already." if there else "."
-        order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
+        where = ", on this machine" if order.cluster is not None and callable(study.works) else ""
+        order.say(f"{about.study}{where}: {cost.cost_of((), order.workers, works)}{some}")
         with order.bar(about.study, "items") as tell:
             counter = store.Counter(len(tasks), lambda: tell)
-            execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            execute: Execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            if order.cluster is not None and order.source is not None and not callable(study.works):
+                source = order.source(works=True)
+                execute = partial(on_cluster, order.cluster, source, workers=order.workers)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
     return {one.work.name: tuple(one.answer(ledger.read(name)) for name in one.names) for one in works}
 
@@ -258,7 +257,7 @@ def _executor(
     tuned: Sequence[str],
     ledger: Ledger,
     order: Order,
-) -> Callable[[Sequence[Task]], Iterator[Chunk]]:
+) -> Execute:
     """Threads of this machine, or a cluster whose workers find the same sweeps from the chunks of the tunings."""
     if order.cluster is None or order.source is None:
         return lambda tasks: on_threads(sweeps, tasks, order.workers)
