@@ -87,8 +87,8 @@ def _axes(mark: Bars | Points, panel: Panel) -> Iterator[tuple[str, Array, list[
         yield _named(mark.label, panel.ylabel), mark.y, _shown(names, up)
 
 
+def _shown(names: Sequence[str], sources: Sources) -> list[str]:
     """The source of each mark in words, or else its name."""
-    """What each of some marks shows: its source, or else its name."""
     pairs = zip(names, sources or [None] * len(names), strict=True)
     return [spreadsheet_text(name if source is None else head_of(source)) for name, source in pairs]
 
