@@ -9,7 +9,7 @@ from wasm_runs import Kernel, unpacked
 
 import workbench as wb
 from workbench.study import case_runs, writeup
-from workbench.study.document.document import Column, Figure, Measured, Panel, Section, Table
+from workbench.study.document.document import Column, Figure, Measured, Missing, Panel, Section, Table
 from workbench.study.document.phrases import bare
 from workbench.study.document.source import Source
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
@@ -163,6 +163,31 @@ def test_a_signal_or_a_metric_that_is_not_there_is_refused_by_name(results):
         metric_source(outcome, "RMSE", "omgea")
     with pytest.raises(LookupError, match="There is no 'speed'"):
         curve(outcome, "speed")
+
+
+def test_a_table_that_a_study_makes_of_cells_says_below_what_must_be_said_of_their_laws(results):
+    ode = replace(results.outcomes[0].ode, notes=("the observer\nuses the truth",))
+    honest, *oracles = results.outcomes[1], *(replace(results.outcomes[k], ode=ode) for k in (3, 0))
+    rows = tuple((o.case.law, cell(o, "RMSE"), cell(o, "effort")) for o in (*oracles, honest))
+    columns = tuple(map(Column, ("law", "RMSE", "effort")))
+    table = Table("t", "T.", columns, rows, ("A note.",))
+    below = ("A note.", "stiff \N{DAGGER}, first \N{DAGGER}: the observer uses the truth.")
+    assert table.notes == below
+    assert replace(table, caption="Other.").notes == below  # once
+    page = writeup.document(
+        Study("s", "T", "Q?", "M.", lambda _: [Section("All", (table,))], cases=TWINS), results, "c"
+    )
+    assert page.tables[0].notes == below
+
+
+def test_a_cell_in_place_of_a_number_says_why_and_moves_too():
+    never = case("slow", 1.0)
+    run = replace(never.run, metrics=(wb.settling_time(band=1e-9),))
+    held = case_runs.run(Study("s", "T", "Q?", "M.", lambda results: [], cases=(replace(never, run=run),)))
+    shown = cell(held.outcomes[0], "settling time")
+    assert (shown, shown.source.name) == (Missing("never"), "settling time")
+    data = data_of(held, Table("t", "T.", (Column("settling"),), ((shown,),)))
+    assert [(mark["metric"], mark["loop"]) for mark in data["cells"]] == [(0, 0)]
 
 
 def test_a_source_says_what_a_mark_is_in_words():

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.core import Entry, Ode
 from workbench.study.document.figure import Bars, Label, Points, Style
-from workbench.study.document.phrases import Cell, Diverged, Measured
+from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array, known
@@ -27,7 +27,8 @@ def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Sourc
     place = place_of(of.labels, signal, f"numbers of '{metric}' in '{case.name}'")
     label = of.labels[place] if place < len(of.labels) else ""
     unit = of.units[place] if place < len(of.units) else of.unit
-    return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest)
+    about = outcome.label, outcome.notes
+    return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest, None, 1.0, *about)
 
 
 @door
@@ -82,7 +83,7 @@ def place_of(labels: tuple[str, ...], signal: int | str, among: str) -> int:
 def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.0, unit: str = "") -> Cell:
     """A score with its error in a cell of a table, in a unit of which it has `scale` times as many; or why it has none.
 
-    A metric that the outcome does not have is an empty cell.
+    The notes of the outcome stand below the table. A metric that the outcome does not have is an empty cell.
 
     Raises
     ------
@@ -91,15 +92,15 @@ def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.
     """
     if metric not in outcome.measurement.scores:
         return None
-    if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at)
-    source = metric_source(outcome, metric, signal)
+    source = metric_source(outcome, metric, signal).times(scale, unit)
     value, error = outcome.score(metric, source.place)
+    if outcome.diverged_at is not None:
+        return Diverged(outcome.diverged_at, source)
     if value == math.inf:
-        return "never"
+        return Missing("never", source)
     if not (math.isfinite(value) and math.isfinite(error)):
-        return "no error estimate"
-    return Measured(scale * value, abs(scale) * error, source.times(scale, unit))
+        return Missing("no error estimate", source)
+    return Measured(scale * value, abs(scale) * error, source)
 
 
 @door

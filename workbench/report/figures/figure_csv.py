@@ -12,10 +12,9 @@ import numpy as np
 from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.style import letter_of
 from workbench.report.table_text import plain
-from workbench.study.document.document import with_clean_texts
 from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Points, Series
 from workbench.study.document.phrases import raised
-from workbench.study.document.source import Source
+from workbench.study.document.source import Source, clean_text
 from workbench.study.run_tables import spreadsheet_text
 from workbench.validation.refusals import Array
 
@@ -54,8 +53,7 @@ def figure_csv(figure: Figure) -> str:
 def head_of(source: Source) -> str:
     """A source as a head of a column: law, scenario, signal or metric with its unit, and run."""
     unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
-    head: str = with_clean_texts(f"{source.law} | {source.scenario} | {source.words}{unit} | run {source.run[:16]}")
-    return head
+    return clean_text(f"{source.law} | {source.scenario} | {source.words}{unit} | run {source.run[:16]}")
 
 
 def _heads(mark: Series | Band, panel: Panel) -> tuple[str, ...]:
