@@ -26,9 +26,11 @@ from workbench.observers import (
     UnscentedKalmanFilter,
 )
 from workbench.plants import (
+    Backlash,
     BuckConverter,
     CartPole,
     DCMotor,
+    DeadZone,
     Disturbed,
     Equipped,
     FirstOrder,
@@ -40,6 +42,7 @@ from workbench.plants import (
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
+    Quantiser,
     RateLimit,
     Saturation,
     SingleTrackVehicle,
@@ -65,6 +68,7 @@ from workbench.study.uncertainty.factors import Factor
 
 __version__: str
 __all__ = [
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "Cascade",
@@ -73,6 +77,7 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DeadZone",
     "Disturbed",
     "Equipped",
     "ExtendedKalmanFilter",
@@ -102,6 +107,7 @@ __all__ = [
     "PulseTrain",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "Ramp",
     "RateLimit",
     "Reference",
