@@ -35,6 +35,7 @@ def calls() -> dict[str, Any]:
             {"q": (12, -4.0, 4.0, "down")},
             {"tau": (8, [-1.0, -2.0], 1.0)},
         ),
+        "DigitalLoop": partial(loop.DigitalLoop, LOOP, 1e-3, None, True),
         "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
         "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
         "LinearPlant": partial(loop.LinearPlant, LINEAR, [1.0]),
