@@ -18,9 +18,9 @@ _ROOMS = {
     "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
     "robots": "named paper_arm",
     "robots.urdf": "read_urdf",
-    "plants": "BuckConverter CartPole DCMotor Disturbed Equipped FirstOrder FurutaPendulum LinearPlant Manipulator "
-    "OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank RateLimit Saturation SingleTrackVehicle StirredTank "
-    "TwoMasses",
+    "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
+    "LinearPlant Manipulator OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit Saturation "
+    "SingleTrackVehicle StirredTank TwoMasses",
     "controllers": "Cascade LinearLaw PID PID2 Regulator SlidingMode StateFeedback",
     "observers": "ExtendedKalmanFilter ExtendedStateObserver FullState LinearObserver SteadyKalmanFilter "
     "UnscentedKalmanFilter",

@@ -26,9 +26,11 @@ from workbench.observers import (
     UnscentedKalmanFilter,
 )
 from workbench.plants import (
+    Backlash,
     BuckConverter,
     CartPole,
     DCMotor,
+    DeadZone,
     Disturbed,
     Equipped,
     FirstOrder,
@@ -40,6 +42,7 @@ from workbench.plants import (
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
+    Quantiser,
     RateLimit,
     Saturation,
     SingleTrackVehicle,
@@ -66,6 +69,7 @@ from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "Cascade",
@@ -74,6 +78,7 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DeadZone",
     "DigitalLoop",
     "Disturbed",
     "Equipped",
@@ -104,6 +109,7 @@ __all__ = [
     "PulseTrain",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "Ramp",
     "RateLimit",
     "Reference",
