@@ -61,6 +61,11 @@ def check_options(study: Study, order: Order) -> None:
     for name in ("workers", "samples"):
         if (count := getattr(order, name)) is not None:
             whole(f"--{name}", count)
+    if order.samples is not None and study.least is not None and order.samples < study.least:
+        raise ValueError(
+            f"`--samples` must be at least {study.least:,} for the study '{study.name}', as its tables need them; got "
+            f"{order.samples:,}."
+        )
     searched, works = bool(study.tunings), bool(study.works)
     options = (
         ("--samples", order.samples, False),

@@ -16,7 +16,7 @@ from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
 from workbench.study.tuning import Tuned, Tuning
 from workbench.study.work import Work
-from workbench.validation.refusals import seed, several
+from workbench.validation.refusals import seed, several, whole
 from workbench.validation.signatures import door
 
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
@@ -35,6 +35,8 @@ class Study:
         The sections of the report, and the findings that the command line prints, one a line.
     measures_time
         True if the report holds times, which differ from one run to the next.
+    least
+        The least number of samples that `--samples` may ask for, where sweeps that need it follow from tunings.
     seed
         Of what the study draws at random; None where nothing is.
     tunings, sweeps
@@ -69,11 +71,14 @@ class Study:
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
+    least: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)
+        if self.least is not None:
+            whole("Study(least=...)", self.least)
         for part in ("cases", "sweeps", "tunings"):
             if not callable(given := getattr(self, part)):
                 self._check_names(part, [one.name for one in given])
