@@ -47,7 +47,7 @@ Source = Callable[[], Pieces]
 def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None, at_once: int = 1) -> Iterator[Chunk]:
     """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
-    A few are computed while one is written. When no more are wanted, marches under way end at their next look at
+    One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their next look at
     progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
     """
     side = workers or threads()
@@ -72,7 +72,7 @@ def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None
     try:
         for one in crew:
             one.start()
-        for task in islice(rest, at_once + AHEAD):
+        for task in islice(rest, at_once if at_once > 1 else 1 + AHEAD):
             waiting.put(task)
         for _ in tasks:
             yield _next(done)

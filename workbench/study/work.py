@@ -125,7 +125,8 @@ class CompiledWork:
         try:
             answer = work.function(item)
         except Exception as error:
-            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {raised(error)}.") from error
+            why = raised(error).removesuffix(".")
+            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {why}.") from error
         try:
             return chunk_of_answer(self.names[first], shown(item), answer, work.classes)
         except AnswerError as error:
