@@ -47,8 +47,8 @@ Source = Callable[[], Pieces]
 def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None, at_once: int = 1) -> Iterator[Chunk]:
     """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
-    One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their next look at
-    progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
+    One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their
+    next look at progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
     """
     side = workers or threads()
     at_once = max(1, min(at_once, side, len(tasks)))
