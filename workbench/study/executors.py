@@ -48,7 +48,7 @@ def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None
     """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
     One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their
-    next look at progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
+    next look at progress. What cannot be ended stays with a thread that holds up nothing: the process still ends.
     """
     side = workers or threads()
     at_once = max(1, min(at_once, side, len(tasks)))
