@@ -15,7 +15,7 @@ __version__ = "0.1.0"
 
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4",
-    "loop": "ClosedLoop Controller Instruments Observer Plant Reference open_loop",
+    "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
     "robots": "named paper_arm",
     "robots.urdf": "read_urdf",
     "plants": "BuckConverter CartPole DCMotor Disturbed Equipped FirstOrder FurutaPendulum LinearPlant Manipulator "

@@ -15,7 +15,7 @@ from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
 from workbench.loop import AbstractReference as Reference
-from workbench.loop import ClosedLoop, Instruments, open_loop
+from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
 from workbench.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.observers import (
     ExtendedKalmanFilter,
@@ -73,6 +73,7 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DigitalLoop",
     "Disturbed",
     "Equipped",
     "ExtendedKalmanFilter",

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step, rk4
-from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
+from workbench.metrics.accumulators import final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.step_for_metrics import chosen_step, extended
 from workbench.metrics.unseen_pulses import unseen_pulses
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import PILOTS, pilot_runs
 from workbench.simulate.stability import beyond, tightest
-from workbench.simulate.step_choice import choose_step, longest_step
 from workbench.simulate.step_size import POINTS, Check
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, positive, seconds
@@ -171,7 +171,7 @@ def _both(
 ) -> tuple[Trajectories, Trajectories]:
     coarse, fine = make(h), make(h / 2)
     every = coarse.h if how["every"] is None else how["every"]
-    call: Any = partial(simulate, x0=_extended(x0, fine), **(how | {"every": every}))
+    call: Any = partial(simulate, x0=extended(x0, fine), **(how | {"every": every}))
     # the longer run first: from it the engine sees how good its code should be
     b = call(fine, progress=lambda done: tell(2 * done / 3))
     a = call(coarse, progress=lambda done: tell((2 + done) / 3))
@@ -199,30 +199,6 @@ def _step_of(
     few = pilot_runs(p, x0)
     every = None if every is None else seconds("measure(every=...)", every)
     return chosen_step(equation, metrics, p[few], x0[few], until, every, tolerance, seed, arithmetic)
-
-
-def chosen_step(
-    equation: Ode | Sampled,
-    metrics: Sequence[AbstractMetric],
-    p: Array,
-    x0: Array,
-    until: float,
-    every: float | None,
-    tolerance: float,
-    seed: int = 0,
-    arithmetic: str | None = None,
-) -> float:
-    """The longest step h in s at which the pilot runs p, x0 change by no more than the tolerance to h / 2.
-
-    Of a sampled loop it is the period, its half, its quarter and so on; p and x0 are of the equation alone.
-    """
-    make = cache(maker(equation, resolved(equation, metrics, until)))
-    unit = until
-    if isinstance(equation, Ode):
-        unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
-    start = _extended(x0, make(longest_step(equation, p, until, unit)))
-    assert start is not None
-    return choose_step(equation, make, p, start, until, unit, tolerance, seed, arithmetic)
 
 
 def _judged(
@@ -255,11 +231,3 @@ def _limits(runs: Trajectories, looked_at: Integers) -> tuple[StepLimit, ...]:
         few = partial(few, arithmetic=job.arithmetic)
         runs, looked_at = few(until=kept * stride * h, every=finer * h), np.arange(len(looked_at))
     return tuple(step_limit(runs, int(i)) for i in looked_at)
-
-
-def _extended(rows: Array | None, step: Step) -> Array | None:
-    """Initial states of the loop with those of the metrics behind them."""
-    if rows is None:
-        return None
-    rest = step.states.default[rows.shape[1] :]
-    return np.hstack([rows, np.tile(rest, (len(rows), 1))])

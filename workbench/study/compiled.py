@@ -15,7 +15,7 @@ from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
-from workbench.metrics.measure import chosen_step
+from workbench.metrics.step_for_metrics import chosen_step
 from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION

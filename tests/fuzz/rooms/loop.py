@@ -26,6 +26,7 @@ def calls() -> dict[str, Any]:
         "AbstractPlant": PLANT,
         "AbstractReference": REFERENCE,
         "ClosedLoop": partial(loop.ClosedLoop, PLANT, OBSERVER, LAW, REFERENCE),
+        "DigitalLoop": partial(loop.DigitalLoop, LOOP, 1e-3, None, True),
         "Instruments": partial(loop.Instruments.of, PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)}),
         "LinearFilter": partial(loop.LinearFilter, LINEAR, ("v",)),
         "LinearLaw": partial(loop.LinearLaw, LINEAR, True, [1.0], [1.0]),
