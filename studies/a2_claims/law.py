@@ -13,13 +13,13 @@ from studies.a2_claims.searches import (
     FLOOR,
     KEPT,
     V2_AT_START,
-    WorstRun,
     on_path,
     regulation,
 )
 from studies.paper.card import CARD
 from workbench.claims.claim_ledger import Finding
 from workbench.claims.counterexample import hypotheses_kept
+from workbench.claims.falsify import Found
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
 from workbench.core import Claim
 from workbench.loop import ClosedLoop
@@ -224,16 +224,16 @@ FINITE_TIME = Claim(
 )
 
 
-def finite_time(found: WorstRun) -> Finding:
+def finite_time(found: Found) -> Finding:
     """The finding on (42) from the worst run of its search."""
     sought: dict[str, list[float]] = {}
-    for label, number in found.sought.items():
+    for label, number in found.worst.sought.items():
         sought.setdefault(label.split("[")[0], []).append(number)
     return refutation(
         found.kind == "refuted",
         f"(42) for all sigma at once is t |s(t)| <= V2(0) / c. As printed but for C, with {PRINTED_WEIGHTS}, reading "
         f"'outer', first scenario, V2(0) = {V2_AT_START:.3f} J and c >= {FLOOR:g} N m throughout, t |s(t)| exceeds it "
-        f"by {found.value:.3f} rad within 2 s (halving the step changes it by {found.error:.0e}). Worst of "
+        f"by {found.worst.value:.3f} rad within 2 s (halving the step changes it by {found.worst.error:.0e}). Worst of "
         f"{found.runs:,} runs of 2 s, {found.kept:,} of which kept the hypotheses.",
         f"rerun({sought})",
         kept=tuple(hypothesis.claim.name for hypothesis in KEPT),

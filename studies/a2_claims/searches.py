@@ -16,7 +16,7 @@ from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired
 from workbench.claims.claim_margins import SignalsOf
 from workbench.claims.counterexample import Pair
-from workbench.claims.falsify import Budget, Found, Hunt, Kind
+from workbench.claims.falsify import Budget, Found, Hunt
 from workbench.controllers import PID
 from workbench.core import Claim, Ode, Signals, lift, rk4
 from workbench.core.claim import Declared
@@ -144,18 +144,9 @@ HUNT = Hunt(ODE, Declared(REACHES), BOX, 2.0, STEP, KEPT)
 
 @dataclass(frozen=True, eq=False)
 class WorstRun:
-    """The outcome of the search: its verdict, the numbers of the worst run, and |s| [rad/s] along it at times t [s].
+    """The outcome of the search, and |s| [rad/s] along its worst run at times t [s]."""
 
-    `value` is by how much the run breaks (42), in rad, and `error` the change of it as the step is halved. So many
-    `runs` were tried, and so many `kept` the hypotheses.
-    """
-
-    kind: Kind
-    sought: Mapping[str, float]
-    value: float
-    error: float
-    runs: int
-    kept: int
+    found: Found
     t: Array
     s: Array
 
@@ -168,13 +159,9 @@ def search(seed: int) -> Found:
 def worst_run(seed: int) -> WorstRun:
     """The outcome of the search with a seed, and the sliding variable along the worst run."""
     found = search(seed)
-    worst = found.worst
-    if worst is None:
-        raise ValueError(f"`worst_run({seed})` needs a run that keeps the hypotheses; the search found none: {found.why}")
-    p, x0 = worst.rows(HUNT.ode)
-    runs = simulate(rk4(HUNT.watched, STEP / 2), p, x0, until=worst.until, every=5e-3)
-    size = np.linalg.norm(runs["s"][0], axis=1)
-    return WorstRun(found.kind, worst.sought, worst.value, worst.error, found.runs, found.kept, runs.t, size)
+    p, x0 = found.worst.rows(HUNT.ode)
+    runs = simulate(rk4(HUNT.watched, STEP / 2), p, x0, until=found.worst.until, every=5e-3)
+    return WorstRun(found, runs.t, np.linalg.norm(runs["s"][0], axis=1))
 
 
 def rerun(numbers: Mapping[str, Sequence[float]]) -> Pair:

@@ -6,8 +6,6 @@ Runs in about half a minute on two cores.
 from collections.abc import Mapping, Sequence
 from typing import get_args
 
-import numpy as np
-
 from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
@@ -91,8 +89,8 @@ def checked(name: str) -> Finding:
 
 def ledger(results: Results) -> Ledger:
     """Every claim with its finding, in the order of the paper."""
-    findings = dict(zip(CHECKS, results.work("claims"), strict=True))
-    findings[law.FINITE_TIME.name] = law.finite_time(*results.work("worst_run"))
+    findings: dict[str, Finding] = dict(zip(CHECKS, results.work("claims"), strict=True))
+    findings[law.FINITE_TIME.name] = law.finite_time(results.work("worst_run")[0].found)
     ours = (Line(claim, findings[claim.name]) for claim in CLAIMS)
     return Ledger((*ours, *Ledger.of(rivals.checks(results))))
 

@@ -1,6 +1,6 @@
 """The pictures and tables of a5: the arm by itself, each law at rest, and its path."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -186,8 +186,8 @@ def arm_section(results: Results) -> Section:
         "[A, B] or [A; C], in rad, s and N m. Positions alone are all that observer (10) is given."
     )
     words = (
-        f"Without torque, for -1 to 4 rad in both joints: {alone.rest_points}. Falling freely from near the state at which "
-        f"FS begins, the arm has a largest Lyapunov exponent of {top:.2f} 1/s over {exponents.span:g} s, with an "
+        f"Without torque, for -1 to 4 rad in both joints: {alone.rest_points}. Falling freely from near the state at "
+        f"which FS begins, the arm has a largest Lyapunov exponent of {top:.2f} 1/s over {exponents.span:g} s, with an "
         f"estimated error of {error:.2f} 1/s."
     )
     caption = "The rest points of the arm without torque, and their modes."

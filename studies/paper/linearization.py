@@ -114,9 +114,9 @@ def holding(pose: tuple[float, ...]) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The run of a law in the first scenario at times t (N,): states (N, nx), torques (N, 2), and the time in the layer.
+    """The states (N, nx) and torques (N, 2) of a law along its run in the first scenario, at times t (N,).
 
-    `inside` (N,) is True where all |s_i| < phi, and always for PID, which has no layer.
+    `inside` (N,) is True within the layer, where all |s_i| < phi, and always for PID, which has none.
     """
 
     law: str
@@ -135,7 +135,7 @@ def motion(outcome: Outcome) -> Motion:
 
 @dataclass(frozen=True, eq=False)
 class OnPath:
-    """A law along its run: the largest and the least real part of the frozen poles of the whole loop at times t, in 1/s.
+    """The frozen poles of a whole loop along its run: their `largest` and `least` real parts at times t, in 1/s.
 
     At `sparse` times there is the disk margin `alpha`, NaN outside of the layer and where the loop has none. Of all
     times `share` is the part within the layer, and `within` the largest real part of a pole there.
