@@ -62,6 +62,7 @@ from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
 
 __version__: str
 __all__ = [
@@ -130,6 +131,7 @@ __all__ = [
     "Uniform",
     "UnscentedKalmanFilter",
     "WayPoints",
+    "Work",
     "block",
     "c_code",
     "effort",
