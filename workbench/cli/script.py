@@ -135,7 +135,8 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
 class Script:
     """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps compiled.
 
-    Sweeps have arithmetics by their names, and may follow from the chunks of the tunings: name, head and data of each.
+    Sweeps have arithmetics by their names, and may follow from records of tunings and works: name, head and data of
+    each.
     """
 
     file: str
@@ -166,9 +167,10 @@ class Script:
 
             try:
                 tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
+                answers = {one.work.name: one.answers(chunks.__getitem__) for one in compile_works(study.works)}
             except KeyError as error:
-                raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            sweeps = study.resolved(tuned).sweeps
+                raise ClusterError(f"A worker asks for the record {error}, which is not here: it differs.") from None
+            sweeps = study.resolved({**tuned, **answers}).sweeps
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 
 
