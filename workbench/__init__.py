@@ -18,9 +18,9 @@ _ROOMS = {
     "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
     "robots": "named paper_arm",
     "robots.urdf": "read_urdf",
-    "plants": "BuckConverter CartPole DCMotor Disturbed Equipped FirstOrder FurutaPendulum LinearPlant Manipulator "
-    "OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank RateLimit Saturation SingleTrackVehicle StirredTank "
-    "TwoMasses",
+    "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
+    "LinearPlant Manipulator OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit Saturation "
+    "SingleTrackVehicle StirredTank TwoMasses",
     "controllers": "Cascade LinearLaw PID PID2 Regulator SlidingMode StateFeedback",
     "observers": "ExtendedKalmanFilter ExtendedStateObserver FullState LinearObserver SteadyKalmanFilter "
     "UnscentedKalmanFilter",
@@ -32,6 +32,7 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform Work side_by_side "
     "sobol sobol_bars",
+    "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",

@@ -26,9 +26,11 @@ from workbench.observers import (
     UnscentedKalmanFilter,
 )
 from workbench.plants import (
+    Backlash,
     BuckConverter,
     CartPole,
     DCMotor,
+    DeadZone,
     Disturbed,
     Equipped,
     FirstOrder,
@@ -40,6 +42,7 @@ from workbench.plants import (
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
+    Quantiser,
     RateLimit,
     Saturation,
     SingleTrackVehicle,
@@ -54,6 +57,7 @@ from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table,
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
@@ -66,6 +70,7 @@ from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "Cascade",
@@ -74,6 +79,7 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DeadZone",
     "DigitalLoop",
     "Disturbed",
     "Equipped",
@@ -91,6 +97,7 @@ __all__ = [
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
+    "LoopLimits",
     "Manipulator",
     "Observer",
     "Ode",
@@ -104,6 +111,7 @@ __all__ = [
     "PulseTrain",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "Ramp",
     "RateLimit",
     "Reference",
@@ -139,6 +147,7 @@ __all__ = [
     "export",
     "fmu",
     "initial",
+    "largest_setting",
     "layout",
     "lead_lag",
     "linearize",

@@ -14,7 +14,6 @@ from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.definitions import Definitions
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
@@ -26,13 +25,14 @@ from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
-from workbench.study.tuning.checkpoint import tune_in_ledger
+from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
-from workbench.study.work import CompiledWork, Work, compile_work
+from workbench.study.work import CompiledWork, compile_works
 
 NAMED = 3  # sweeps that a message names
 
 ArithmeticOf = Callable[[str], str | None]
+Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 Answers = dict[str, tuple[Any, ...]]
 
@@ -64,7 +64,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
     sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-    works = () if callable(study.works) else _compiled_works(study.works)
+    works = () if callable(study.works) else compile_works(study.works)
     _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
@@ -72,7 +72,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         ledger.drop_tables()
         about = About.of(study.name, order.script, ledger.out, order.samples)
         about = replace(about, works=_about_works(works), more=callable(study.works))
-        answers = _answers(works, ledger, order, replace(about, sweeps=_about_sweeps([*searched, *sweeps])))
+        answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later = callable(study.sweeps)
         study = study.resolved({**tuned, **answers})
@@ -154,11 +154,6 @@ def compile_sweeps(
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
-def _compiled_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
-    definitions = Definitions()
-    return tuple(compile_work(work, definitions) for work in works)
-
-
 def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
     return tuple(WorkAbout(one.work.name, one.names) for one in works)
 
@@ -232,6 +227,12 @@ def _samples(
     return tuple(one.sample(map(ledger.read, mine.chunks)) for one, mine in each), now
 
 
+def _all_sweeps(searches: Sequence[Search], sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
+    """The runs of all tunings and sweeps that are known before anything is computed."""
+    nothing: dict[str, list[str]] = {one.sweep.name: [] for search in searches for one in search.sweeps}
+    return (*about_of_searches(searches, nothing), *_about_sweeps(sweeps))
+
+
 def _about_sweeps(sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
     """The sweeps with all of their chunks, as the ledger describes them."""
     names = (tuple(one.name(*ends) for ends in one.chunks) for one in sweeps)
@@ -240,11 +241,11 @@ def _about_sweeps(sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
 
 
 def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> Answers:
-    """The answers of the works that follow from the results of all else."""
-    works = _compiled_works(study.works_from(results))
+    """The answers of the works that follow from the results of all else, by threads of this machine."""
+    works = compile_works(study.works_from(results))
     _afford((), works, ledger.out, order)
     now = replace(about, works=_about_works(works), more=False)
-    answers = _answers(works, ledger, order, now)
+    answers = _answers(works, ledger, replace(order, cluster=None), now)
     _say_unused(now, ledger, order)
     return answers
 
@@ -264,9 +265,11 @@ def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about:
         order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
         with order.bar(about.study, "items") as tell:
             counter = store.Counter(len(tasks), lambda: tell)
-            execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            execute: Execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            if order.cluster is not None and order.source is not None:
+                execute = partial(on_cluster, order.cluster, order.source(works=True), workers=order.workers)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
-    return {one.work.name: tuple(one.answer(ledger.read(name)) for name in one.names) for one in works}
+    return {one.work.name: one.answers(ledger.read) for one in works}
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
@@ -279,7 +282,7 @@ def _executor(
     records: Records,
     ledger: Ledger,
     order: Order,
-) -> Callable[[Sequence[Task]], Iterator[Chunk]]:
+) -> Execute:
     """Threads of this machine, or a cluster whose workers find the same sweeps from some records."""
     if order.cluster is None or order.source is None:
         return lambda tasks: on_threads(sweeps, tasks, order.workers)
