@@ -25,7 +25,7 @@ COUNTED = (Column("of draws", align="right"), Column("of search", align="right")
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What follows from the runs."""
+    """The rankings of the laws, the indices of what is open, and the nearest choices, from all runs."""
 
     ranked: ranking.Ranked
     indices: SobolIndices
@@ -34,7 +34,7 @@ class Findings:
 
 
 def findings_of(results: Results) -> Findings:
-    """The rankings, the indices and the nearest of all runs."""
+    """The findings, computed from the runs."""
     met = {(law, target): one for law in LAWS for target, one in fits.fits_of(results, law).items()}
     return Findings(ranking.ranked(results), ranking.indices(results), met, shared(results))
 

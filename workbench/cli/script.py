@@ -176,9 +176,12 @@ class Script:
 
             try:
                 tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
+            except KeyError as error:
+                raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
+            try:
                 answers = {one.work.name: one.answers(chunks.__getitem__) for one in works}
             except KeyError as error:
-                raise ClusterError(f"A worker asks for the record {error}, which is not here: it differs.") from None
+                raise ClusterError(f"A worker asks in a work for {error}, which is not here: it differs.") from None
             sweeps = study.resolved({**tuned, **answers}).sweeps
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 

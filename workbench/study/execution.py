@@ -39,7 +39,7 @@ Answers = dict[str, tuple[Any, ...]]
 
 @dataclass(frozen=True)
 class Records:
-    """The sweeps of tunings, and the names of records, from which a worker of a cluster makes the other sweeps again."""
+    """The sweeps of tunings, and the names of records, from which workers of a cluster make other sweeps again."""
 
     searched: tuple[CompiledSweep, ...] = ()
     names: tuple[str, ...] = ()

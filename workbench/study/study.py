@@ -14,7 +14,7 @@ from workbench.study.live.knob import Knob
 from workbench.study.outcome import Case as Case
 from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
-from workbench.study.tuning import Tuned, Tuning
+from workbench.study.tuning import Tuning
 from workbench.study.work import Work
 from workbench.validation.refusals import seed, several
 from workbench.validation.signatures import door
