@@ -30,8 +30,9 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
-    "sobol_bars",
+    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform Work side_by_side "
+    "sobol sobol_bars",
+    "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",

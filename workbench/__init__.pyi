@@ -57,6 +57,7 @@ from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table,
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
@@ -65,6 +66,7 @@ from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
 
 __version__: str
 __all__ = [
@@ -95,6 +97,7 @@ __all__ = [
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
+    "LoopLimits",
     "Manipulator",
     "Observer",
     "Ode",
@@ -136,6 +139,7 @@ __all__ = [
     "Uniform",
     "UnscentedKalmanFilter",
     "WayPoints",
+    "Work",
     "block",
     "c_code",
     "effort",
@@ -143,6 +147,7 @@ __all__ = [
     "export",
     "fmu",
     "initial",
+    "largest_setting",
     "layout",
     "lead_lag",
     "linearize",

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -150,11 +151,12 @@ def _check_place(call: str, joint: int, size: int, case: str) -> None:
 @dataclass(frozen=True, eq=False)
 @door
 class Results:
-    """The outcomes of a study, by scenario and law, the samples of its sweeps, and the findings of its tunings."""
+    """The outcomes of a study's cases, the samples of its sweeps, its tunings' findings, and its works' answers."""
 
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()
     tunings: tuple[Tuned, ...] = ()
+    works: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
         if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
@@ -173,6 +175,11 @@ class Results:
         """The findings of the tuning of that name."""
         held = {one.name: one for one in self.tunings}
         return held[known(name, held, "tunings of this study")]
+
+    @door
+    def work(self, name: str) -> tuple[Any, ...]:
+        """The answers of the work of that name, in the order of its items."""
+        return self.works[known(name, self.works, "works of this study")]
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:

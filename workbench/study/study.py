@@ -15,6 +15,7 @@ from workbench.study.outcome import Case as Case
 from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
 from workbench.study.tuning import Tuned, Tuning
+from workbench.study.work import Work
 from workbench.validation.refusals import seed, several
 from workbench.validation.signatures import door
 
@@ -24,7 +25,7 @@ ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuni
 @dataclass(frozen=True, eq=False)
 @door
 class Study:
-    """A question, the cases, sweeps and tunings that answer it, and the sections of its report.
+    """A question, the cases, sweeps, tunings and works that answer it, and the sections of its report.
 
     Attributes
     ----------
@@ -41,6 +42,9 @@ class Study:
         then keeps a ledger of them.
     cases, sweeps
         As they are, or a function that makes them from what the tunings found, by the tunings' names.
+    works
+        Functions of the study's own, each computed once for some items, after all else; or a function that makes them
+        from the results so far. `results.work(name)` has the answers.
     live
         The numbers of its cases that a reader of the page can turn; without any, the factors of its sweeps are
         offered, and with None the page stays as it is printed.
@@ -64,6 +68,7 @@ class Study:
     sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Tuned]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
+    works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
@@ -80,6 +85,8 @@ class Study:
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
         self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
+        if not callable(self.works):
+            self._check_names("sweeps, trials and works", [*names, *(one.name for one in self.works)])
         if self.cases and "cases" in names:
             raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
 
@@ -96,3 +103,14 @@ class Study:
                 call = f"Study({part}=...)(tuned)"
                 made[part] = several(call, answer(call, make, tuned), kind)
         return replace(self, **made)
+
+    @door
+    def works_from(self, results: Results) -> tuple[Work, ...]:
+        """The works, which may follow from the results of all else."""
+        make = self.works
+        if not callable(make):
+            return make
+        call = "Study(works=...)(results)"
+        works: tuple[Work, ...] = several(call, answer(call, make, results), Work)
+        replace(self, works=works)  # refuses a name that is taken
+        return works
