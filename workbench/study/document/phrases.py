@@ -186,6 +186,13 @@ def source_of(cell: Cell) -> Source | None:
     return value.source if isinstance(value, Measured | Diverged | Missing) else None
 
 
+def head_of(source: Source) -> str:
+    """A source as the head of a column: law, scenario, signal or metric with its unit, and run."""
+    unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
+    parts = (source.law, source.scenario, f"{source.words}{unit}", f"run {source.run[:16]}")
+    return clean_text(" | ".join(part for part in parts if part))
+
+
 def check_name(kind: str, name: str) -> None:
     """Refuse a name that could not be that of a file or folder, or would lead out of its place."""
     if not (isinstance(name, str) and re.fullmatch(r"[a-z0-9_]{1,80}", name)):
