@@ -32,6 +32,7 @@ _ROOMS = {
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform Work side_by_side "
     "sobol sobol_bars",
+    "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",

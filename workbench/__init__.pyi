@@ -57,6 +57,7 @@ from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table,
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
@@ -96,6 +97,7 @@ __all__ = [
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
+    "LoopLimits",
     "Manipulator",
     "Observer",
     "Ode",
@@ -145,6 +147,7 @@ __all__ = [
     "export",
     "fmu",
     "initial",
+    "largest_setting",
     "layout",
     "lead_lag",
     "linearize",
