@@ -196,6 +196,15 @@ def test_a_table_that_a_study_makes_of_cells_says_below_what_must_be_said_of_the
     assert page.tables[0].notes == below
 
 
+def test_a_law_of_which_two_things_must_be_said_in_two_scenarios_is_named_with_each(results):
+    ode = replace(results.outcomes[0].ode, notes=("a truth",))
+    other = replace(results.outcomes[2], ode=replace(ode, notes=("a truth", "a long step")))
+    rows = tuple((cell(o, "RMSE"), cell(o, "effort")) for o in (replace(results.outcomes[0], ode=ode), other))
+    table = Table("t", "T.", (Column("RMSE"), Column("effort")), rows)
+    dagger = "first \N{DAGGER}"
+    assert table.notes == (f"{dagger} (speed): a truth.", f"{dagger} (again): a truth; a long step.")
+
+
 def test_a_cell_in_place_of_a_number_says_why_and_moves_too():
     never = case("slow", 1.0)
     run = replace(never.run, metrics=(wb.settling_time(band=1e-9),))
