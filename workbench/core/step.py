@@ -5,29 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar
 
 import casadi as ca
 
 from workbench.core.crossing import Crossing, plain, refuse_strangers
 from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
+from workbench.core.methods import METHODS, RK4, Method, runge_kutta
 from workbench.core.ode import Ode
 from workbench.core.switches import NEAR, Switches
-from workbench.validation.refusals import Array, require, seconds, whole
+from workbench.validation.refusals import one_of, require, seconds, whole
 from workbench.validation.signatures import door
-
-X = TypeVar("X", ca.SX, Array)
-Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
-
-# The classical Runge-Kutta method: its nodes c_j, the part of h k_j that leads from x to the next stage, and the
-# weights of k_j in x+, in parts of DIVISOR.
-NODES = (0.0, 0.5, 0.5, 1.0)
-AHEAD = (0.5, 0.5, 1.0, 0.0)
-WEIGHTS = (1.0, 2.0, 2.0, 1.0)
-DIVISOR = 6.0
-# Its amplification on x' = lambda x: R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24, highest power first.
-RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +58,7 @@ class Segments:
 class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
-    The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
+    The rate is dx/dt of the first n entries, which take a Runge-Kutta step; n may be 0. The update is the
     next value of the other entries; the rate knows none of them. y holds from t_k on. Update and y may have symbols of
     `crossings`, as what a computer makes of its readings has; the rate may not. Where a switch lies within a step, the
     first entries are what the segments make instead.
@@ -92,6 +81,7 @@ class Rule:
     crossings: tuple[Crossing, ...] = ()  # in the order in which their values are made
     m: ca.SX = field(default_factory=lambda: ca.SX.sym("m"))  # of the middle of the step in s, (1, 1)
     segments: Segments | None = None  # None where no switch is known
+    method: Method = RK4  # by which the first entries move
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
@@ -139,7 +129,7 @@ class Rule:
         if not n:
             return update
         f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
-        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h, self.method), update)
 
     def plain(self, expression: ca.SX) -> ca.SX:
         """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
@@ -154,7 +144,7 @@ class Rule:
     @property
     def operations(self) -> int:
         """The number of operations of a step, roughly."""
-        return int(self.parts.n_instructions()) * (len(NODES) if self.rate.numel() else 1)
+        return int(self.parts.n_instructions()) * (len(self.method.nodes) if self.rate.numel() else 1)
 
     @property
     def written_out(self) -> Rule:
@@ -261,13 +251,30 @@ def rk4(ode: Ode, h: float) -> Step:
     (0.001, ('omega', 'i'))
     """
     ode = require("rk4(ode=...)", ode, Ode)
-    return Step(seconds("rk4(h=...)", h), ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
+    return _step(ode, seconds("rk4(h=...)", h), RK4)
+
+
+@door
+def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
+    """The step of length h [s] for `ode` by a method of the name "rk4" or "stabilised", as pilot runs choose it.
+
+    Raises
+    ------
+    ValueError
+        If there is no such method, or h is not a positive finite number.
+    """
+    one_of("runge_kutta_step(method=...)", method, METHODS)
+    return _step(ode, seconds("runge_kutta_step(h=...)", h), METHODS[method])
+
+
+def _step(ode: Ode, h: float, method: Method) -> Step:
+    return Step(h, ode.states, ode.parameters, ode.outputs, _rule(ode, method), ode, method.amplification)
 
 
 @lru_cache(maxsize=64)
-def _rk4(ode: Ode) -> Rule:
+def _rule(ode: Ode, method: Method) -> Rule:
     h, k, switches = ca.SX.sym("h"), ca.SX.sym("k"), ode.switches
-    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
+    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output, method=method)
     if not switches.known:
         return rule
     segments = Segments.of(switches, k * h, h, ode.x, ode.x)
@@ -280,14 +287,3 @@ def held_at(
     """A rate in t, m, x and p as a function of (t, x, p), with the middle of the step in the place of m."""
     f = ca.Function("f", [t, x, p, m], [rate])
     return lambda time, state, parameters: f(time, state, parameters, middle)
-
-
-def runge_kutta(f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float) -> X:
-    """x(t + h) from x(t), expressions or arrays, by the classical Runge-Kutta method, for x' = f(t, x, p)."""
-    stage: X = x
-    total: Any = 0.0
-    for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
-        rate = f(t + node * h, stage, p)
-        stage, total = x + ahead * h * rate, total + weight * rate
-    end: X = x + h / DIVISOR * total
-    return end

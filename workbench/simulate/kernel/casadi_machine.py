@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.step import held_at, runge_kutta
+from workbench.core.methods import runge_kutta
+from workbench.core.step import held_at
 from workbench.simulate.job import Job, Progress
 from workbench.validation.refusals import Array
 
@@ -88,7 +89,7 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
     begin, span = k * step.h + parts.s, end - parts.s
     f = held_at(begin + span / 2, rule.m, rule.t, x, p, parts.rate)
     held = ca.vertcat(k, p, parts.s, x)
-    moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span))
+    moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span, rule.method))
     segment, wait = (ca.Function("segment", [held], [made], options) for made in (moved, held))
     v, place = ca.MX.sym("v", held.numel()), 1 + p.numel()
     many = segment
