@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 import casadi as ca
@@ -29,6 +29,8 @@ class Method:
     weights: tuple[float, ...]  # w_j
     divisor: float  # D
     amplification: tuple[float, ...]
+    gain: float = 1.1  # in the length of the step, from which on it pays in the place of the classical method
+    corners: bool = False  # True if a step is divided at corners of the rate, as it is at its switches in time
 
 
 # Hairer, Norsett and Wanner (1993), Solving Ordinary Differential Equations I, section II.1.
@@ -55,7 +57,14 @@ STABILISED = Method(
     5.787882433970981,
     (0.019, 1 / 6, 1 / 2, 1.0, 1.0),
 )
-METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILISED)}
+RESTARTED = replace(
+    RK4,
+    name="restarted",
+    about="the classical Runge-Kutta method, restarted at corners",
+    corners=True,
+    gain=1.5,
+)
+METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILISED, RESTARTED)}
 
 
 def runge_kutta(

@@ -19,8 +19,10 @@ from workbench.core.methods import METHODS, runge_kutta
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
+from workbench.core.segments import Segments
 from workbench.core.shapes import Drawing
-from workbench.core.step import Rule, Segments, Step, held_at
+from workbench.core.state_corners import corners_of
+from workbench.core.step import Rule, Step, held_at
 from workbench.core.switches import Switches
 from workbench.validation.refusals import MOST, one_of, seconds, whole
 from workbench.validation.signatures import door
@@ -187,8 +189,9 @@ class Sampled:
             *(ca.SX(0, 1), x, output, self.crossings),
             method=by,
         )
-        if switches.known:
-            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
+        corners = corners_of(flow) if by.corners else None
+        if switches.known or corners is not None:
+            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps, corners)
             rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
         finer = partial(self.step, 2 * substeps, method) if 2 * substeps <= MOST_SUBSTEPS else None

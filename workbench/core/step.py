@@ -14,43 +14,10 @@ from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
 from workbench.core.methods import METHODS, RK4, Method, runge_kutta
 from workbench.core.ode import Ode
-from workbench.core.switches import NEAR, Switches
+from workbench.core.segments import Segments
+from workbench.core.state_corners import corners_of
 from workbench.validation.refusals import one_of, require, seconds, whole
 from workbench.validation.signatures import door
-
-
-@dataclass(frozen=True, eq=False)
-class Segments:
-    """The parts of a step from switch to switch, each a classical Runge-Kutta step of the first n states.
-
-    A segment begins at the offset s [s] from t_k and ends at `end`; the first begins at 0 with the states `start`, the
-    last ends at `length`.
-    """
-
-    s: ca.SX  # symbol of the offset, (1, 1)
-    start: ca.SX  # (n, 1), in h, k, t, x, p and w
-    rate: ca.SX  # (n, 1), in t, m, x and p; m is the middle of the segment
-    end: ca.SX  # in s, (1, 1), in h, k, s, x and p; x is the state at s
-    length: ca.SX  # of the step in s, (1, 1), in h
-    first: ca.SX  # the offset of the first switch, or the length, (1, 1), in h, k, t, x, p and w
-    switches: Switches
-
-    @staticmethod
-    def of(switches: Switches, begin: ca.SX, length: ca.SX, x: ca.SX, start: ca.SX, substeps: int = 1) -> Segments:
-        """The segments of a step from `begin` on, which end at its switches and at its substeps."""
-        s = ca.SX.sym("s")
-        at = switches.after(begin, s, length)
-        first = ca.substitute(at, ca.vertcat(s, x), ca.vertcat(0, start))
-        if substeps > 1:
-            near, h = NEAR * (begin + length), length / substeps
-            grid = (ca.floor((s + near) / h) + 1) * h
-            at = ca.if_else(grid < at - near, grid, at)
-        return Segments(s, start, switches.rate, at, length, first, switches)
-
-    @property
-    def parts(self) -> list[ca.SX]:
-        """All that a kernel makes of them, as `graph.stepped` reads it."""
-        return [ca.densify(part) for part in (self.first, self.length, self.end, self.start, self.rate)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,7 +81,8 @@ class Rule:
         """The parts of its segments as a CasADi function of `symbols` and s, if it has any."""
         if self.segments is None:
             return None
-        return ca.Function("workbench_segments", [*self.symbols, self.segments.s], self.segments.parts)
+        ends = [] if self.segments.e is None else [self.segments.e]
+        return ca.Function("workbench_segments", [*self.symbols, self.segments.s, *ends], self.segments.parts)
 
     @cached_property
     def next(self) -> ca.SX:
@@ -256,7 +224,7 @@ def rk4(ode: Ode, h: float) -> Step:
 
 @door
 def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
-    """The step of length h [s] for `ode` by a method of the name "rk4" or "stabilised", as pilot runs choose it.
+    """The step of length h [s] for `ode` by a method by its name, as pilot runs choose it.
 
     Raises
     ------
@@ -275,9 +243,10 @@ def _step(ode: Ode, h: float, method: Method) -> Step:
 def _rule(ode: Ode, method: Method) -> Rule:
     h, k, switches = ca.SX.sym("h"), ca.SX.sym("k"), ode.switches
     rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output, method=method)
-    if not switches.known:
+    corners = corners_of(ode) if method.corners else None
+    if not switches.known and corners is None:
         return rule
-    segments = Segments.of(switches, k * h, h, ode.x, ode.x)
+    segments = Segments.of(switches, k * h, h, ode.x, ode.x, corners=corners)
     return replace(rule, rate=switches.rate, m=switches.m, segments=segments)
 
 

@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.methods import METHODS, RK4, STABILISED
+from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED, Method
+from workbench.core.state_corners import corners_of
 from workbench.core.switches import DENSEST
 from workbench.simulate.batch import run_step
 from workbench.simulate.stability import longest_steps, modes_at
@@ -26,7 +27,8 @@ DOUBLINGS, SUBSTEPS = 12, 7  # of the number of steps; of substeps of a period, 
 AIM = 0.7  # of the tolerance, at which the error model aims
 MARGIN = 0.9  # of the longest stable step that was found, as a run is looked at in a few states only
 STATES = 6  # of a run at which its modes are looked at
-GAIN = 1.1  # in the length of the step, from which on another method pays
+GAIN = 1.1  # in the length of the step, that stability alone takes
+LEAST_FALL = 0.4  # of the error to a quarter of the step, where restarts restore the order of the method
 GROWTH = 1.25  # of the number of steps, where a trial fails
 
 # (h, method) -> the step of length h [s], or that of a sampling period with substeps of length h.
@@ -44,7 +46,7 @@ class Choice:
     """
 
     h: float  # s; of a sampled loop the substep
-    method: str  # "rk4" or "stabilised", as `runge_kutta_step` takes it
+    method: str  # "rk4", "stabilised" or "restarted", as `runge_kutta_step` takes it
     tolerance: float
     error: float  # the largest in the pilot runs at h
     of: str  # what has it: a metric, or a state
@@ -87,7 +89,7 @@ class Pilots:
     unit: float
     seed: int = 0
     arithmetic: str | None = None
-    methods: tuple[str, ...] = (RK4.name, STABILISED.name)
+    methods: tuple[str, ...] = tuple(METHODS)
 
     @property
     def parts(self) -> int:
@@ -124,7 +126,7 @@ class Look(NamedTuple):
     """Pilot runs at a step and at half of it."""
 
     steps: int  # in a unit
-    method: str
+    method: Method
     error: float
     of: str
     fine: Trajectories
@@ -135,7 +137,7 @@ def search_step(pilots: Pilots, tolerance: float) -> Choice:
 
     The number of steps is doubled until the error is kept; between the last two an error that falls with a power of the
     step says where that is, and runs there prove it. Where stability alone asks for short steps, the stabilised method
-    is tried.
+    is tried; where the error does and the rate has corners, the one that restarts there.
 
     Raises
     ------
@@ -144,51 +146,76 @@ def search_step(pilots: Pilots, tolerance: float) -> Choice:
     """
     run = lru_cache(maxsize=6)(pilots.run)
 
-    def look(count: int, method: str = RK4.name) -> Look:
-        fine, coarse = run(2 * count, method), run(count, method)
-        return Look(count, method, *pilots.errors(fine, coarse), fine)
+    def look(steps: int, method: Method) -> Look:
+        fine, coarse = run(2 * steps, method.name), run(steps, method.name)
+        return Look(steps, method, *pilots.errors(fine, coarse), fine)
 
-    def kept(count: float, end: float, method: str = RK4.name) -> Look | None:
-        """The first number of steps from `count` on, in small ratios, below `end`, at which the tolerance is kept."""
-        while (steps := pilots.rounded(count)) < end:
-            if (trial := look(steps, method)).error <= tolerance:
-                return trial
-            count = GROWTH * steps
-        return None
-
-    most = pilots.first * 2 ** (pilots.doublings - 1)
-    before, found = None, look(pilots.first)
-    while not found.error <= tolerance:
-        if found.steps >= most:
-            raise ValueError(_refusal(pilots, found, tolerance))
-        before, found = found, look(2 * found.steps)
-    order = nan if before is None else _order(before.error, found.error)
+    search, first = _Search(pilots, look, tolerance), pilots.first
+    most = first * 2 ** (pilots.doublings - 1)
+    found, order = search.by(RK4, first, most)
     modes = _modes(found.fine)
-    stable = {name: pilots.unit / (MARGIN * _longest(modes, name)) for name in METHODS}
-    if before is not None:
-        least = found.steps * (found.error / (AIM * tolerance)) ** (1 / (order if isfinite(order) else RK4.order))
-        found = kept(max(least, before.steps + pilots.parts, stable[RK4.name]), found.steps) or found
-    if stable[RK4.name] > found.steps:
-        found = kept(stable[RK4.name], most) or look(most)
-    if STABILISED.name in pilots.methods and stable[RK4.name] * GAIN >= found.steps:
-        found = kept(max(pilots.first, stable[STABILISED.name]), found.steps / GAIN, STABILISED.name) or found
-    if not found.error <= tolerance:  # at a shorter step than one that kept it
+    longest = {name: MARGIN * _longest(modes, name) for name in METHODS}
+    stable = {name: pilots.rounded(max(first, pilots.unit / h)) for name, h in longest.items()}
+    if found.error <= tolerance and found.steps < stable[RK4.name]:
+        found, order = search.by(RK4, stable[RK4.name], most)
+    cornered = corners_of(found.fine.step.flow) is not None
+    for method in METHODS.values():
+        bound = found.steps <= GAIN * stable[RK4.name]  # by stability
+        if method.name in pilots.methods and (method is STABILISED if bound else method is RESTARTED and cornered):
+            most = found.steps if found.error <= tolerance else most
+            other = search.by(method, stable[method.name], int(most / method.gain))
+            if other[0].error <= tolerance and other[0].steps * method.gain <= most:
+                found, order = other
+    if not found.error <= tolerance:
         raise ValueError(_refusal(pilots, found, tolerance))
     return Choice(
         h=pilots.unit / found.steps,
-        method=found.method,
+        method=found.method.name,
         tolerance=tolerance,
         error=found.error,
         of=found.of,
         order=order,
-        limit=_longest(modes, found.method),
+        limit=_longest(modes, found.method.name),
         pilots=len(pilots.p),
     )
 
 
+class _Search(NamedTuple):
+    """The search of the longest step of a method that keeps a tolerance."""
+
+    pilots: Pilots
+    look: Callable[[int, Method], Look]
+    tolerance: float
+
+    def by(self, method: Method, first: int, most: int) -> tuple[Look, float]:
+        """The look at the smallest number of steps found from `first` on that keeps the tolerance, and the order there.
+
+        It is the last look that does not keep it where none up to `most` does, or where restarts restore no order.
+        """
+        before, found, order = None, self.look(first, method), nan
+        errors = [inf, inf, found.error]
+        while not found.error <= self.tolerance:
+            lost = method is RESTARTED and errors[-1] > LEAST_FALL * errors[-3]
+            if 2 * found.steps > most or lost:
+                return found, order
+            before, found = found, self.look(2 * found.steps, method)
+            errors.append(found.error)
+            order = _order(before.error, found.error)
+        if before is None:
+            return found, order
+        power = order if isfinite(order) else method.order
+        steps = found.steps * (found.error / (AIM * self.tolerance)) ** (1 / power)
+        steps = self.pilots.rounded(max(steps, before.steps + 1))
+        while steps < found.steps:
+            if (trial := self.look(steps, method)).error <= self.tolerance:
+                return trial, order
+            steps = self.pilots.rounded(GROWTH * steps)
+        return found, order
+
+
 def _order(rough: float, fine: float) -> float:
     """The power of the step with which an error falls as it is halved; NaN where no number says it."""
-    return max(log(rough / fine, 2), 0.5) if isfinite(rough) and fine > 0 else nan
+    return max(log(rough / fine, 2), 0.5) if isfinite(rough) and isfinite(fine) and fine > 0 else nan
 
 
 def _refusal(pilots: Pilots, found: Look, tolerance: float) -> str:

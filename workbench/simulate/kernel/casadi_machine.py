@@ -85,7 +85,9 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
     def at_begin(value: ca.SX) -> ca.SX:
         return ca.substitute(rule.plain(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
 
-    end, length = at_begin(parts.end), at_begin(parts.length)
+    end, length, passed = at_begin(parts.end), at_begin(parts.length), parts.first
+    if parts.e is not None:
+        passed = ca.substitute(passed, parts.e, rule.next[: parts.e.numel()])
     begin, span = k * step.h + parts.s, end - parts.s
     f = held_at(begin + span / 2, rule.m, rule.t, x, p, parts.rate)
     held = ca.vertcat(k, p, parts.s, x)
@@ -97,7 +99,7 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
         goes_on = ca.Function.if_else("goes_on", many, wait)(v[place] < step.h, v)
         many = ca.Function("segments", [v], [goes_on]).fold(AT_ONCE)
     symbols = [k, rule.x, p, rule.w]
-    first = ca.Function("first", symbols, [ca.vertcat(at_begin(parts.first) < length)], options)
+    first = ca.Function("first", symbols, [ca.vertcat(at_begin(passed) < length)], options)
     start = ca.Function("start", symbols, [ca.vertcat(k, p, 0, at_begin(parts.start))], options)
     arguments = [ca.MX.sym(symbol, like.numel()) for symbol, like in zip("kxpw", symbols, strict=True)]
     last = many(start(*arguments))

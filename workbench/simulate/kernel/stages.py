@@ -19,11 +19,11 @@ def stepped(graph: Graph, rates: int, method: Method, segments: Graph | None = N
     before = {i: nodes.add("x", entry=i) for i in sorted(needed.union(range(rates)))}
     after = _advanced(graph, graph.results, _Span(nodes), before, rates, method)
     if segments is not None:
-        after += _segmented(segments, nodes, method)
+        after += _segmented(segments, nodes, method, after)
     return Graph(tuple(nodes.held), tuple(after))
 
 
-def _segmented(graph: Graph, nodes: Nodes, method: Method) -> list[int]:
+def _segmented(graph: Graph, nodes: Nodes, method: Method, after: Sequence[int]) -> list[int]:
     """The truth that a step has several segments, and the states at the begin of the first; then one from s and z.
 
     Of that one: the truth that another follows, the offset at which it ends, and the states there.
@@ -31,7 +31,7 @@ def _segmented(graph: Graph, nodes: Nodes, method: Method) -> list[int]:
     first, length, end, *others = graph.results
     n, whole = len(others) // 2, _Span(nodes)
     before = {node.entry: nodes.add("x", entry=node.entry) for node in graph.nodes if node.op == "x"}
-    first, length, *start = _put(graph, (first, length, *others[:n]), nodes, whole, 0.0, before)
+    first, length, *start = _put(graph, (first, length, *others[:n]), nodes, whole, 0.0, before, after)
     state = {i: nodes.add("z", entry=i) for i in range(n)}
     s = nodes.add("s")
     (end,) = _put(graph, (end,), nodes, whole, 0.0, state)
@@ -90,9 +90,15 @@ def _plus(nodes: Nodes, weight: float, rate: int, so_far: int) -> int:
 
 
 def _put(
-    graph: Graph, results: Sequence[int], nodes: Nodes, span: _Span, node: float, state: Mapping[int, int]
+    graph: Graph,
+    results: Sequence[int],
+    nodes: Nodes,
+    span: _Span,
+    node: float,
+    state: Mapping[int, int],
+    after: Sequence[int] = (),
 ) -> list[int]:
-    """The places of some results once their graph is among other nodes, at `node` of a span and with this state."""
+    """The places of some results once their graph is among others, at `node` of a span, this state, and x+ `after`."""
     new: dict[int, int] = {}
     for place in graph.before(results):
         op, operands, value, entry = graph.nodes[place]
@@ -100,6 +106,8 @@ def _put(
             new[place] = span.time(0.5 if op == "m" else node)
         elif op == "x":
             new[place] = state[entry]
+        elif op == "e":
+            new[place] = after[entry]
         else:
             new[place] = nodes.add(op, tuple([new[i] for i in operands]), value, entry)
     return [new[place] for place in results]
