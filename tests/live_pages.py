@@ -116,7 +116,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
         )
         curves += [
             {"figure": f"figure_{panel}", "panel": 0, "series": number, "loop": number, "x": "t", "y": ["y", panel],
-             "rows": [0, rows + 1]}
+             "rows": [0, rows + 1], "scales": [1, 1]}
             for panel in range(outputs)
         ]  # fmt: skip
     turned = [
@@ -125,7 +125,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
         for name, unit, path, low, high, log in knobs
     ]  # fmt: skip
     return {
-        "format": 1,
+        "format": 2,
         "study": "small",
         "knobs": turned,
         "loops": made,

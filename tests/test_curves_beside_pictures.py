@@ -10,12 +10,14 @@ from test_page import document
 
 from workbench.metrics import rmse
 from workbench.notation.formula import symbol
-from workbench.report.figures.curves import curves_csv
+from workbench.report.figures.figure_csv import figure_csv
 from workbench.report.folder import write
 from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
-from workbench.study.pictures.traces import Window, traces
+from workbench.study.document.figure import Tiles
+from workbench.study.marks import bars, points
+from workbench.study.pictures.traces import Window, curve, traces
 from workbench.study.study import Case, Study
 
 T = np.array([0.0, 0.1, 0.2])
@@ -28,7 +30,7 @@ class Loop:
 
 
 def columns(figure):
-    head, *rows = csv.reader(io.StringIO(curves_csv(figure)))
+    head, *rows = csv.reader(io.StringIO(figure_csv(figure)))
     return {name: [row[i] for row in rows] for i, name in enumerate(head)}
 
 
@@ -57,7 +59,7 @@ def test_curves_of_other_times_have_a_column_of_theirs_and_one_of_many_points_is
     t = np.linspace(0, 10, 20_001)
     found = list(
         csv.reader(
-            io.StringIO(curves_csv(Figure("f", "", (Panel("y", (Series("a", t, np.sin(t)), Series("b", T, T))),))))
+            io.StringIO(figure_csv(Figure("f", "", (Panel("y", (Series("a", t, np.sin(t)), Series("b", T, T))),))))
         )
     )
     assert found[0] == ["time [s]", "a: y", "time [s]", "b: y"]
@@ -66,14 +68,15 @@ def test_curves_of_other_times_have_a_column_of_theirs_and_one_of_many_points_is
 
 
 def test_no_head_is_run_as_a_formula():
-    assert curves_csv(Figure("f", "", (Panel("y", (Series("=1+1", T, T),)),))).startswith("time [s],'=1+1: y")
+    assert figure_csv(Figure("f", "", (Panel("y", (Series("=1+1", T, T),)),))).startswith("time [s],'=1+1: y")
 
 
-def test_a_figure_without_curves_has_none():
-    assert (
-        curves_csv(Figure("f", "", (Panel("", (Bars("", [0.0, 1.0], [1.0, 2.0], [0.0, 0.0]),), ynames=("a", "b")),)))
-        == ""
-    )
+def test_bars_have_a_column_of_names_beside_their_numbers_and_tiles_have_none():
+    bars = Bars("ours", [0.2, 1.2], [1.0, np.nan], [0.0, 0.0])
+    found = columns(Figure("f", "", (Panel("", (bars,), "RMSE [rad]", ynames=("=a", "b")),)))
+    assert found == {"ours: RMSE [rad], of": ["'=a", "b"], "ours: RMSE [rad]": ["1.0", ""]}
+    tiles = Tiles("", ((("1",), ("2",)),), np.zeros((1, 2)))
+    assert figure_csv(Figure("f", "", (Panel("", (tiles,), ynames=("a",)),))) == ""
 
 
 def test_a_report_writes_the_curves_beside_the_picture_and_is_replaced_with_them(tmp_path):
@@ -90,6 +93,33 @@ def laws(count, style=0):
 
 def drawn(outcomes):
     return traces("f", "", outcomes, "e", 0, "e", [Window(0.0, 1.0)]).panels[0].series
+
+
+def test_the_head_of_a_result_says_law_scenario_signal_unit_and_run():
+    outcome = laws(1)[0]
+    window = Window(0.0, 0.5)
+    lines = (
+        curve(outcome, "e", 0, window, "any label"),
+        curve(outcome, "x", 0, window, over=("e", 0), unit=(1e3, "mm")),
+        curve(outcome, "x", 0, window, seconds=(1e3, "ms")),
+    )
+    run = f"run {outcome.digest[:16]}"
+    panels = tuple(Panel("y", (line,), "time [s]") for line in lines)
+    assert list(columns(Figure("f", "", panels, columns=3))) == [
+        *("(a) time [s]", f"(a) law 0 | S | e | {run}"),
+        *(f"(b) law 0 | S | e | {run}", f"(b) law 0 | S | x [mm] | {run}"),
+        *("(c) time [s]", f"(c) law 0 | S | x | {run}"),
+    ]
+
+
+def test_bars_and_points_of_results_say_law_scenario_metric_unit_and_run_one_by_one():
+    outcomes = laws(2)
+    of = [f"law {k} | S | RMSE of e | run {outcomes[k].digest[:16]}" for k in range(2)]
+    row = columns(Figure("f", "", (Panel("", (bars("", outcomes, "RMSE"),), "RMSE", ynames=("a", "b")),)))
+    assert row == {"RMSE, of": of, "RMSE": [repr(o.score("RMSE", 0)[0]) for o in outcomes]}
+    cloud = columns(Figure("f", "", (Panel("up", (points("", outcomes, "RMSE", "RMSE"),), "across"),)))
+    assert [*cloud] == ["across, of", "across", "up, of", "up"]
+    assert cloud["up, of"] == of
 
 
 def test_two_laws_in_one_figure_never_share_a_style():

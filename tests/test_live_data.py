@@ -19,12 +19,13 @@ from workbench.metrics.value_program import Program
 from workbench.report.html_page import html
 from workbench.report.number_text import measured
 from workbench.study import case_runs, writeup
-from workbench.study.document.document import Bars, Column, Figure, Measured, Panel, Points, Section, Series, Table
+from workbench.study.document.document import Bars, Column, Figure, Panel, Points, Section, Series, Table
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
 from workbench.study.live.marches import plain, switches
-from workbench.study.pictures.traces import loops_section
+from workbench.study.marks import bars, cell, points
+from workbench.study.pictures.traces import Window, curve, loops_section
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()
@@ -44,12 +45,13 @@ def page(results):
     outcome = results.outcomes[0]
     omega = outcome.signal("omega", 0)
     lines = (
-        Series("omega", outcome.t, omega),
-        Series("late", outcome.t[50:], omega[50:]),
-        Series("in rev/min", outcome.t, omega * 30 / np.pi),
-        Series("v over i", outcome.signal("plant.i", 0), outcome.signal("v_applied", 0)),
+        curve(outcome, "omega", label="omega"),
+        curve(outcome, "omega", window=Window(0.5, 1.0), label="late"),
+        curve(outcome, "omega", label="in rev/min", unit=(30 / np.pi, "1/min")),
+        curve(outcome, "v_applied", label="v over i", over=("plant.i", 0)),
+        Series("by hand", outcome.t, omega),
     )
-    rows = [(o.label, *(Measured(*o.score(m, 0)) for m in ("RMSE", "effort")), 0.123) for o in results.outcomes]
+    rows = [(o.label, cell(o, "RMSE"), cell(o, "effort"), 0.123) for o in results.outcomes]
     table = Table("scores", "Scores.", tuple(map(Column, ("law", "RMSE", "effort", "other"))), tuple(rows))
     return [Section("All", (Figure("speed", "Speed.", (Panel("omega", lines),)), table))]
 
@@ -60,17 +62,18 @@ def data_of(*cases, live=(KP,), sections=page, **more):
     return live_data(study, results, writeup.document(study, results, "command"), "small.py")
 
 
-def test_a_curve_is_live_if_it_is_a_signal_to_the_bit():
+def test_a_curve_is_live_if_it_was_made_of_a_signal():
     curves = {curve["series"]: curve for curve in data_of()["curves"]}
-    assert sorted(curves) == [0, 1, 3]  # not the one in other units
-    assert curves[0]["x"] == "t"
+    assert sorted(curves) == [0, 1, 2, 3]  # not the one that a study wrote by hand, although it has the same bits
+    assert (curves[0]["x"], curves[0]["scales"]) == ("t", (1.0, 1.0))
     assert curves[1]["rows"] == (50, 101)
-    assert (curves[3]["x"][0], curves[3]["y"]) == ("x", ("y", 0))  # the only output that is shown
+    assert curves[2]["scales"] == (1.0, 30 / np.pi)
+    assert (curves[3]["x"][0], curves[3]["y"]) == ("x", ("y", 0))  # the only output that is no state
 
 
-def test_a_cell_is_live_if_it_is_a_score_with_its_error():
+def test_a_cell_is_live_if_it_was_made_of_a_score():
     data = data_of(case(), case("stiffer PI", 100.0), live=(Knob("K", "controller.Kp", 0.1, 10.0, share=True),))
-    # both laws have the same bits, and the row says whose they are
+    # both laws have the same bits
     assert [(cell["row"], cell["column"], cell["loop"], cell["metric"]) for cell in data["cells"]] == [
         (0, 1, 0, 0),
         (0, 2, 0, 1),
@@ -84,13 +87,13 @@ def panels_of(*panels):
     return lambda results: [Section("All", (Figure("f", "F.", tuple(make(results.outcomes) for make in panels)),))]
 
 
-def bars_of(*names, label="ours", metric="RMSE"):
-    """A panel with a bar of a score for each law, and another bar beside it that is none."""
+def bars_of(order, *names, metric="RMSE"):
+    """A panel with a bar of a score for each law in an order, and another bar beside it that is none."""
 
     def panel(outcomes):
-        ends = np.array([outcome.score(metric, 0)[0] for outcome in outcomes])
-        rows, start = np.arange(len(ends)), np.zeros(len(ends))
-        marks = Bars("printed", rows - 0.2, 1.01 * ends, start), Bars(label, rows + 0.2, ends, start)
+        ordered = [outcomes[k] for k in order]
+        mine = bars("ours", ordered, metric, places=np.arange(len(order)) + 0.2)
+        marks = Bars("printed", mine.places - 0.4, mine.ends, mine.starts), mine
         return Panel("", marks, f"{metric} [1]", ynames=names)
 
     return panel
@@ -100,8 +103,8 @@ TWINS = (case(), case("stiffer PI", 100.0))  # whose scores have the same bits
 SHARE = (Knob("K", "controller.Kp", 0.1, 10.0, share=True),)
 
 
-def test_a_bar_is_live_if_its_end_is_a_score_of_the_law_of_its_row():
-    data = data_of(*TWINS, live=SHARE, sections=panels_of(bars_of("stiffer PI", "PI")))
+def test_a_bar_is_live_if_it_was_made_of_a_score_whatever_stands_beside_it():
+    data = data_of(*TWINS, live=SHARE, sections=panels_of(bars_of((1, 0), "PI", "one of many names")))
     assert [(mark["series"], mark["index"], mark["loop"]) for mark in data["marks"]] == [(1, 0, 1), (1, 1, 0)]
     assert {(mark["figure"], mark["panel"], mark["axis"], mark["metric"]) for mark in data["marks"]} == {
         ("f", 0, "x", 0)
@@ -109,18 +112,19 @@ def test_a_bar_is_live_if_its_end_is_a_score_of_the_law_of_its_row():
     assert len(data["loops"]) == 2  # which no curve and no cell asks for
 
 
-def test_a_bar_that_may_be_of_several_laws_or_of_none_stays_printed():
-    assert data_of(*TWINS, live=SHARE, sections=panels_of(bars_of("one", "other"))) is None  # no loop is shown
+def test_a_whole_number_is_live_by_its_source_and_never_without():
     jump = case(metrics=(wb.peak_error(),))  # 1 rad/s, as much else may be
-    assert data_of(jump, sections=panels_of(bars_of("one", metric="peak error"))) is None
-    assert len(data_of(jump, sections=panels_of(bars_of("PI", metric="peak error")))["marks"]) == 1
+    assert len(data_of(jump, sections=panels_of(bars_of((0,), "one", metric="peak error")))["marks"]) == 1
+    by_hand = [Panel("", (Bars("ours", [0.0], [1.0], [0.0]),), "peak error", ynames=("PI",))]
+    assert data_of(jump, sections=panels_of(lambda outcomes: by_hand[0])) is None  # no loop is shown
 
 
-def test_a_point_is_live_along_each_axis_whose_number_is_a_score():
+def test_a_point_is_live_along_each_axis_that_was_made_of_a_score():
     def panel(outcomes):
-        x, y = (np.array([outcome.score(m, 0)[0] for outcome in outcomes]) for m in ("RMSE", "effort"))
-        named = Points("", x, y, ("PI", "stiffer PI"))
-        return Panel("effort [V]", (named, Points("PI", x[:1], 2 * y[:1]), Points("nobody", x[1:], y[1:])), "RMSE")
+        both = points("", outcomes, "RMSE", "effort", names=("stiffer PI", "PI"))  # which says nothing
+        x_alone = tuple((pair[0], None) for pair in both.sources[:1])
+        marks = both, Points("PI", both.x[:1], 2 * both.y[:1], sources=x_alone), Points("by hand", both.x, both.y)
+        return Panel("effort [V]", marks, "RMSE")
 
     data = data_of(*TWINS, live=SHARE, sections=panels_of(panel))
     found = [tuple(mark[key] for key in ("series", "index", "axis", "loop", "metric")) for mark in data["marks"]]
@@ -128,7 +132,7 @@ def test_a_point_is_live_along_each_axis_whose_number_is_a_score():
 
 
 def test_the_data_are_plain_and_say_what_is_not_finite_in_words():
-    assert json.loads(json.dumps(data_of(), allow_nan=False))["format"] == 1
+    assert json.loads(json.dumps(data_of(), allow_nan=False))["format"] == 2
     assert plain(np.array([1.5, np.inf, -np.inf, np.nan])) == [1.5, "Infinity", "-Infinity", "NaN"]
 
 
@@ -170,7 +174,7 @@ def test_a_loop_that_no_browser_can_run_stays_printed_and_the_page_says_why():
 
     def sections(results):
         outcome = results.outcomes[0]
-        return [Section("All", (Figure("x", "x.", (Panel("x", (Series("x", outcome.t, outcome.signal("x", 0)),)),)),))]
+        return [Section("All", (Figure("x", "x.", (Panel("x", (curve(outcome, "x"),)),)),))]
 
     data = data_of(Case("s", "odd", run), live=(Knob("a", "a", 0.5, 2.0),), sections=sections)
     assert data["loops"] == data["curves"] == []

@@ -207,7 +207,7 @@ def test_a_page_shows_the_scores_of_loops_that_are_turned_and_on_as_bars(tmp_pat
     data = data_of(LOOPS, 1e-3, 2.0, 0.01, KNOBS)
     place = {"panel": 0, "series": 7, "axis": "x", "metric": 0}
     data["curves"] = []
-    data["marks"] = [place | {"figure": "figure_0", "index": k, "loop": k, "number": 1} for k in range(2)]
+    data["marks"] = [place | {"figure": "figure_0", "index": k, "loop": k, "number": 1, "scale": 1.0} for k in range(2)]
     with open_page(write_page(tmp_path, data), "#knobs=phi:0.2,Kd:50") as page:
         told = "(window.told ?? []).map((mark) => [mark.panel, mark.series, mark.index, mark.axis, String(mark.value)])"
         page.value(

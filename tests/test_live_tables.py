@@ -235,7 +235,9 @@ PAGE = """<!DOCTYPE html><html><head><meta charset="utf-8"><style>%s</style></he
 <td data-cell="99">8</td></tr>
 </tbody></table><pre id="seen"></pre><script>%s
 const data = {
-  cells: [0, 1, 2, 3].map((i) => ({ table: "t", column: 1 + i %% 2, loop: i >> 1, metric: i %% 2, number: 0 })),
+  cells: [0, 1, 2, 3].map((i) => {
+    return { table: "t", column: 1 + i %% 2, loop: i >> 1, metric: i %% 2, number: 0, scale: 1 };
+  }),
   loops: [
     { label: "a", scores: [[[1.234, 0.005]], [[0.12, 0.01]]] },
     { label: "b", scores: [[[11.2, 0.1]], [[NaN, NaN]]] },

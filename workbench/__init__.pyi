@@ -15,7 +15,7 @@ from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
 from workbench.loop import AbstractReference as Reference
-from workbench.loop import ClosedLoop, Instruments, open_loop
+from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
 from workbench.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.observers import (
     ExtendedKalmanFilter,
@@ -26,9 +26,11 @@ from workbench.observers import (
     UnscentedKalmanFilter,
 )
 from workbench.plants import (
+    Backlash,
     BuckConverter,
     CartPole,
     DCMotor,
+    DeadZone,
     Disturbed,
     Equipped,
     FirstOrder,
@@ -40,6 +42,7 @@ from workbench.plants import (
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
+    Quantiser,
     RateLimit,
     Saturation,
     SingleTrackVehicle,
@@ -54,6 +57,7 @@ from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table,
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
@@ -62,9 +66,11 @@ from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "Cascade",
@@ -73,6 +79,8 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DeadZone",
+    "DigitalLoop",
     "Disturbed",
     "Equipped",
     "ExtendedKalmanFilter",
@@ -89,6 +97,7 @@ __all__ = [
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
+    "LoopLimits",
     "Manipulator",
     "Observer",
     "Ode",
@@ -102,6 +111,7 @@ __all__ = [
     "PulseTrain",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "Ramp",
     "RateLimit",
     "Reference",
@@ -129,6 +139,7 @@ __all__ = [
     "Uniform",
     "UnscentedKalmanFilter",
     "WayPoints",
+    "Work",
     "block",
     "c_code",
     "effort",
@@ -136,6 +147,7 @@ __all__ = [
     "export",
     "fmu",
     "initial",
+    "largest_setting",
     "layout",
     "lead_lag",
     "linearize",

@@ -13,7 +13,8 @@ from workbench.loop import ClosedLoop
 from workbench.notation.formula import symbol
 from workbench.observers import PrintedFilter
 from workbench.study.document.document import Figure, Itemize, Paragraph, Section
-from workbench.study.document.phrases import Cell, Column, Diverged, Measured, Table
+from workbench.study.document.phrases import Cell, Column, Table
+from workbench.study.marks import cell
 from workbench.study.pictures.traces import Window, components
 from workbench.study.study import Outcome, Results
 
@@ -114,7 +115,7 @@ def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], note
         named = f"{run.case.law}: {run.case.scenario}" if several else run.case.law  # a table in parts repeats it
         gone, places = run.diverged_at, [(metric, j) for metric in ("RMSE (43)", "late error") for j in (0, 1)]
         floor = float(np.nanmin(gain_floor(run))) if gone is None else None
-        scores = (Measured(*run.score(*place)) if gone is None else Diverged(gone) for place in places)
+        scores = (cell(run, *place) for place in places)
         rows.append((named, *times_lost(run), floor, *scores))
     columns = (
         Column(head),

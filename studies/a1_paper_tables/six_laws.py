@@ -11,8 +11,9 @@ from studies.paper.laws import rival
 from workbench.loop import ClosedLoop
 from workbench.notation.formula import symbol
 from workbench.study.document.document import Bars, Figure, Itemize, Panel, Paragraph, Section
-from workbench.study.document.phrases import Cell, Column, Measured, Table
+from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.evidence.law_tables import against_published, ranking, side_by_side
+from workbench.study.marks import bars, cell
 from workbench.study.pictures.traces import Window, components, traces
 from workbench.study.study import Outcome, Results
 
@@ -68,14 +69,14 @@ def rmse_figure(results: Results) -> Figure:
     """The two published tables as bars, beside ours."""
     rows, start = np.arange(len(LAWS)), np.zeros(len(LAWS))
     panels = []
-    for (scenario, joint), column in PUBLISHED.items():
+    for (scenario, _), column in PUBLISHED.items():
         printed = np.array([column.values[law] for law in LAWS])
-        ours = np.array([run.score("RMSE (43)", joint - 1)[0] for run in six(results, scenario).values()])
-        bars = (
+        ours = [*six(results, scenario).values()]
+        both = (
             Bars("printed", rows - 0.2, printed, start, 0, thick=0.35),
-            Bars("ours", rows + 0.2, ours, start, 1, thick=0.35),
+            bars("ours", ours, column.metric, column.signal, rows + 0.2, 1, thick=0.35),
         )
-        panels.append(Panel("", bars, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
+        panels.append(Panel("", both, "RMSE (43) [rad]", ynames=LAWS, title=column.where))
     caption = (
         "RMSE (43) as printed, and as run here: AOSMC-RGS with four slips repaired, the rivals with gains of ours, as "
         "the paper states none."
@@ -130,7 +131,7 @@ def order_section(results: Results) -> Section:
     rows: list[tuple[Cell, ...]] = []
     for K in (None, *FIRM):
         smc = {scenario: six(results, scenario, K)["SMC"] for scenario in SCENARIOS}
-        scores = (Measured(*smc[scenario].score("RMSE (43)", joint)) for scenario, joint in PLACES)
+        scores = (cell(smc[scenario], "RMSE (43)", joint) for scenario, joint in PLACES)
         reached = (f"{reaching_time(run):.2f}" for run in smc.values())
         gain = f"{CARD['SMC: K'][0]:g}, assumed" if K is None else f"{K:g}"
         rows.append((gain, *scores, *reached, " / ".join(map(str, tally(results, K)))))

@@ -8,10 +8,9 @@ import numpy as np
 
 from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
-from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
 from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import AbstractController, ClosedLoop
+from workbench.loop import AbstractController, ClosedLoop, DigitalLoop
 from workbench.metrics import sampled_rmse
 from workbench.observers import Luenberger
 from workbench.study.contract import Run, Sweep
@@ -145,14 +144,14 @@ def loop(law: str, scenario: str) -> ClosedLoop:
     return ClosedLoop(plant(scenario), observer, controller, reference)
 
 
-def relayed(law: str, one: ClosedLoop) -> ClosedLoop | ComputedLoop:
+def relayed(law: str, one: ClosedLoop) -> ClosedLoop | DigitalLoop:
     """A loop as searches and draws run it: a rival that switches by a computer, as an implicit relay once in `PERIOD`.
 
     That keeps s as near to zero as the boundary layer does, whatever the gain, at steps at which the layer chatters.
     """
     if law in (PROPOSED, PID):
         return one
-    return ComputedLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)
+    return DigitalLoop(replace(one, controller=replace(one.controller, saturation="implicit")), PERIOD)
 
 
 Scale: TypeAlias = Literal["linear", "log"]

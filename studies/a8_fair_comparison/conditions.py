@@ -9,9 +9,8 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.card import CARD
-from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import REFERENCES
-from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, Instruments
+from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, DigitalLoop, Instruments
 from workbench.metrics import AbstractMetric, effort, rmse, total_variation
 from workbench.metrics.contract import Integral
 from workbench.plants import Friction, Manipulator
@@ -72,7 +71,7 @@ class Scenario:
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
-    def loop(self, observer: AbstractObserver, controller: AbstractController) -> ComputedLoop:
+    def loop(self, observer: AbstractObserver, controller: AbstractController) -> DigitalLoop:
         closed = ClosedLoop(self.plant, observer, controller, self.reference)
         instruments = Instruments.of(
             closed.plant,
@@ -80,7 +79,7 @@ class Scenario:
             quantum={"q": self.quantum},
             limit={"tau": (-np.array(self.limit), np.array(self.limit))},
         )
-        return ComputedLoop(closed, self.period, instruments, self.slow > 1)
+        return DigitalLoop(closed, self.period, instruments, self.slow > 1)
 
 
 FIRST, SECOND = REFERENCES["FS"], REFERENCES["SS"]
@@ -123,7 +122,7 @@ def first_estimates(observer: AbstractObserver) -> list[str]:
     return [name for name in observer.memory.names if name.split(".")[-1] == "q_hat"]
 
 
-def uncertain(scenario: Scenario, loop: ComputedLoop) -> tuple[Factor, ...]:
+def uncertain(scenario: Scenario, loop: DigitalLoop) -> tuple[Factor, ...]:
     """The factors that are drawn anew in each run of a loop."""
     starts = ("plant.q", *(f"observer.{path}" for path in first_estimates(loop.loop.observer)))
     return (

@@ -11,7 +11,6 @@ import numpy as np
 
 from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
-from studies.paper.computed_loop import ComputedLoop
 from studies.paper.laws import ARM, RIVALS
 from workbench.controllers import (
     PID,
@@ -22,7 +21,7 @@ from workbench.controllers import (
     StateFeedback,
     WithCompensation,
 )
-from workbench.loop import AbstractController, AbstractObserver
+from workbench.loop import AbstractController, AbstractObserver, DigitalLoop
 from workbench.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
 from workbench.study.uncertainty.distributions import LogUniform
 from workbench.study.uncertainty.factors import Factor
@@ -238,7 +237,7 @@ class Entrant:
         )
         return (*own, *self.given.tuned)
 
-    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> ComputedLoop:
+    def loop(self, scenario: Scenario, numbers: Mapping[str, float] | None = None) -> DigitalLoop:
         """The law with these numbers in a scenario, or with those that a1 assumes."""
         law = WithCompensation(self.law.block) if self.compensated else self.law.block
         observer = self.given.observer

@@ -10,7 +10,7 @@ import numpy as np
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
-from studies.paper.computed_loop import ComputedLoop
+from workbench.loop import DigitalLoop
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
     Judgement,
@@ -78,7 +78,7 @@ def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple
     return tuple(one for one in entrants if one in least or one.name == PROPOSED)
 
 
-def sweep(name: str, loop: ComputedLoop, scenario: Scenario) -> Sweep:
+def sweep(name: str, loop: DigitalLoop, scenario: Scenario) -> Sweep:
     """A loop over the draws of a scenario, the same for all."""
     factors = uncertain(scenario, loop)
     design = MonteCarlo(len(factors), DRAWS, DRAWN)

@@ -11,7 +11,9 @@ from studies.b3_any_plant.loops import COMPUTER, LAWS, called, indices, loop, ma
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from workbench.loop import roles
 from workbench.study import Figure, Results, Section, Table, sobol_bars
-from workbench.study.document.document import Cell, Column, Measured, Panel, Series
+from workbench.study.document.document import Cell, Column, Panel, Series
+from workbench.study.marks import cell
+from workbench.study.pictures.traces import curve
 
 SHORT = 0.1  # s: shorter runs are told in ms
 FIRST = ("planar quadrotor", HARD)  # the pictures that open the page
@@ -47,11 +49,6 @@ def scale_of(setting: Setting) -> tuple[float, str]:
 
 def summary_table(results: Results) -> Table:
     """Margins, errors and settling times, two rows a plant."""
-
-    def score(setting: Setting, law: str, metric: str, scale: float = 1.0) -> Cell:
-        value, error = results[setting.name, law].score(f"{metric} of {setting.main}", 0)
-        return Measured(scale * value, scale * error) if np.isfinite(value) and np.isfinite(error) else "never"
-
     rows = []
     for setting in SETTINGS:
         scale, second = scale_of(setting)
@@ -59,8 +56,9 @@ def summary_table(results: Results) -> Table:
         for name, law in zip((setting.name, units), LAWS, strict=True):
             (disk, delay), both = margins(setting, law), (law, f"{law} {COMPUTER}")
             periods: Cell = delay / setting.period if np.isfinite(delay) else "any"
-            errors = (score(setting, each, "RMSE") for each in both)
-            settling = (score(setting, each, "settling time", scale) for each in both)
+            runs = [results[setting.name, each] for each in both]
+            errors = (cell(run, f"RMSE of {setting.main}") for run in runs)
+            settling = (cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
             rows.append((name, law, disk, periods, *errors, *settling))
     columns = (
         Column("plant"),
@@ -161,8 +159,8 @@ def picture(setting: Setting, results: Results) -> Figure:
     for name, unit in ((setting.main, setting.plant.outputs[setting.main].unit), (port.name, port.unit)):
         for where in ("", f" {COMPUTER}"):
             runs = [(law, results[setting.name, f"{law}{where}"]) for law in LAWS]
-            look = "steps" if where and name == port.name else "line"
-            series = [Series(law, scale * run.t, run.signal(name, 0), run.case.style, look) for law, run in runs]
+            look, seconds = "steps" if where and name == port.name else "line", (scale, second)
+            series = [curve(run, name, 0, None, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
             if name == setting.main:
                 ends = scale * runs[0][1].t[[0, -1]]
                 series.append(Series("wanted", ends, np.full(2, setting.wanted[name]), "reference"))

@@ -16,9 +16,10 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from workbench.study.compiled import CompiledSweep
-from workbench.study.execution import Arithmetics, Record, compile_sweeps
+from workbench.study.execution import compile_sweeps
 from workbench.study.executors import ClusterError
 from workbench.study.ledger.chunk import Chunk
+from workbench.study.order import Arithmetics, Record
 from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning

@@ -8,6 +8,7 @@ from workbench.loop.arm_ports import AbstractArmController, AbstractArmObserver
 from workbench.loop.closed_loop import ClosedLoop, open_loop
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.dependence import roles
+from workbench.loop.digital_loop import DigitalLoop
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant
 from workbench.loop.linear_filter import LinearFilter
@@ -23,6 +24,7 @@ __all__ = [
     "AbstractPlant",
     "AbstractReference",
     "ClosedLoop",
+    "DigitalLoop",
     "Follows",
     "Inputs",
     "Instruments",

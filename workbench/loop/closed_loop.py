@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import casadi as ca
 
@@ -20,7 +21,7 @@ from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
 from workbench.loop.port_checks import refuse_misfits, refuse_odd_ports, refuse_shared_names
-from workbench.loop.sampled_loop import FINE, digital
+from workbench.loop.sampled_loop import FINE, INTEGRATORS, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
 from workbench.validation.signatures import door
@@ -138,6 +139,7 @@ class ClosedLoop:
         instruments: AbstractInstruments | None = None,
         *,
         delay: bool | float | Mapping[str, float] = False,
+        waiting: Mapping[str, Any] | None = None,
         integrator: str = "declared",
         name: str = "loop",
         inputs: bool = False,
@@ -149,16 +151,15 @@ class ClosedLoop:
         the estimates and the reference of that instant; its command, limited, is held until t_(k+1) while the plant
         moves. Then observer and law move their memories by their `methods`; the observer counts on the command that is
         held. A block with a `period` of its own, a whole multiple of this one, runs once in that. The outputs are those
-        of `ode`, of which estimates and the law's own signals are held as the command is ('hold.tau', 'hold.q_hat', ...
-        of an arm).
+        of `ode`; commands, estimates and the law's own signals are held ('hold.tau', 'hold.q_hat', ... of an arm).
 
         Parameters
         ----------
         instruments
             Noise and steps of the readings, limits of the commands; without any, readings are exact.
-        delay
+        delay, waiting
             True if a command waits a period; or how many, a whole number for all inputs, or one for each that is named.
-            Commands wait at 'hold.next.2', ..., 'hold.next', and first come those that are there at the start.
+            Commands wait at 'hold.next.2', ..., 'hold.next'. First come those `waiting` by input, else the inputs' own.
         integrator
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.
@@ -169,16 +170,16 @@ class ClosedLoop:
         ------
         ValueError
             If the period is no positive finite number, or does not divide that of a block; the instruments are none or
-            for another plant; the delay is no whole number of periods; the integrator is neither of the two; the law
-            calls a signal of its own as the loop calls one; or signals from outside meet the inputs of a plant in
-            discrete time.
+            for another plant; the delay is no whole number of periods; a waiting command has another shape or no delay;
+            the integrator is neither of the two; the law calls a signal of its own as the loop calls one; or signals
+            from outside meet the inputs of a plant in discrete time.
         LookupError
-            If a delay is for a name that is no input of the plant.
+            If a delay or a waiting command is for a name that is no input of the plant.
         """
-        fine = one_of("ClosedLoop.digital(integrator=...)", integrator, ("declared", "fine")) == "fine"
+        fine = one_of("ClosedLoop.digital(integrator=...)", integrator, INTEGRATORS) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
         outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
-        queue = Queue.of(self.plant.inputs, delay)
+        queue = Queue.of(self.plant.inputs, delay, waiting)
         gauges = Instruments() if instruments is None else instruments
         _refuse_wrong_sign(self, lambda loop: digital(loop, length, gauges, queue, 0, name, Outside()), recursion=True)
         return digital(self, length, gauges, queue, FINE if fine else 0, name, outside)

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import casadi as ca
+import numpy as np
 
-from workbench.core import Layout, Signals
+from workbench.core import Entry, Layout, Signals
 from workbench.core.port import one_entry
-from workbench.validation.refusals import as_number, known, refusal
+from workbench.validation.refusals import as_array, as_number, known, refusal
 
 NEXT = "hold.next"  # the commands that wait for the next instant; 'hold.next.2' those for the one behind it
 MOST_PERIODS = 1000  # each is a state for every input
@@ -20,16 +21,26 @@ MOST_PERIODS = 1000  # each is a state for every input
 class Queue:
     """The commands on their way to the plant, a place for each of the `periods` that an input waits."""
 
-    inputs: Layout
+    inputs: Layout  # their defaults are the commands that wait at the start
     periods: Mapping[str, int]
 
     @staticmethod
-    def of(inputs: Layout, delay: bool | float | Mapping[str, float]) -> Queue:
-        """The queue of `ClosedLoop.digital(delay=...)`: so many periods of all inputs, or of those that are named."""
-        if not isinstance(delay, Mapping):
-            return Queue(inputs, dict.fromkeys(inputs.names, _periods(float(delay))))
-        named = {known(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()}
-        return Queue(inputs, dict.fromkeys(inputs.names, 0) | named)
+    def of(
+        inputs: Layout, delay: bool | float | Mapping[str, float], waiting: Mapping[str, object] | None = None
+    ) -> Queue:
+        """The queue of `ClosedLoop.digital(delay=..., waiting=...)`."""
+        if isinstance(delay, Mapping):
+            named = {known(name, inputs.names, "inputs of the plant"): _periods(count) for name, count in delay.items()}
+            periods = dict.fromkeys(inputs.names, 0) | named
+        else:
+            periods = dict.fromkeys(inputs.names, _periods(float(delay)))
+        first = {known(name, inputs.names, "inputs of the plant"): value for name, value in (waiting or {}).items()}
+        if idle := [name for name in first if not periods[name]]:
+            raise ValueError(
+                f"`ClosedLoop.digital(waiting=...)` is for commands that wait, and '{idle[0]}' acts at once: leave it "
+                "out, or give it a `delay`."
+            )
+        return Queue(Layout(tuple(_starting(entry, first) for entry in inputs.entries)), periods)
 
     @cached_property
     def places(self) -> dict[str, Layout]:
@@ -57,6 +68,18 @@ class Queue:
             moved[name] = ca.vertcat(*(acts[each] for each in inputs.names))
             acts = acts | inputs.view(x[name])
         return acts, moved
+
+
+def _starting(entry: Entry, first: Mapping[str, object]) -> Entry:
+    """The entry of an input with the command that waits at the start as its default."""
+    if entry.name not in first:
+        return entry
+    value = as_array(first[entry.name])
+    one = value is not None and value.size == 1  # for all numbers of the input, or of an input that is one number
+    if value is None or not (one or value.shape == entry.shape) or not np.isfinite(value).all():
+        must = f"finite numbers of the shape {entry.shape} of '{entry.name}', or one for all"
+        raise refusal("ClosedLoop.digital(waiting=...)", must, first[entry.name])
+    return replace(entry, default=np.full(entry.shape, value.item()) if one else value)
 
 
 def _periods(count: object) -> int:

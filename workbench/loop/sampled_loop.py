@@ -23,6 +23,7 @@ from workbench.loop.surroundings import AbstractInstruments
 from workbench.loop.wiring import SOCKETS, Blocks
 
 FINE = 16  # steps of Runge-Kutta a period: stable up to 44 / period, where (34) at 500 N m and 4 ms has 23
+INTEGRATORS = ("declared", "fine")
 
 
 def digital(

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.report import pdf
-from workbench.report.figures import curves_of, sheets
+from workbench.report.figures import numbers_of, sheets
 from workbench.report.html_page import GENERATOR, html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
@@ -23,7 +23,7 @@ from workbench.study.ledger.ownership import FOLDER, stranger_in
 PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(
     r"index\.html|report\.pdf|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
-    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
+    rf"runs/[a-z0-9_]+\.(csv|parquet|mat|json)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
 )
 
 
@@ -39,8 +39,8 @@ def write(
 ) -> Path:
     """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
 
-    A figure that has its `numbers`, or curves, gets a `figures/*.csv` too; `beside` are further files by their paths,
-    and `live` are the data with which the page is live.
+    A figure that has its `numbers`, or curves, bars or points, gets a `figures/*.csv` too; `beside` are further files
+    by their paths, and `live` are the data with which the page is live.
 
     All is written to a hidden folder within the target, from where each file takes the place of the earlier one by a
     rename, `index.html` last; so at every moment each file is whole. If a step fails, all earlier files come back. If
@@ -74,10 +74,7 @@ def _contents(document: Document, live: Mapping[str, Any] | None) -> dict[str, b
         printed = beside.submit(pdf.compiled, pdf.data(document, pictures))
         texts = {"index.html": html(document, drawn, live)}
         texts |= {f"figures/{name}.svg": drawing for name, drawing in pictures.items()}
-        texts |= {f"figures/{name}.csv": points for name, points in curves_of(document).items()}
-        for figure in document.figures:
-            if figure.numbers is not None:
-                texts[f"figures/{figure.name}.csv"] = to_csv(figure.numbers)
+        texts |= {f"figures/{name}.csv": numbers for name, numbers in numbers_of(document).items()}
         for table in document.tables:
             texts[f"tables/{table.name}.csv"] = to_csv(table)
             texts[f"tables/{table.name}.tex"] = to_latex(table)

@@ -20,6 +20,7 @@ _FILES = {
     "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign morris quantiles sobol tornado",
     "uncertainty.distributions": "LogNormal LogUniform Normal Triangular Uniform",
     "uncertainty.factors": "Factor",
+    "work": "Work",
 }
 _HOMES = {name: file for file, names in _FILES.items() for name in names.split()}
 __all__ = sorted(_HOMES)

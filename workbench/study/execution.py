@@ -1,34 +1,37 @@
-"""Execution of a study: its tunings, then its sweeps, chunk by chunk into a ledger, and from there its samples."""
+"""Execution of a study: its tunings, sweeps and works, piece by piece into a ledger, and from there its results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from workbench.simulate.arithmetic import signature
+from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
+from workbench.study.definitions import Definitions
+from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
-from workbench.study.ledger.about import UNUSED, About, SweepAbout, is_chunk
+from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, Task, Tell
+from workbench.study.order import Order, check_options
 from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
 from workbench.study.tuning.checkpoint import tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
-from workbench.validation.refusals import whole
+from workbench.study.work import CompiledWork, Work, compile_work
 
 NAMED = 3  # sweeps that a message names
 
-Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
-Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
 ArithmeticOf = Callable[[str], str | None]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 
@@ -37,74 +40,46 @@ class Stopped(KeyboardInterrupt):
     """The interruption of a study by Ctrl-C, with the chunks that are kept."""
 
 
-def _ignore(*told: object) -> None:
-    """The ear of those who need not be told."""
-    del told
-
-
-def _no_bar(name: str) -> AbstractContextManager[Tell]:
-    """A bar that shows nothing."""
-    del name
-    return nullcontext(_ignore)
-
-
-@dataclass(frozen=True)
-class Order:
-    """The options with which a study is run."""
-
-    script: Path
-    samples: int | None = None
-    workers: int | None = None
-    cluster: str | None = None
-    arithmetic: str | None = None  # without it that of the ledger, or of this machine
-    fresh: bool = False
-    yes: bool = False
-    only_report: bool = False  # computes nothing: what is missing is refused
-    acknowledge: Callable[[Chunk], None] = _ignore  # told each chunk once it is durable
-    say: Callable[[str], None] = _ignore
-    # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings
-    source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
-    # a place, by the name of the study, where one is told how far the runs are
-    bar: Callable[[str], AbstractContextManager[Tell]] = _no_bar
-
-
 @contextmanager
 def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Results]]:
-    """The study with its cases known, and the results of its tunings and sweeps, computed where the ledger lacks them.
+    """The study with its cases known, and the results of all that it declares, computed where the ledger lacks them.
 
     The ledger in the folder `out` stays locked until the report is written.
     """
-    _check_options(study, order)
-    if not (study.sweeps or study.tunings):
+    check_options(study, order)
+    if not (study.sweeps or study.tunings or study.works):
         _leave(study, out, order)
-        yield study, Results()
+        yield study, Results(order.run_cases(study))
         return
     arithmetic_of = _arithmetics(out, order)
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
     sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-    _afford([*searched, *sweeps], out, order)
+    works = () if callable(study.works) else _compiled_works(study.works)
+    _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop_tables()
         about = About.of(study.name, order.script, ledger.out, order.samples)
+        about = replace(about, works=_about_works(works), more=callable(study.works))
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later = callable(study.sweeps)
         study = study.resolved(tuned)
         if later:
             sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-            _afford(sweeps, out, order)
+            _afford(sweeps, works, out, order)
         records = searched if later else ()  # from which a worker makes the sweeps again
-        samples = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
+        samples, about = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
         results = Results(samples=samples, tunings=tuple(tuned.values()))
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
-        yield study, results
+        results = replace(results, outcomes=order.run_cases(study))
+        yield study, replace(results, works=_answers(study, results, ledger, order, about))
 
 
 def _leave(study: Study, out: Path, order: Order) -> None:
-    """Have a ledger of earlier sweeps say that the study no longer has any."""
+    """Have a ledger of earlier sweeps and works say that the study no longer has any."""
     about = store.about_in(out)
     if about is None:
         return
@@ -113,28 +88,12 @@ def _leave(study: Study, out: Path, order: Order) -> None:
         with store.opened(out) as ledger:
             ledger.drop_tables()
             ledger.describe(now)
-            if unused := now.unused(ledger.names):
-                order.say(UNUSED.format(count=unused, out=out))
+            _say_unused(now, ledger, order)
 
 
-def _check_options(study: Study, order: Order) -> None:
-    """Refuse options about sweeps for a study without any, and others that exclude each other."""
-    for name in ("workers", "samples"):
-        if (count := getattr(order, name)) is not None:
-            whole(f"--{name}", count)
-    searched = bool(study.tunings)
-    options = (
-        ("--samples", order.samples, False),
-        ("--workers", order.workers, searched),
-        ("--cluster", order.cluster, searched),
-    )
-    for option, value, used in options:
-        if value is not None and not (study.sweeps or used):
-            raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
-    if order.workers is not None and order.cluster not in (None, LOCAL) and not searched:
-        raise ValueError(
-            f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
-        )
+def _say_unused(about: About, ledger: Ledger, order: Order) -> None:
+    if unused := about.unused(ledger.names):
+        order.say(UNUSED.format(count=unused, out=ledger.out))
 
 
 def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
@@ -182,9 +141,18 @@ def compile_sweeps(
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
-def _afford(sweeps: Sequence[CompiledSweep], out: Path, order: Order) -> None:
+def _compiled_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
+    definitions = Definitions()
+    return tuple(compile_work(work, definitions) for work in works)
+
+
+def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
+    return tuple(WorkAbout(one.work.name, one.names) for one in works)
+
+
+def _afford(sweeps: Sequence[CompiledSweep], works: Sequence[CompiledWork], out: Path, order: Order) -> None:
     if not (order.yes or order.only_report):
-        cost.check(cost.cost_of(sweeps, order.workers), out)
+        cost.check(cost.cost_of(sweeps, order.workers, works), out)
 
 
 @contextmanager
@@ -209,7 +177,7 @@ def _tuned(
             most = "at most " if any(search.tuning.settle is not None for search in searches) else ""
             needed = cost.cost_of([one for search in searches for one in search.sweeps], order.workers)
             order.say(f"{about.study}: tuning{where}, {most}{needed}.")
-            return stack.enter_context(order.bar(about.study))
+            return stack.enter_context(order.bar(about.study, "runs"))
 
         return tune_in_ledger(
             searches,
@@ -227,8 +195,8 @@ def _samples(
     ledger: Ledger,
     order: Order,
     about: About,
-) -> tuple[Sample, ...]:
-    """The sample of each sweep, from chunks of which the missing are computed."""
+) -> tuple[tuple[Sample, ...], About]:
+    """The sample of each sweep, from chunks of which the missing are computed; and the state of the study with them."""
     tasks = tasks_of(sweeps)
     own = [tuple(task.name for task in tasks if task.sweep == i) for i in range(len(sweeps))]
     arithmetics = [signature(one.arithmetic) for one in sweeps]
@@ -237,8 +205,7 @@ def _samples(
     tuned = [name for sweep in about.sweeps for name in sweep.chunks]
     now = replace(about, sweeps=(*about.sweeps, *abouts))
     ledger.describe(now)
-    if unused := now.unused(ledger.names):
-        order.say(UNUSED.format(count=unused, out=ledger.out))
+    _say_unused(now, ledger, order)
     missing = sum(task.name not in ledger for task in tasks)
     if missing and order.only_report:
         raise LookupError(
@@ -248,11 +215,36 @@ def _samples(
         there = len(tasks) - missing
         some = f"; {there} of {len(tasks)} chunks are there already." if there else "."
         order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
-        with order.bar(about.study) as tell:
+        with order.bar(about.study, "runs") as tell:
             counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
             execute = _executor(sweeps, searched, tuned, ledger, order)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
-    return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True))
+    return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True)), now
+
+
+def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> dict[str, tuple[Any, ...]]:
+    """The answers of each work by its name, read from records of which the missing are computed."""
+    works = _compiled_works(study.works_from(results))
+    now = replace(about, works=_about_works(works), more=False)
+    if about.more:
+        _afford((), works, ledger.out, order)
+        ledger.describe(now)
+        _say_unused(now, ledger, order)
+    tasks = [Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names)]
+    missing = sum(task.name not in ledger for task in tasks)
+    if missing and order.only_report:
+        raise LookupError(
+            f"{missing} of {len(tasks)} items of works are missing in '{ledger.out}': {_run_again(ledger, order)}."
+        )
+    if missing:
+        there = len(tasks) - missing
+        some = f"; {there} of {len(tasks)} items are there already." if there else "."
+        order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
+        with order.bar(about.study, "items") as tell:
+            counter = store.Counter(len(tasks), lambda: tell)
+            execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    return {one.work.name: tuple(one.answer(ledger.read(name)) for name in one.names) for one in works}
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:

@@ -2,230 +2,30 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
-
-from workbench.core import Ode, Sampled
 from workbench.core.equations import answer
-from workbench.metrics import Measurement
-from workbench.study.contract import Run, Sweep
+from workbench.study.contract import Sweep
 from workbench.study.document.document import Section
 from workbench.study.document.phrases import check_name
 from workbench.study.live.knob import Knob
-from workbench.study.sample import Sample
+from workbench.study.outcome import Case as Case
+from workbench.study.outcome import Outcome as Outcome
+from workbench.study.outcome import Results as Results
 from workbench.study.tuning import Tuned, Tuning
-from workbench.validation.refusals import Array, described, known, multiple, refusal, seed, several
+from workbench.study.work import Work
+from workbench.validation.refusals import seed, several
 from workbench.validation.signatures import door
 
-if TYPE_CHECKING:
-    import pandas as pd
-
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
-TRUTH = "\N{DAGGER}"  # beside the name of a law that uses what no instrument gives
-
-
-@dataclass(frozen=True, eq=False)
-@door
-class Case:
-    """One closed loop to be run: a law in a scenario.
-
-    Attributes
-    ----------
-    scenario, law
-        Together the name of the case.
-    run
-        Its values are taken at the step of the run, and held against those at twice that step, of which the horizon
-        and `every` are multiples: the change is their error.
-    style
-        Which line of the figures belongs to the law.
-    remark
-        Stands beside its name.
-
-    Examples
-    --------
-    >>> wb.Case("speed", "no law", wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)).name
-    'speed: no law'
-    """
-
-    scenario: str
-    law: str
-    run: Run
-    style: int = 0
-    remark: str = ""
-
-    def __post_init__(self) -> None:
-        run = self.run
-        for name in ("until", "every"):
-            if run.h is not None and (span := getattr(run, name)) is not None:
-                call, of = f"Case(run=Run({name}=...))", f"2 h, the step of the check of {described(self.name)},"
-                multiple(call, span, 2 * run.h, of)
-
-    @property
-    def name(self) -> str:
-        """Scenario and law."""
-        return f"{self.scenario}: {self.law}"
-
-
-@dataclass(frozen=True, eq=False)
-@door
-class Outcome:
-    """A case that was run: its equations and its measurement."""
-
-    case: Case
-    ode: Ode | Sampled
-    measurement: Measurement
-
-    def __repr__(self) -> str:
-        return f"<Outcome of '{self.case.name}': {self.measurement.summary}>"
-
-    @property
-    def digest(self) -> str:
-        """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
-        run, ode = self.case.run, self.ode
-        times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
-        spans = [None if span is None else float(span) for span in times]
-        seed = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()  # that of its noise
-        digest = hashlib.sha256(repr((ode.fingerprint, spans, *seed)).encode())
-        digest.update(np.concatenate([ode.parameters.default, ode.states.default]).astype("<f8").tobytes())
-        return digest.hexdigest()
-
-    @property
-    def diverged_at(self) -> float | None:
-        """The time at which the run diverged, in s."""
-        at = self.measurement.trajectories.diverged_at[0]
-        return float(at) if at == at else None
-
-    @property
-    def label(self) -> str:
-        """The law's name with its remark, marked where its observer uses the truth."""
-        name = f"{self.case.law}, {self.case.remark}" if self.case.remark else self.case.law
-        return f"{name} {TRUTH}" if self.ode.notes else name
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
-        limit, check, run = self.measurement.limits[0], self.measurement.check, self.case.run
-        how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
-        beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
-        steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
-        missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
-        methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
-        return self.ode.notes + methods + steps + beyond + missed + self.ode.switches.warnings + self.measurement.unseen
-
-    @door
-    def within(self, metric: str) -> bool | None:
-        """True if a metric keeps the tolerance of its case; None where there is none."""
-        check = self.measurement.check
-        if check is None:
-            return None
-        met = {a.metric: a.met for a in check.metrics}
-        return met[known(metric, met, f"metrics of '{self.case.name}'")]
-
-    @door
-    def score(self, metric: str, joint: int) -> tuple[float, float]:
-        """The value and error of one number of a metric, a joint of an arm."""
-        scores = self.measurement.scores
-        score = scores[known(metric, scores, f"metrics of '{self.case.name}'")]
-        _check_place(f"score('{metric}', joint)", joint, score.value.shape[1], self.case.name)
-        return float(score.value[0, joint]), float(score.error[0, joint])
-
-    @door
-    def signal(self, name: str, joint: int) -> Array:
-        """One number of an output or state over the kept times, (N,); a matrix counts row by row."""
-        values = self.measurement.trajectories[name][0]
-        rows = values.reshape(len(values), -1)
-        _check_place(f"signal('{name}', joint)", joint, rows.shape[1], self.case.name)
-        return np.asarray(rows[:, joint])
-
-    @property
-    def t(self) -> Array:
-        """The kept times, (N,), in s."""
-        return self.measurement.trajectories.t
-
-
-def _check_place(call: str, joint: int, size: int, case: str) -> None:
-    """Refuse a number that is not there; negative ones too, which would be counted from the end."""
-    if not 0 <= joint < size:
-        raise LookupError(f"`{call}` counts from 0 and knows 0 to {size - 1} in '{case}'; got {joint!r}.")
-
-
-@dataclass(frozen=True, eq=False)
-@door
-class Results:
-    """The outcomes of a study, by scenario and law, the samples of its sweeps, and the findings of its tunings."""
-
-    outcomes: tuple[Outcome, ...] = ()
-    samples: tuple[Sample, ...] = ()
-    tunings: tuple[Tuned, ...] = ()
-
-    def __getitem__(self, key: tuple[str, str]) -> Outcome:
-        if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
-            raise refusal("results[scenario, law]", "named by a scenario and a law", key)
-        held = {outcome.case.name: outcome for outcome in self.outcomes}
-        return held[known(": ".join(key), held, "cases of this study")]
-
-    @door
-    def sample(self, name: str) -> Sample:
-        """The sample of the sweep of that name."""
-        held = {sample.name: sample for sample in self.samples}
-        return held[known(name, held, "sweeps of this study")]
-
-    @door
-    def tuned(self, name: str) -> Tuned:
-        """The findings of the tuning of that name."""
-        held = {one.name: one for one in self.tunings}
-        return held[known(name, held, "tunings of this study")]
-
-    @property
-    def all_samples(self) -> tuple[Sample, ...]:
-        """The samples of the sweeps, and of all runs of the tunings."""
-        held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
-        return (*self.samples, *held)
-
-    @property
-    def rows(self) -> list[dict[str, Any]]:
-        """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
-
-        If a case has a tolerance: that too, and whether the metric is within it.
-        """
-        asked = any(outcome.case.run.tolerance is not None for outcome in self.outcomes)
-        return [
-            {
-                "scenario": outcome.case.scenario,
-                "law": outcome.case.law,
-                "metric": name,
-                "unit": unit,
-                "signal": label,
-                "value": score.value[0, number],
-                "error": score.error[0, number],
-                "diverged_at": outcome.diverged_at,
-                **({"tolerance": outcome.case.run.tolerance, "within": outcome.within(name)} if asked else {}),
-            }
-            for outcome in self.outcomes
-            for name, score in outcome.measurement.scores.items()
-            for number, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True))
-        ]
-
-    def to_frame(self) -> pd.DataFrame:
-        """The rows as a table."""
-        import pandas as pd
-
-        return pd.DataFrame(self.rows)
-
-    @door
-    def scenario(self, name: str) -> tuple[Outcome, ...]:
-        """The outcomes of one scenario in the order they were declared."""
-        return tuple(outcome for outcome in self.outcomes if outcome.case.scenario == name)
 
 
 @dataclass(frozen=True, eq=False)
 @door
 class Study:
-    """A question, the cases, sweeps and tunings that answer it, and the sections of its report.
+    """A question, the cases, sweeps, tunings and works that answer it, and the sections of its report.
 
     Attributes
     ----------
@@ -242,6 +42,9 @@ class Study:
         then keeps a ledger of them.
     cases, sweeps
         As they are, or a function that makes them from what the tunings found, by the tunings' names.
+    works
+        Functions of the study's own, each computed once for some items, after all else; or a function that makes them
+        from the results so far. `results.work(name)` has the answers.
     live
         The numbers of its cases that a reader of the page can turn; without any, the factors of its sweeps are
         offered, and with None the page stays as it is printed.
@@ -265,6 +68,7 @@ class Study:
     sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Tuned]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
+    works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
@@ -281,6 +85,8 @@ class Study:
         files = [f"{one.name}_{trial.name}{end}" for one in self.tunings for trial in one.trials for end in ENDS]
         sweeps = () if callable(self.sweeps) else self.sweeps
         self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
+        if not callable(self.works):
+            self._check_names("sweeps, trials and works", [*names, *(one.name for one in self.works)])
         if self.cases and "cases" in names:
             raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
 
@@ -297,3 +103,14 @@ class Study:
                 call = f"Study({part}=...)(tuned)"
                 made[part] = several(call, answer(call, make, tuned), kind)
         return replace(self, **made)
+
+    @door
+    def works_from(self, results: Results) -> tuple[Work, ...]:
+        """The works, which may follow from the results of all else."""
+        make = self.works
+        if not callable(make):
+            return make
+        call = "Study(works=...)(results)"
+        works: tuple[Work, ...] = several(call, answer(call, make, results), Work)
+        replace(self, works=works)  # refuses a name that is taken
+        return works

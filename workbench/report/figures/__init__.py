@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from workbench.report.table_text import to_csv
 from workbench.study.document.document import Document
 
 if TYPE_CHECKING:
@@ -28,8 +29,9 @@ def drawings(document: Document) -> dict[str, str]:
     return {name: sheet.svg for name, sheet in sheets(document).items()}
 
 
-def curves_of(document: Document) -> dict[str, str]:
-    """The points of the curves of each figure as CSV, by its name, where it has curves."""
-    from workbench.report.figures.curves import curves_csv
+def numbers_of(document: Document) -> dict[str, str]:
+    """The numbers of each figure as CSV, by its name: its own table, or those of its curves, bars and points."""
+    from workbench.report.figures.figure_csv import figure_csv
 
-    return {figure.name: text for figure in document.figures if (text := curves_csv(figure))}
+    texts = {f.name: figure_csv(f) if f.numbers is None else to_csv(f.numbers) for f in document.figures}
+    return {name: text for name, text in texts.items() if text}

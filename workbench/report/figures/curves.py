@@ -1,46 +1,12 @@
-"""The points of the curves of a figure: thinned for drawing, and as a table of numbers."""
+"""The points of the curves of a figure, thinned for drawing."""
 
 from __future__ import annotations
 
-import csv
-import io
-from itertools import zip_longest
-
 import numpy as np
 
-from workbench.report.figures.style import letter_of, points_of
-from workbench.report.table_text import plain
+from workbench.report.figures.style import points_of
 from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
-from workbench.study.run_tables import spreadsheet_text
 from workbench.validation.refusals import Array
-
-
-def curves_csv(figure: Figure) -> str:
-    """The points of all lines and bands as they are drawn, with all their digits, a column each; empty without any.
-
-    A column of an abscissa stands before those that share it. A gap is empty.
-    """
-    columns: list[tuple[str, Array]] = []
-    for i, panel in enumerate(figure.panels):
-        place, abscissa = f"{letter_of(figure, i)} ".lstrip(), np.empty(0)
-        for mark in panel.series:
-            if not isinstance(mark, Series | Band):
-                continue
-            x, *ordinates = drawn_points(mark, panel, figure)
-            if not np.array_equal(x, abscissa):
-                columns.append((f"{place}{plain(panel.xlabel)}", x))
-                abscissa = x
-            ends = (" (low)", " (high)") if isinstance(mark, Band) else ("",)
-            name = f"{plain(mark.label)}: " if mark.label else ""
-            columns += [(f"{place}{name}{plain(panel.ylabel)}{end}", y) for end, y in zip(ends, ordinates, strict=True)]
-    if not columns:
-        return ""
-    out = io.StringIO()
-    writer = csv.writer(out)
-    writer.writerow([spreadsheet_text(head) for head, _ in columns])
-    texts = (["" if value != value else repr(value) for value in column.tolist()] for _, column in columns)
-    writer.writerows(zip_longest(*texts, fillvalue=""))
-    return out.getvalue()
 
 
 def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:

@@ -5,7 +5,6 @@ No date, no running time and no path of a machine is part of a document: the sam
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -27,6 +26,7 @@ from workbench.study.document.phrases import (
     Diverged,
     Emphasis,
     Measured,
+    Missing,
     Part,
     Phrase,
     Reference,
@@ -36,6 +36,7 @@ from workbench.study.document.phrases import (
     check_name,
     parts,
 )
+from workbench.study.document.source import Source, clean_text
 from workbench.validation.refusals import known
 from workbench.validation.signatures import door
 
@@ -54,6 +55,7 @@ __all__ = [
     "Figure",
     "Itemize",
     "Measured",
+    "Missing",
     "Panel",
     "Paragraph",
     "Part",
@@ -62,6 +64,7 @@ __all__ = [
     "Reference",
     "Section",
     "Series",
+    "Source",
     "Strong",
     "Table",
     "Value",
@@ -241,15 +244,12 @@ def _walk(held: Any) -> Iterator[Any]:
         yield from _walk(item)
 
 
-_BREAKS = re.compile(r"\r\n|[\n\r\t]")
-# control characters, halves of surrogate pairs, and the two that are no characters in any file of text
-_UNREADABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-
-
 def _cleaned(held: Any) -> Any:
-    """A part of a document whose texts are clean; the very same object where all were."""
+    """A part of a document whose texts are clean; the very same object where all were, as is a source, an address."""
+    if isinstance(held, Source):
+        return held
     if isinstance(held, str):
-        clean = _UNREADABLE.sub("\ufffd", _BREAKS.sub(" ", held))
+        clean = clean_text(held)
         return held if clean == held else clean
     if isinstance(held, tuple):
         items = tuple(map(_cleaned, held))

@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.notation.formula import Formula
 from workbench.study.document.phrases import Phrase, Table, check_name
+from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, described, refusal
 from workbench.validation.signatures import door
 
@@ -43,7 +44,8 @@ class Series(AbstractCurve):
     `style` 0 to 11 fixes its look, so that one law looks the same in all figures of a report; 'reference' (what is
     wanted) and 'bound' (what is promised) stand apart from all laws. `look` draws it as a line, as steps that hold each
     value until the next, or as marks alone. Series with the same label and style share one line of the legend; the
-    label '' is left out of it. At most 600 points of a series are drawn, its extremes among them.
+    label '' is left out of it. At most 600 points of a series are drawn, its extremes among them. `sources` are the
+    results that abscissa and ordinate show, as `curve` gives them; numbers of another origin have none.
     """
 
     CURVES = ("x", "y")
@@ -52,6 +54,7 @@ class Series(AbstractCurve):
     y: Array
     style: Style = 0
     look: Literal["line", "steps", "marks"] = "line"
+    sources: tuple[Source, Source] | None = None
 
     def __post_init__(self) -> None:
         _store(self, self.CURVES, gaps=("y",))
@@ -81,7 +84,8 @@ class Bars:
     The first row is 0, at the top; a place between two numbers lets several bars share a row. An end that is NaN has
     no bar. Of `low` and `high`, the ends of intervals, NaN is not known and draws nothing, and an infinite one is
     drawn as an arrow at the edge of the panel. `shade` says how much of the colour fills a bar, from 0 to 1, `thick`
-    how much of a row it takes, and `texts` what is printed in each that has the room.
+    how much of a row it takes, and `texts` what is printed in each that has the room. `sources` are the results that
+    the ends show, None for one of another origin.
     """
 
     label: Label
@@ -94,9 +98,11 @@ class Bars:
     low: Array | None = None
     high: Array | None = None
     texts: tuple[str, ...] = ()
+    sources: tuple[Source | None, ...] = ()
 
     def __post_init__(self) -> None:
         _store(self, ("places", "ends", "starts"), gaps=("ends",), intervals=("low", "high"))
+        _check_sources(self, self.sources)
 
     @property
     def spans(self) -> Spans:
@@ -108,7 +114,10 @@ class Bars:
 @dataclass(frozen=True, eq=False)
 @door
 class Points:
-    """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`."""
+    """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`.
+
+    `sources` are the results that the abscissa and the ordinate of each point show, None for one of another origin.
+    """
 
     label: Label
     x: Array
@@ -119,9 +128,11 @@ class Points:
     xhigh: Array | None = None
     ylow: Array | None = None
     yhigh: Array | None = None
+    sources: tuple[tuple[Source | None, Source | None], ...] = ()
 
     def __post_init__(self) -> None:
         _store(self, ("x", "y"), gaps=("x", "y"), intervals=("xlow", "xhigh", "ylow", "yhigh"))
+        _check_sources(self, self.sources)
 
     @property
     def spans(self) -> Spans:
@@ -201,6 +212,16 @@ def _store(
             raise ValueError(f"`{call}` needs a {name} that is {rule}; got one that is not.")
         array.flags.writeable = False
         object.__setattr__(mark, name, array)
+
+
+def _check_sources(mark: Bars | Points, sources: tuple[object, ...]) -> None:
+    """Refuse sources that are not one for each bar or point."""
+    count = len(mark.spans[0][0])
+    if sources and len(sources) != count:
+        raise ValueError(
+            f"`{type(mark).__name__}({described(mark.label)}, sources=...)` must have a source, or None, for each of "
+            f"{count} marks, or be left out; got {len(sources)}."
+        )
 
 
 @dataclass(frozen=True, eq=False)

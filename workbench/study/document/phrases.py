@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 import re
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from workbench.notation.formula import Formula
+from workbench.study.document.source import Source, clean_text
 from workbench.validation.refusals import described, finite, refusal, whole
 from workbench.validation.signatures import door
 
@@ -51,10 +52,14 @@ def parts(phrase: Phrase) -> tuple[Part, ...]:
 @dataclass(frozen=True)
 @door
 class Measured:
-    """A value with its error, in the same unit: only the digits that the error supports are printed."""
+    """A value with its error, in the same unit: only the digits that the error supports are printed.
+
+    Its `source` is the result that it shows, None for a number of another origin.
+    """
 
     value: float
     error: float
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         advice = ": for a run that left all bounds use `Diverged(at)`, for a number that is not known None"
@@ -69,13 +74,23 @@ class Diverged:
     """A cell in place of a number that does not exist, as the run diverged `at` so many seconds."""
 
     at: float
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         finite("Diverged(at)", self.at, " of seconds")
 
 
+@dataclass(frozen=True)
+@door
+class Missing:
+    """A cell in place of a number that does not exist, with the reason in words, as 'never'."""
+
+    words: str
+    source: Source | None = field(default=None, compare=False, repr=False)
+
+
 # the kinds that a cell has most often come first, as they are tried one by one
-Value: TypeAlias = bool | int | float | Phrase | Measured | Diverged | None
+Value: TypeAlias = bool | int | float | Phrase | Measured | Diverged | Missing | None
 
 
 @dataclass(frozen=True)
@@ -112,7 +127,8 @@ class Column:
 class Table:
     """Rows of cells below named columns. The `name` becomes the stem of its files.
 
-    Cells: text, formulas, numbers, `Measured`, `Diverged`, booleans (yes or no), None (a dash); in `Emphasis` bold.
+    Cells: text, formulas, numbers, `Measured`, `Diverged`, `Missing`, booleans (yes or no), None (a dash); in
+    `Emphasis` bold. To the `notes` come those of the results that its cells show.
 
     Raises
     ------
@@ -137,6 +153,16 @@ class Table:
                 )
             for column, cell in zip(self.columns, row, strict=True):
                 self._check_number(column, bare(cell), i)
+        remarks = (remark for remark in self._remarks() if remark not in self.notes)
+        object.__setattr__(self, "notes", (*self.notes, *remarks))
+
+    def _remarks(self) -> tuple[str, ...]:
+        """The notes of the results that its cells show, each once, with the laws that it concerns."""
+        laws: dict[str, dict[str, None]] = {}
+        for source in filter(None, (source_of(cell) for row in self.rows for cell in row)):
+            if source.notes:
+                laws.setdefault("; ".join(source.notes), {})[source.title or source.law] = None
+        return tuple(clean_text(f"{', '.join(titles)}: {said}.") for said, titles in laws.items())
 
     def _check_number(self, column: Column, value: Value, row: int) -> None:
         """Refuse NaN, and a whole number that no float holds."""
@@ -152,6 +178,12 @@ class Table:
 def bare(cell: Cell) -> Value:
     """The value of a cell, without its emphasis."""
     return cell.cell if isinstance(cell, Emphasis) else cell
+
+
+def source_of(cell: Cell) -> Source | None:
+    """The result that a cell shows; None for a number of another origin, and for text."""
+    value = bare(cell)
+    return value.source if isinstance(value, Measured | Diverged | Missing) else None
 
 
 def check_name(kind: str, name: str) -> None:

@@ -9,9 +9,9 @@ from string import ascii_uppercase
 from typing import Any
 
 from workbench.core import Roles, grouped
-from workbench.metrics import AbstractMetric
-from workbench.study.document.document import Cell, Column, Diverged, Emphasis, Measured, Phrase, Table
+from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table
 from workbench.study.evidence.judgement import listed
+from workbench.study.marks import cell, metric_source
 from workbench.study.study import Outcome
 from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
 from workbench.validation.signatures import door
@@ -33,13 +33,14 @@ def side_by_side(
     caption: str,
     outcomes: Sequence[Outcome],
     metrics: Sequence[str] = (),
-    joint: int = 0,
+    signal: int | str = 0,
     notes: Sequence[str] = (),
     margin: float = 0.0,
 ) -> Table:
-    """One row a law, one column a metric, for one number of each; bold where it is below all others by `order`.
+    """One row a law, one column a metric, of one signal by its label or number; bold where it is below all others.
 
-    The metrics are all that were taken where none is named. Where a metric does not exist in a case the cell is empty.
+    The order is that of `order`. The metrics are all that were taken where none is named. Where a metric does not exist
+    in a case the cell is empty.
 
     Raises
     ------
@@ -67,37 +68,35 @@ def side_by_side(
                 f"`side_by_side('{name}', ...)` knows no metric {described(m)}.{nearest(m, taken)}{there}"
             )
     metrics = metrics or tuple(taken)
-    best = {m: _best(outcomes, m, joint, margin) for m in metrics}
+    best = {m: _best(outcomes, m, signal, margin) for m in metrics}
     about = tuple(f"{m}: {taken[m].about}." for m in metrics)
-    rows = tuple((o.label, *(_cell(o, m, joint, bold=best[m] is o) for m in metrics)) for o in outcomes)
-    remarks = _remarks(outcomes)
-    columns = (Column("law"), *(Column(m, unit=_unit(taken[m], joint), align="right") for m in metrics))
-    return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
+    rows = tuple((o.label, *(_cell(o, m, signal, bold=best[m] is o) for m in metrics)) for o in outcomes)
+    columns = (Column("law"), *(Column(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
+    return Table(name, caption, columns, rows, (" ".join(about), *notes))
 
 
-def _unit(metric: AbstractMetric, place: int) -> str:
-    return metric.units[place] if place < len(metric.units) else metric.unit
+def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
+    """The unit of a metric where it was taken first; empty where it never was."""
+    taken = (o for o in outcomes if metric in o.measurement.scores)
+    return next((metric_source(o, metric, signal).unit for o in taken), "")
 
 
-def _cell(outcome: Outcome, metric: str, joint: int, *, bold: bool) -> Cell:
-    if metric not in outcome.measurement.scores:
-        return None
-    if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at)
-    value, error = outcome.score(metric, joint)
-    if value == float("inf"):
-        return "never"
-    if value != value or error != error or error == float("inf"):
-        return "no error estimate"
-    return Emphasis(Measured(value, error)) if bold else Measured(value, error)
+def _cell(outcome: Outcome, metric: str, signal: int | str, *, bold: bool) -> Cell:
+    shown = cell(outcome, metric, signal)
+    return Emphasis(shown) if bold and isinstance(shown, Measured) else shown
 
 
-def _best(outcomes: Sequence[Outcome], metric: str, joint: int, margin: float) -> Outcome | None:
+def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, float]:
+    return outcome.score(metric, metric_source(outcome, metric, signal).place)
+
+
+def _best(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:
     ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
-    finite = [o for o in ran if o.score(metric, joint)[0] < float("inf")]
-    for a in finite:
-        if all(a is b or order(a.score(metric, joint), b.score(metric, joint), margin) == "below" for b in finite):
-            return a
+    scores = [(o, _score(o, metric, signal)) for o in ran]
+    finite = [(o, score) for o, score in scores if score[0] < float("inf")]
+    for outcome, a in finite:
+        if all(other is outcome or order(a, b, margin) == "below" for other, b in finite):
+            return outcome
     return None
 
 
@@ -116,11 +115,11 @@ def order(a: tuple[float, float], b: tuple[float, float], margin: float = 0.0) -
 @dataclass(frozen=True)
 @door
 class Published:
-    """One column of a published table: a law's name to its printed value, for one metric and joint."""
+    """One column of a published table: a law's name to its printed value, for a metric of one signal."""
 
     where: str
     metric: str
-    joint: int
+    signal: int | str
     values: Mapping[str, float]
     digits: int
 
@@ -129,18 +128,18 @@ class Published:
 def against_published(name: str, caption: str, published: Published, outcomes: Mapping[str, Outcome]) -> Table:
     """Printed / ours / difference, one row a law; a printed zero has no percent, and each law needs an outcome."""
     ours = {law: outcomes[known(law, outcomes, f"outcomes beside {published.where}")] for law in published.values}
-    scores = (outcome.measurement.scores.get(published.metric) for outcome in ours.values())
-    unit = next((_unit(score.metric, published.joint) for score in scores if score is not None), "")
+    unit = _unit(ours.values(), published.metric, published.signal)
     rows: list[tuple[Cell, ...]] = []
     for law, printed in published.values.items():
         outcome, shown = ours[law], f"{printed:.{published.digits}f}"
+        mine = cell(outcome, published.metric, published.signal)
         if outcome.diverged_at is not None:
-            rows.append((outcome.label, shown, Diverged(outcome.diverged_at), None, None))
+            rows.append((outcome.label, shown, mine, None, None))
             continue
-        value, error = outcome.score(published.metric, published.joint)
+        value, _ = _score(outcome, published.metric, published.signal)
         off = f"{value - printed:+.{published.digits}f}"
         percent = f"{100 * (value - printed) / printed:+.1f}" if printed else None
-        rows.append((outcome.label, shown, Measured(value, error), off, percent))
+        rows.append((outcome.label, shown, mine, off, percent))
     columns = (
         Column("law"),
         Column("printed", unit, "right"),
@@ -148,15 +147,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         Column("difference", unit, "right"),
         Column("difference", "%", "right"),
     )
-    return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))
-
-
-def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    alike: dict[str, list[str]] = {}
-    for outcome in outcomes:
-        if outcome.notes:
-            alike.setdefault("; ".join(outcome.notes), []).append(outcome.label)
-    return tuple(f"{', '.join(labels)}: {said}." for said, labels in alike.items())
+    return Table(name, caption, columns, tuple(rows))
 
 
 @dataclass(frozen=True)
@@ -192,7 +183,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
     for law in published.values:
         outcome = outcomes[known(law, outcomes, f"outcomes beside {published.where}")]
         lost = outcome.diverged_at is not None  # which is worse than any other
-        scores[law] = (float("inf"), 0.0) if lost else outcome.score(published.metric, published.joint)
+        scores[law] = (float("inf"), 0.0) if lost else _score(outcome, published.metric, published.signal)
     laws = sorted(published.values, key=lambda law: published.values[law])
     judged: dict[str, list[tuple[str, str]]] = {"below": [], "above": [], "undecided": []}
     for a, b in combinations(laws, 2):

@@ -23,7 +23,7 @@ from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
-FORMAT = 1
+FORMAT = 2
 # the lines that compute the same, with places for the name of a case, the values of knobs and a seed
 PYTHON = """import workbench as wb
 

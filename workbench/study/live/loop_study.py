@@ -17,19 +17,18 @@ from workbench.study.contract import Run
 from workbench.study.document.document import (
     Cell,
     Column,
-    Diverged,
     Figure,
-    Measured,
     Panel,
     Paragraph,
     Section,
-    Series,
     Table,
 )
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob
+from workbench.study.marks import cell
+from workbench.study.pictures.traces import curve
 from workbench.study.study import Case, Outcome, Results, Study
-from workbench.validation.refusals import Array, multiple, seconds
+from workbench.validation.refusals import multiple, seconds
 from workbench.validation.signatures import door
 
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much
@@ -155,16 +154,9 @@ def _scores(outcome: Outcome) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for name, score in outcome.measurement.scores.items():
         for place, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True)):
-            rows.append((name, label, _cell(outcome, *outcome.score(name, place)), raised(unit)))
+            rows.append((name, label, cell(outcome, name, place), raised(unit)))
     columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
-    notes = (f"{outcome.label}: {'; '.join(outcome.notes)}.",) if outcome.notes else ()
-    return Table("scores", "The metrics of the loop.", columns, tuple(rows), notes)
-
-
-def _cell(outcome: Outcome, value: float, error: float) -> Cell:
-    if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at)
-    return Measured(value, error) if np.isfinite([value, error]).all() else "never"
+    return Table("scores", "The metrics of the loop.", columns, tuple(rows))
 
 
 def shown_signals(step: Step) -> tuple[str, ...]:
@@ -176,16 +168,11 @@ def shown_signals(step: Step) -> tuple[str, ...]:
 
 def _panel(outcome: Outcome, name: str) -> Panel:
     """The numbers of a signal over its reference; a single one needs no name beside that of its axis."""
-    step, t = outcome.measurement.trajectories.step, outcome.t
+    step = outcome.measurement.trajectories.step
     entry = step.outputs[name] if name in step.outputs else step.states[name]
     labels = [label.removeprefix(name) for label in entry.labels()] if entry.size > 1 else [""]
-    lines = [Series(label, t, _finite(outcome, name, i), i % 12) for i, label in enumerate(labels)]
+    lines = [curve(outcome, name, i, label=label, style=i % 12) for i, label in enumerate(labels)]
     if f"{name}_ref" in step.outputs:
-        lines += [Series("reference", t, _finite(outcome, f"{name}_ref", i), "reference") for i in range(len(labels))]
+        lines += [curve(outcome, f"{name}_ref", i, label="reference", style="reference") for i in range(len(labels))]
     unit = ", ".join(dict.fromkeys(raised(unit) for unit in entry.units if unit))
     return Panel(f"{name} [{unit}]" if unit else name, tuple(lines))
-
-
-def _finite(outcome: Outcome, name: str, place: int) -> Array:
-    y = outcome.signal(name, place)
-    return np.where(np.isfinite(y), y, np.nan)

@@ -97,12 +97,14 @@ def _plane(
     if log:  # an interval that reaches 0 goes on beyond the axis
         xlow, ylow = np.maximum(xlow, 0.5 * left), np.maximum(ylow, 0.5 * bottom)
     shown = (x.value >= left) & (y.value >= bottom)
-    across, up, *ends = (np.where(shown, part, np.nan) for part in (x.value, y.value, xlow, xhigh, ylow, yhigh))
+    numbers = (x.value, y.value, xlow, xhigh, ylow, yhigh)
+    across, up, xlow, xhigh, ylow, yhigh = (np.where(shown, part, np.nan) for part in numbers)
     near = np.flatnonzero(~shown if log else np.maximum(across / right, up / top) < NEAR).tolist()
     if not log and not 2 <= len(near) < len(names):  # names hide one another where several crowd next to 0
         near = []
-    beyond = (ends[0] < left) | (ends[1] > right) | (ends[2] < bottom) | (ends[3] > top)
-    points = Points("", across, up, tuple("" if i in near else name for i, name in enumerate(names)), 0, *ends)
+    beyond = (xlow < left) | (xhigh > right) | (ylow < bottom) | (yhigh > top)
+    shown_names = tuple("" if i in near else name for i, name in enumerate(names))
+    points = Points("", across, up, shown_names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
     line = np.array([max(left, bottom), min(right, top)])
     scale: Literal["log", "linear"] = "log" if log else "linear"
     panel = Panel(

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
-from workbench.core import Ode
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.document.figure import STYLES, Figure, Label, Panel, Series, Style
 from workbench.study.document.phrases import Phrase, raised
 from workbench.study.evidence.law_tables import side_by_side
+from workbench.study.marks import labels_of, signal_source, time_source
 from workbench.study.study import Outcome
 from workbench.validation.signatures import door
 
@@ -32,12 +33,12 @@ def traces(
     caption: Phrase,
     outcomes: Sequence[Outcome],
     signal: str,
-    joint: int,
+    number: int | str,
     ylabel: Label,
     windows: Sequence[Window],
     reference: str = "",
 ) -> Figure:
-    """A number of a signal for several laws; `reference` names an output drawn once beneath them.
+    """A number of a signal for several laws, by its label or counted from 0; `reference` names an output below them.
 
     A law whose style an earlier one has takes the next that is free.
 
@@ -48,13 +49,19 @@ def traces(
     """
     panels, styles = [], _styles(name, outcomes)
     for window in windows:
-        series = [curve(o, signal, joint, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
+        series = [
+            curve(o, signal, number, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)
+        ]
         if reference:
-            longest = max(outcomes, key=lambda o: int(np.isfinite(o.signal(reference, joint)).sum()))
-            wanted = curve(longest, reference, joint, window, "reference", "reference")
-            series.append(wanted)
+            longest = max(outcomes, key=_finite_rows)
+            series.append(curve(longest, reference, number, window, "reference", "reference"))
         panels.append(Panel(ylabel, tuple(series), xlim=(window.start, window.end), ylim=window.ylim))
     return Figure(name, caption, tuple(panels), columns=len(panels))
+
+
+def _finite_rows(outcome: Outcome) -> int:
+    """The number of kept times at which an outcome had not diverged."""
+    return int(np.isfinite(outcome.measurement.trajectories.x[0]).all(axis=1).sum())
 
 
 ONE_RUN = "Bold: below all others in this one run of each law, which does not say which law is better."
@@ -97,11 +104,46 @@ def components(
 
 
 @door
-def curve(outcome: Outcome, signal: str, joint: int, window: Window, label: Label, style: Style) -> Series:
-    """One signal within a window; after a run has diverged there is a gap."""
-    inside = (outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9)
-    y = outcome.signal(signal, joint)
-    return Series(label, outcome.t[inside], np.where(np.isfinite(y), y, np.nan)[inside], style)
+def curve(
+    outcome: Outcome,
+    signal: str,
+    number: int | str = 0,
+    window: Window | None = None,
+    label: Label = "",
+    style: Style = 0,
+    *,
+    over: tuple[str, int | str] | None = None,
+    look: Literal["line", "steps", "marks"] = "line",
+    seconds: tuple[float, str] = (1.0, "s"),
+    unit: tuple[float, str] = (1.0, ""),
+) -> Series:
+    """One number of a signal, by its label or counted from 0, over time or over another signal.
+
+    After a run has diverged there is a gap.
+
+    Parameters
+    ----------
+    window
+        The stretch that is drawn; all kept times if not given.
+    over
+        The signal, and its number, on the abscissa in place of the time.
+    seconds, unit
+        How many of a unit make one second, or one unit of the signal, and that unit: (1e3, "ms").
+    """
+    first, last = 0, len(outcome.t)
+    if window is not None:
+        inside = np.flatnonzero((outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9))
+        first, last = int(inside[0]), int(inside[-1]) + 1
+    x, of_x = outcome.t, time_source(outcome, (first, last)).times(*seconds)
+    if over is not None:
+        of_x = signal_source(outcome, *over, (first, last))
+        x = outcome.signal(over[0], of_x.place)
+        last = first + int(np.isfinite(x[first:last]).cumprod().sum())
+        of_x = replace(of_x, rows=(first, last))
+    of_y = signal_source(outcome, signal, number, (first, last)).times(*unit)
+    y = outcome.signal(signal, of_y.place)
+    x, y = (one.scale * np.where(np.isfinite(z), z, np.nan)[first:last] for one, z in ((of_x, x), (of_y, y)))
+    return Series(label, x, y, style, look, (of_x, of_y))
 
 
 @door
@@ -115,20 +157,16 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
     """
     if not outcomes:
         raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
-    entry = outcomes[0].measurement.trajectories.step.outputs[signal]
-    labels = [signal] if entry.size == 1 else entry.labels()
-    ode = outcomes[0].ode if isinstance(outcomes[0].ode, Ode) else outcomes[0].ode.flow
-    if ode.counts and entry.size > 1:
-        labels = [f"{signal} of {ode.counts} {place + 1}" for place in range(entry.size)]
+    shown = [signal_source(outcomes[0], signal, place) for place in range(len(labels_of(outcomes[0], signal)))]
     whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
     panels = []
-    for place, (label, unit) in enumerate(zip(labels, entry.units, strict=True)):
-        lines = [curve(o, signal, place, whole, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
-        panels.append(Panel(f"{label} [{raised(unit)}]" if unit else label, tuple(lines)))
+    for one in shown:
+        lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]
+        panels.append(Panel(f"{one.words} [{raised(one.unit)}]" if one.unit else one.words, tuple(lines)))
     figure = Figure("loops", f"{signal} of each law at its own numbers.", tuple(panels), columns=min(2, len(panels)))
     title = "Metrics of {} of each law at its own numbers."
     tables = (
-        side_by_side(f"loops_{place}", title.format(label), outcomes, joint=place, notes=(ONE_RUN,))
-        for place, label in enumerate(labels)
+        side_by_side(f"loops_{one.place}", title.format(one.words), outcomes, signal=one.place, notes=(ONE_RUN,))
+        for one in shown
     )
     return Section(heading, (Paragraph(about), figure, *tables))

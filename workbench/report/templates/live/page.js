@@ -30,12 +30,12 @@ function inputsOf(loop, state, printed, knobs) {
 
 // The numbers of one curve from the rows of a run.
 function numbersOfCurve(curve, view, loop) {
-  const [first, last] = curve.rows, axis = (which) => {
-    if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => (first + i) * loop.every);
+  const [first, last] = curve.rows, axis = (which, scale) => {
+    if (which === "t") return Float64Array.from({ length: last - first }, (_, i) => scale * ((first + i) * loop.every));
     const [name, place] = which, rows = view[name], width = rows.length / (loop.rows + 1);
-    return Float64Array.from({ length: last - first }, (_, i) => rows[(first + i) * width + place]);
+    return Float64Array.from({ length: last - first }, (_, i) => scale * rows[(first + i) * width + place]);
   };
-  return { x: axis(curve.x), y: axis(curve.y) };
+  return { x: axis(curve.x, curve.scales[0]), y: axis(curve.y, curve.scales[1]) };
 }
 
 class LivePage {
@@ -264,9 +264,9 @@ class LivePage {
 
   // The bars and points of a figure that have a score of a run.
   marksOf(name) {
-    return this.data.marks.flatMap(({ figure, panel, series, index, axis, loop, metric, number }) => {
+    return this.data.marks.flatMap(({ figure, panel, series, index, axis, loop, metric, number, scale }) => {
       const scores = figure === name && this.views.get(loop)?.scores?.[metric];
-      return scores ? [{ panel, series, index, axis, value: scores[number][0] }] : [];
+      return scores ? [{ panel, series, index, axis, value: scale * scores[number][0] }] : [];
     });
   }
 

@@ -122,6 +122,11 @@ function secondsText(at) {
   return `${sign}${whole}${tail}${power && `e${power.replace("−", "-")}`}`;
 }
 
+// A value and its error, which may not be known yet, in the unit of a cell.
+function scaledScore([value, error], scale) {
+  return [scale * value, error === null ? null : Math.abs(scale) * error];
+}
+
 // A cell's number, or the words in its place; the error is null while it is not known.
 function scoreText(value, error, divergedAt) {
   if (divergedAt !== null) return `diverged at ${secondsText(divergedAt)} s`;
@@ -285,15 +290,16 @@ class LiveTables {
       columns.set(key, [...(columns.get(key) || []), live]);
       this.cells.push(live);
     }
-    const printed = ({ loop, metric, number }) => data.loops[loop].scores[metric][number];
+    const printed = ({ loop, metric, number, scale }) => scaledScore(data.loops[loop].scores[metric][number], scale);
     this.columns = [...columns.values()].map((cells) => new LiveColumn(document, cells, cells.map(printed)));
   }
 
   show(place, scores, divergedAt = null) {
     const isCoarse = divergedAt === null && Boolean(scores) && scores.some((pairs) => pairs && pairs[0][1] === null);
-    this.change((cell) => cell.loop === place, ({ metric, number }) => {
+    this.change((cell) => cell.loop === place, ({ metric, number, scale }) => {
       if (divergedAt !== null) return scoreText(NaN, null, divergedAt);
-      return scores && scores[metric] ? scoreText(...scores[metric][number], null) : null; // null has no program
+      if (!scores || !scores[metric]) return null; // without a program
+      return scoreText(...scaledScore(scores[metric][number], scale), null);
     }, isCoarse);
   }
 

@@ -1,0 +1,67 @@
+"""A loop that a computer closes, as it is declared: its equations are made when a run asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.core import Sampled
+from workbench.loop.closed_loop import ClosedLoop
+from workbench.loop.command_queue import Queue
+from workbench.loop.sampled_loop import INTEGRATORS
+from workbench.loop.surroundings import AbstractInstruments
+from workbench.validation.refusals import one_of, seconds
+from workbench.validation.signatures import door
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class DigitalLoop:
+    """A closed loop with its observer and controller in a computer, declared now and built by `ode`.
+
+    `ClosedLoop.digital` gives the equations at once. A study with many loops declares these in their place: a `Run`,
+    a case, a sweep or a trial of a tuning takes one as it takes a `ClosedLoop`, and each is built where it is run.
+
+    Attributes
+    ----------
+    loop
+        The blocks.
+    period, instruments, delay, waiting, integrator
+        The computer, as `ClosedLoop.digital` takes it; the period is in s.
+
+    Raises
+    ------
+    ValueError, LookupError
+        If the period, delay or integrator is none, as of `ClosedLoop.digital`; all else is checked when it is built.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> runs = [wb.Run(wb.DigitalLoop(loop, T, delay=True), (wb.rmse(),), until=2.0, h=T / 2) for T in (1e-3, 1e-2)]
+    >>> runs[1].loop.ode().period
+    0.01
+    """
+
+    loop: ClosedLoop
+    period: float
+    instruments: AbstractInstruments | None = None
+    delay: bool | float | Mapping[str, float] = False
+    waiting: Mapping[str, Any] | None = None
+    integrator: str = "declared"
+
+    def __post_init__(self) -> None:
+        seconds("DigitalLoop(period=...)", self.period)
+        one_of("DigitalLoop(integrator=...)", self.integrator, INTEGRATORS)
+        Queue.of(self.loop.plant.inputs, self.delay, self.waiting)  # refuses a delay that is none
+
+    def ode(self, name: str = "loop") -> Sampled:
+        """The loop in its computer, see `ClosedLoop.digital`."""
+        how: dict[str, Any] = {"delay": self.delay, "waiting": self.waiting, "integrator": self.integrator}
+        return self.loop.digital(self.period, self.instruments, **how, name=name)
+
+    def ablations(self) -> dict[str, DigitalLoop]:
+        """The loop less each part of its observer and its controller, in the same computer, by the name of the part."""
+        return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}

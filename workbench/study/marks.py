@@ -1,0 +1,141 @@
+"""Marks of results: cells, bars and points of scores, and the sources that they and curves carry.
+
+Each is made from an outcome and says which: its law and scenario, its metric or signal, and its run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.core import Entry, Ode
+from workbench.study.document.figure import Bars, Label, Points, Style
+from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
+from workbench.study.document.source import Source
+from workbench.study.study import Outcome
+from workbench.validation.refusals import Array, known
+from workbench.validation.signatures import door
+
+
+@door
+def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Source:
+    """The source of a number of a metric, of the signal with a label or a number from 0."""
+    scores, case = outcome.measurement.scores, outcome.case
+    of = scores[known(metric, scores, f"metrics of '{case.name}'")].metric
+    place = place_of(of.labels, signal, f"numbers of '{metric}' in '{case.name}'")
+    label = of.labels[place] if place < len(of.labels) else ""
+    unit = of.units[place] if place < len(of.units) else of.unit
+    about = outcome.label, outcome.notes
+    return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest, None, 1.0, *about)
+
+
+@door
+def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tuple[int, int] | None = None) -> Source:
+    """The source of one number of an output or state, by its label or counted from 0, in some of the kept rows."""
+    case, labels = outcome.case, labels_of(outcome, name)
+    place = place_of(labels, number, f"numbers of '{name}' in '{case.name}'")
+    unit = _entry(outcome, name).units[_flat_places(_entry(outcome, name))[place]]
+    return Source(
+        case.law, case.scenario, "signal", name, place, labels[place], unit, outcome.digest, rows or (0, len(outcome.t))
+    )
+
+
+@door
+def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source:
+    """The source of the time of an outcome, in s, in some of the kept rows."""
+    case, rows = outcome.case, rows or (0, len(outcome.t))
+    return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
+
+
+@door
+def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
+    """The labels of the numbers of an output or state, a matrix row by row; 'joint 1' where the plant counts joints."""
+    entry, ode = _entry(outcome, name), outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow
+    if entry.size == 1:
+        return (name,)
+    if ode.counts:
+        return tuple(f"{ode.counts} {place + 1}" for place in range(entry.size))
+    labels = entry.labels()
+    return tuple(labels[place] for place in _flat_places(entry))
+
+
+def _entry(outcome: Outcome, name: str) -> Entry:
+    step = outcome.measurement.trajectories.step
+    layout = step.states if name in step.states else step.outputs
+    return layout[name]
+
+
+def _flat_places(entry: Entry) -> list[int]:
+    """The places of the numbers of a matrix, row by row, in the flat vector, where it lies column by column."""
+    places: list[int] = np.arange(entry.size).reshape(entry.shape, order="F").ravel().tolist()
+    return places
+
+
+@door
+def place_of(labels: tuple[str, ...], signal: int | str, among: str) -> int:
+    """The place of a label among labels; a number is its own."""
+    return labels.index(known(signal, labels, among)) if isinstance(signal, str) else signal
+
+
+@door
+def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.0, unit: str = "") -> Cell:
+    """A score with its error in a cell of a table, in a unit of which it has `scale` times as many; or why it has none.
+
+    The notes of the outcome stand below the table. A metric that the outcome does not have is an empty cell.
+
+    Raises
+    ------
+    LookupError
+        If the metric has no such number.
+    """
+    if metric not in outcome.measurement.scores:
+        return None
+    source = metric_source(outcome, metric, signal).times(scale, unit)
+    value, error = outcome.score(metric, source.place)
+    if outcome.diverged_at is not None:
+        return Diverged(outcome.diverged_at, source)
+    if value == math.inf:
+        return Missing("never", source)
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return Missing("no error estimate", source)
+    return Measured(scale * value, abs(scale) * error, source)
+
+
+@door
+def bars(
+    label: Label,
+    outcomes: Sequence[Outcome],
+    metric: str,
+    signal: int | str = 0,
+    places: Array | None = None,
+    style: Style = 0,
+    thick: float = 0.7,
+) -> Bars:
+    """Bars from zero to a score of each outcome, from the top, or at `places`; a run that diverged has none."""
+    sources = tuple(metric_source(outcome, metric, signal) for outcome in outcomes)
+    ends = _values(outcomes, metric, sources)
+    rows = np.arange(len(ends), dtype=float) if places is None else places
+    return Bars(label, rows, ends, np.zeros(len(ends)), style, thick=thick, sources=sources)
+
+
+@door
+def points(
+    label: Label,
+    outcomes: Sequence[Outcome],
+    across: str,
+    up: str,
+    signal: int | str = 0,
+    names: tuple[Label, ...] = (),
+    style: Style = 0,
+) -> Points:
+    """A point of two scores for each outcome; a run that diverged has none."""
+    pairs = [tuple(metric_source(outcome, metric, signal) for outcome in outcomes) for metric in (across, up)]
+    x, y = (_values(outcomes, metric, sources) for metric, sources in zip((across, up), pairs, strict=True))
+    return Points(label, x, y, names, style, sources=tuple(zip(*pairs, strict=True)))
+
+
+def _values(outcomes: Sequence[Outcome], metric: str, sources: Sequence[Source]) -> Array:
+    values = [outcome.score(metric, one.place)[0] for outcome, one in zip(outcomes, sources, strict=True)]
+    return np.where(np.isfinite(values), values, np.nan)
