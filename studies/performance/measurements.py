@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
@@ -16,12 +16,11 @@ from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
-from studies.performance.workload import HORIZON, STATES, VARIED_COLUMNS, H, loop, rmse, rows_of, run, workload
-from workbench.core import Step, runge_kutta_step
+from studies.performance.steps_of_workload import chosen, through
+from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from workbench.core.methods import METHODS
-from workbench.simulate import Trajectories, simulate
-from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_choice import Choice, Pilots, search_step
+from workbench.simulate import simulate
+from workbench.simulate.step_choice import Choice
 from workbench.validation.refusals import Array
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
@@ -150,28 +149,6 @@ def coarsest(error_of: Callable[[float], float], target: float, low: float, high
         if error_of(float(setting)) <= target:
             return float(setting)
     raise ValueError(f"`coarsest(target={target:g})` has a larger error at every setting down to {low:g}.")
-
-
-@cache
-def stepped(h: float, method: str = "rk4") -> Step:
-    """A step of W, with the integrals that score it, as CVODES has them, and no sum over steps."""
-    return runge_kutta_step(loop(), h, method)
-
-
-def through(choice: Choice, p: Array, horizon: float) -> Array:
-    """The RMSE (B, 2) of runs at a chosen step."""
-    return rmse(simulate(stepped(choice.h, choice.method), p, until=horizon, every=horizon).x[:, -1], horizon)
-
-
-def chosen(p: Array, tolerance: float, horizon: float) -> Choice:
-    """The step that pilots among the runs choose for a tolerance of their RMSE."""
-    few = pilot_runs(p, x0 := np.broadcast_to(STATES.default, (len(p), STATES.size)))
-
-    def errors(fine: Trajectories, coarse: Trajectories) -> tuple[float, str]:
-        value, other = (rmse(runs.x[:, -1], horizon) for runs in (fine, coarse))
-        return float(np.nan_to_num(2 * np.abs(other / value - 1), nan=np.inf).max()), "the RMSE"
-
-    return search_step(Pilots(loop(), stepped, errors, p[few], x0[few], horizon, horizon), tolerance)
 
 
 def by_pilot(target: float, effort: Effort) -> tuple[Runner, Choice]:
