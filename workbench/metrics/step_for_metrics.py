@@ -12,7 +12,7 @@ from workbench.core.methods import METHODS
 from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import Trajectories
-from workbench.simulate.state_errors import state_error
+from workbench.simulate.state_changes import state_change
 from workbench.simulate.step_choice import Choice, Errors, Pilots, search_step
 from workbench.simulate.step_size import NOTHING, change
 from workbench.validation.refusals import Array
@@ -35,9 +35,9 @@ def choose_step(
     """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `search_step`.
 
     The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h / 2)|, that of a time at least h, for which the step
-    is shortened to a 20,000th of the horizon at most. Without metrics it is that of the states at common times. p and
-    x0 are of the equation alone. The step divides the horizon,
-    the kept times `every` [s] and the sample times of the metrics, or the period of a sampled loop.
+    is shortened to a 20,000th of the horizon at most. Without metrics it is the change of the states. p and x0 are of
+    the equation alone. The step divides the horizon, the kept times `every` [s] and the sample times of the metrics, or
+    the period of a sampled loop.
     """
     metrics = resolved(equation, metrics, until)
     makers = {method: cache(maker(equation, metrics, method)) for method in METHODS}
@@ -49,7 +49,7 @@ def choose_step(
     if isinstance(equation, Ode):
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
     start = extended(x0, make(unit, "rk4"))
-    errors: Errors = state_error  # where no metric is asked for
+    errors: Errors = state_change  # where no metric is asked for
     if metrics:
         errors = partial(metric_error, metrics=metrics, sampled=isinstance(equation, Sampled))
     pilots = Pilots(equation, make, errors, p, start, until, unit, seed, arithmetic)

@@ -12,7 +12,7 @@ from workbench.core.methods import RK4
 from workbench.simulate.batch import progress_of, rows_of, run_step
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.state_errors import state_error
+from workbench.simulate.state_changes import state_change
 from workbench.simulate.step_choice import Make, Pilots, search_step
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
@@ -99,7 +99,7 @@ def _at_chosen_step(
     few = pilot_runs(p_rows, x_rows)
     make: Make = cache(lambda h, method: _step(equation, h))
     asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "methods": (RK4.name,)}  # as that of a page
-    pilots = Pilots(equation, make, state_error, p_rows[few], x_rows[few], until, unit, **asked)
+    pilots = Pilots(equation, make, state_change, p_rows[few], x_rows[few], until, unit, **asked)
     made = run_step(make(search_step(pilots, tolerance).h, RK4.name), p, x0, every=kept, **how)
     return replace(made, tolerance=tolerance, chosen=True)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from workbench.core.methods import Method
+from workbench.core.methods import RK4, Method
 from workbench.simulate.kernel.graph import Graph, Nodes
 
 
-def stepped(graph: Graph, rates: int, method: Method, segments: Graph | None = None) -> Graph:
+def stepped(graph: Graph, rates: int, segments: Graph | None = None, method: Method = RK4) -> Graph:
     """The graph of x+: a Runge-Kutta step of the first `rates` results, which are dx/dt; the others unchanged.
 
     Behind x+ stand the results of `_segmented`, if the graph of the parts of `core.Segments` is given.
