@@ -11,10 +11,13 @@ from workbench.design.linear import linearize
 from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
 from workbench.plants import (
     AbstractElement,
+    Backlash,
+    DeadZone,
     Equipped,
     FirstOrder,
     Manipulator,
     PadeDelay,
+    Quantiser,
     RateLimit,
     Saturation,
 )
@@ -107,8 +110,10 @@ EVERYTHING = Equipped(
         RateLimit("v", -30, 20, 0.01),
         FirstOrder("v", 0.05),
         PadeDelay("v", 0.05, 3),
+        DeadZone("v", -0.01, 0.02),
+        Backlash("v", 0.1, 0.01),
     ),
-    (FirstOrder("omega", 0.02), Saturation("omega", -0.5, 0.55)),
+    (FirstOrder("omega", 0.02), Saturation("omega", -0.5, 0.55), Quantiser("omega", 0.01, "toward zero")),
 )
 
 
@@ -228,9 +233,14 @@ REFUSED = [
         "must leave the name 'omega_true' .* put all sensors of 'omega' into one `Equipped`",
     ),
     (
-        lambda: Equipped(Discrete()),
+        lambda: Equipped(Discrete(), (FirstOrder("v", 0.1),)),
         ValueError,
-        r"`Equipped\(plant=...\)` must be a plant in continuous time; got a `Discrete`.*there are the instruments",
+        r"`FirstOrder` of 'v' in `actuators` must move in discrete time, as `Discrete` does.*without a `time_constant`",
+    ),
+    (
+        lambda: Equipped(Motor(), (), (Backlash("omega", 0.1),)),
+        ValueError,
+        r"`Backlash` of 'omega' in `sensors` must move in continuous time.*: give it a `time_constant`",
     ),
 ]
 

@@ -44,9 +44,9 @@ def test_a_sweep_that_a_study_no_longer_has_is_neither_reported_nor_delivered(co
     status, results = command("status", "out").stdout, command("results", "out").stdout
     assert "decay" not in status + results
     assert "Nothing is missing" not in status
-    assert status.endswith("It has no sweeps.\n")
+    assert status.endswith("It has no sweeps and no works.\n")
     assert "5 chunks in 'out' are of other samples or equations than the study has now" in status
-    assert "The study 'swept' has no sweeps." in results
+    assert "The study 'swept' has no sweeps and no works." in results
     assert not (tmp_path / "out" / "runs").exists()
     again = command("run", study(SWEPT), "--out", "out", "--ack")  # they were kept
     assert "ACK" not in again.stdout

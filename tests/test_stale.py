@@ -7,6 +7,7 @@ import pytest
 
 from workbench.cli import script
 from workbench.study import execution
+from workbench.study.order import Order
 
 STUDY = """
 import casadi as ca
@@ -218,7 +219,7 @@ def values(monkeypatch, file, out):
         monkeypatch.delitem(sys.modules, name, raising=False)
     monkeypatch.setattr(sys, "path", list(sys.path))
     monkeypatch.setattr(sys, "dont_write_bytecode", True)  # a file of one second and size is taken for its bytecode
-    with execution.execute(script.load(file), out, execution.Order(file)) as (_, results):
+    with execution.execute(script.load(file), out, Order(file)) as (_, results):
         return results.samples[0].values
 
 
@@ -239,7 +240,7 @@ def test_words_orphan_no_chunk(monkeypatch, tmp_path):
     for words in ("'''Some words.'''", "'''Other words.'''", "# a comment"):
         file = written(tmp_path, [words, "METRIC = ise()"], "1.0")
         monkeypatch.setattr(sys, "path", list(sys.path))
-        order = execution.Order(file, acknowledge=lambda chunk: done.append(chunk.name))
+        order = Order(file, acknowledge=lambda chunk: done.append(chunk.name))
         with execution.execute(script.load(file), tmp_path / "out", order):
             pass
     assert len(done) == 2

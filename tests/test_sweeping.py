@@ -19,6 +19,7 @@ from workbench.simulate.arithmetic import signature
 from workbench.study import cost, execution
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
+from workbench.study.order import Order
 from workbench.study.run_tables import table_of
 
 SWEPT = """
@@ -182,7 +183,8 @@ def test_an_option_of_sweeps_is_refused_where_there_are_none(command, tmp_path, 
     (tmp_path / "none.py").write_text("\n".join(lines), encoding="utf-8")
     done = command("run", "none.py", *words, "--out", "out")
     assert done.exit_code == 2
-    assert f"`{words[0]}` is for sweeps, and the study 'none' has none" in done.stderr
+    pieces = "sweeps" if words[0] == "--samples" else "sweeps, tunings and works"
+    assert f"`{words[0]}` is for {pieces}, and the study 'none' has none" in done.stderr
     assert not (tmp_path / "out").exists()
 
 
@@ -446,11 +448,11 @@ def test_a_chunk_that_is_overwritten_after_it_was_acknowledged_is_told_and_done_
     def overwrite(chunk):
         (tmp_path / "out" / FOLDER / file_of(chunk.name)).write_bytes(bytes(500))
 
-    order = execution.Order(tmp_path / swept, acknowledge=overwrite)
+    order = Order(tmp_path / swept, acknowledge=overwrite)
     told = pytest.raises(LedgerError, match="has been damaged: the same command computes it again")
     with told, execution.execute(study, tmp_path / "out", order):
         pass
-    with execution.execute(study, tmp_path / "out", execution.Order(tmp_path / swept)) as (_, results):
+    with execution.execute(study, tmp_path / "out", Order(tmp_path / swept)) as (_, results):
         assert len(results.samples[0]) == 40
 
 

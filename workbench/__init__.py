@@ -16,11 +16,11 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4",
     "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
-    "robots": "named paper_arm",
+    "robots": "base_parameters named paper_arm regressor",
     "robots.urdf": "read_urdf",
-    "plants": "BuckConverter CartPole DCMotor Disturbed Equipped FirstOrder FurutaPendulum LinearPlant Manipulator "
-    "OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank RateLimit Saturation SingleTrackVehicle StirredTank "
-    "TwoMasses",
+    "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
+    "LinearPlant Manipulator OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit Saturation "
+    "SingleTrackVehicle StirredTank TwoMasses",
     "controllers": "Cascade LinearLaw PID PID2 Regulator SlidingMode StateFeedback",
     "observers": "ExtendedKalmanFilter ExtendedStateObserver FullState LinearObserver SteadyKalmanFilter "
     "UnscentedKalmanFilter",
@@ -30,8 +30,9 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform side_by_side sobol "
-    "sobol_bars",
+    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform Work side_by_side "
+    "sobol sobol_bars",
+    "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
     "cli.script": "load",
     "report.figures.runs": "plot",

@@ -26,9 +26,11 @@ from workbench.observers import (
     UnscentedKalmanFilter,
 )
 from workbench.plants import (
+    Backlash,
     BuckConverter,
     CartPole,
     DCMotor,
+    DeadZone,
     Disturbed,
     Equipped,
     FirstOrder,
@@ -40,6 +42,7 @@ from workbench.plants import (
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
+    Quantiser,
     RateLimit,
     Saturation,
     SingleTrackVehicle,
@@ -48,12 +51,13 @@ from workbench.plants import (
 )
 from workbench.report.figures.runs import plot_runs as plot
 from workbench.report.loop_page import live
-from workbench.robots import named, paper_arm
+from workbench.robots import base_parameters, named, paper_arm, regressor
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
+from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
@@ -62,9 +66,11 @@ from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
 
 __version__: str
 __all__ = [
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "Cascade",
@@ -73,6 +79,7 @@ __all__ = [
     "ClosedLoop",
     "Controller",
     "DCMotor",
+    "DeadZone",
     "DigitalLoop",
     "Disturbed",
     "Equipped",
@@ -90,6 +97,7 @@ __all__ = [
     "LinearObserver",
     "LinearPlant",
     "LogUniform",
+    "LoopLimits",
     "Manipulator",
     "Observer",
     "Ode",
@@ -103,6 +111,7 @@ __all__ = [
     "PulseTrain",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "Ramp",
     "RateLimit",
     "Reference",
@@ -130,6 +139,8 @@ __all__ = [
     "Uniform",
     "UnscentedKalmanFilter",
     "WayPoints",
+    "Work",
+    "base_parameters",
     "block",
     "c_code",
     "effort",
@@ -137,6 +148,7 @@ __all__ = [
     "export",
     "fmu",
     "initial",
+    "largest_setting",
     "layout",
     "lead_lag",
     "linearize",
@@ -156,6 +168,7 @@ __all__ = [
     "plot",
     "read_urdf",
     "record",
+    "regressor",
     "replay",
     "rk4",
     "rmse",

@@ -5,6 +5,7 @@ An error is one sentence on stderr, with exit status 2; Ctrl-C ends with 130.
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 
@@ -37,15 +38,23 @@ for verb in (run, live, report, status, results, export, replay, derive, verify,
 def main() -> None:
     """The command `workbench`."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # with which batch systems end what takes too long
+    status: object = 1
     try:
         sys.exit(_status())
     except OSError as error:  # as when the disk that help is written to is full
         leave(sentence(error), 2)
+    except SystemExit as end:
+        status = end.code
+        raise
     finally:
         try:
             sys.stdout.flush()
         except OSError:  # what could not be written now cannot be at the end of the process either
             let_go_of_output()
+        executors = sys.modules.get("workbench.study.executors")
+        if executors is not None and executors.is_busy():  # with what cannot be ended, and holds up nothing
+            sys.stderr.flush()
+            os._exit(status if isinstance(status, int) else 1)
 
 
 def _status() -> int:

@@ -39,14 +39,14 @@ def shown(name: str, say: Callable[[str], None]) -> Iterator[Tell]:
 
 
 @contextmanager
-def runs_shown(name: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
-    """The progress as `shown` prints it, from the runs that are done, those that failed, and all of them."""
+def runs_shown(name: str, unit: str, say: Callable[[str], None]) -> Iterator[Callable[[int, int, int], None]]:
+    """The progress as `shown` prints it, from the runs, or items, that are done, that failed, and all of them."""
     with shown(name, say) as tell:
-        yield runs(tell)
+        yield runs(tell, unit)
 
 
-def runs(tell: Tell) -> Callable[[int, int, int], None]:
-    """A function of the runs done, failed and in all, that tells the share and rate since its first call."""
+def runs(tell: Tell, unit: str = "runs") -> Callable[[int, int, int], None]:
+    """A function of the runs, or items, done, failed and in all, that tells the share and rate since its first call."""
     start, before = monotonic(), -1
 
     def told(done: int, failed: int, total: int) -> None:
@@ -55,7 +55,7 @@ def runs(tell: Tell) -> Callable[[int, int, int], None]:
         rate = (done - before) / max(monotonic() - start, 1e-9)
         lost = f", {failed:,} failed" if failed else ""
         share = (done - before) / (total - before) if total > before else 1.0
-        tell(share, f"{done:,} of {total:,} runs, {rate:,.0f} a second{lost}")
+        tell(share, f"{done:,} of {total:,} {unit}, {rate:,.{0 if rate >= 10 else 2}f} a second{lost}")
 
     return told
 

@@ -16,7 +16,10 @@ from workbench.cli.errors import one_sentence, printable
 @click.option("--digests", is_flag=True, help="Print the SHA-256 of each chunk as JSON, and write nothing.")
 @click.option("--format", "form", type=click.Choice(("csv", "parquet", "mat")), default="csv", show_default=True)
 def results(folder: Path, digests: bool, form: str) -> None:
-    """Write the runs of each sweep in DIR as a table, one row a run, and its single cases as another, to DIR/runs."""
+    """Write the runs of each sweep in DIR as a table, one row a run, and its single cases as another, to DIR/runs.
+
+    The answers of its works go there as JSON, in which a number that JSON lacks is text, as 'nan'.
+    """
     with one_sentence():
         from workbench.study.ledger.store import chunks, is_chunk
 
@@ -30,6 +33,7 @@ def results(folder: Path, digests: bool, form: str) -> None:
 def _write(folder: Path, form: str) -> Iterator[str]:
     """Write the single cases and the runs of each complete sweep to files; a line names each, or a missing one."""
     from workbench.study import run_tables
+    from workbench.study.answer_files import write_answers
     from workbench.study.ledger.about import UNUSED
     from workbench.study.ledger.store import TABLE, contents
 
@@ -48,8 +52,14 @@ def _write(folder: Path, form: str) -> Iterator[str]:
         yield f"{run_tables.write(sample, folder / 'runs', form)}: {sample.note}."
     for name in (name for name, table in tables.items() if table is None):
         yield f"{name} is not complete: `workbench status {folder}` says how far it is."
-    if not about.sweeps:
-        yield f"The study '{about.study}' has no sweeps."
+    for work in about.works:
+        if any(name not in held for name in work.chunks):
+            yield f"{work.name} is not complete: `workbench status {folder}` says how far it is."
+            continue
+        file = write_answers(work.name, [held[name] for name in work.chunks], folder / "runs")
+        yield f"{file}: the answers of '{work.name}' to {len(work.chunks):,} items."
+    if not (about.sweeps or about.works):
+        yield f"The study '{about.study}' has no sweeps and no works."
     if unused := about.unused(held):
         yield UNUSED.format(count=unused, out=folder)
     if about.has_changed(folder):

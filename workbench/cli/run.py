@@ -5,11 +5,14 @@ from __future__ import annotations
 import gc
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from workbench.cli.errors import aside, of_the_study, one_sentence, printable
+
+if TYPE_CHECKING:
+    from workbench.study.study import Outcome, Study
 
 PATH = click.Path(path_type=Path)
 
@@ -30,7 +33,7 @@ PATH = click.Path(path_type=Path)
 def run(study: Path, out: Path | None, ack: bool, traceback: bool, **asked: Any) -> None:
     """Run STUDY, a Python file or a folder with a `study.py`, and write its report.
 
-    Of its sweeps nothing is computed twice: what was stopped, the same command goes on with.
+    Of its sweeps and works nothing is computed twice: what was stopped, the same command goes on with.
     """
     del traceback  # `leave` looks it up
     asked |= {"acknowledge": lambda chunk: click.echo(f"ACK {chunk.name} {chunk.digest.hex()}")} if ack else {}
@@ -49,29 +52,33 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
             import workbench.simulate.kernel.native  # noqa: F401
         from concurrent.futures import ThreadPoolExecutor
-        from dataclasses import replace
         from functools import partial
         from importlib import import_module
 
         from workbench.cli.progress import runs_shown, shown
         from workbench.report import folder
         from workbench.study import case_runs, run_tables, writeup
-        from workbench.study.execution import Order, execute
+        from workbench.study.execution import execute
         from workbench.study.live.live_data import live_data
+        from workbench.study.order import Order
 
         study = script.load(file)
         target = out or Path("reports") / study.name
         folder.check_place(target)
         source = partial(script.Script.of, file, asked["samples"])
-        order = Order(file, say=aside, source=source, bar=lambda name: runs_shown(name, aside), **asked)
-        with execute(study, target, order) as (study, results):
+
+        def run_cases(study: Study) -> tuple[Outcome, ...]:
             with of_the_study(file, study.sections), shown(study.name, aside) as progress:
                 # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
                 gc.freeze()
                 gc.set_threshold(50_000)
                 with ThreadPoolExecutor(1) as beside:
                     beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
-                    results = replace(results, outcomes=case_runs.run(study, progress).outcomes)
+                    return case_runs.run(study, progress).outcomes
+
+        bar = partial(runs_shown, say=aside)
+        order = Order(file, say=aside, source=source, bar=bar, run_cases=run_cases, **asked)
+        with execute(study, target, order) as (study, results):
             with of_the_study(file, study.headlines):
                 findings = writeup.headlines(study, results)
             with of_the_study(file, study.sections):

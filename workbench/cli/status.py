@@ -28,10 +28,15 @@ def status(folder: Path) -> None:
             click.echo(printable(line))
         if unused := about.unused(held):
             click.echo(printable(UNUSED.format(count=unused, out=folder)))
-        complete = all(name in held for sweep in about.sweeps for name in sweep.chunks)
+        for work in about.works:
+            done = sum(name in held for name in work.chunks)
+            click.echo(printable(f"{work.name}: {done:,} of {len(work.chunks):,} items of work."))
+        if about.more:
+            click.echo("Its works follow from results that are not there yet.")
+        complete = not about.more and all(name in held for name in about.chunks)
         rest = "Nothing is missing." if complete else "Its command goes on with the rest."
         if about.has_changed(folder):
             rest = "It has changed since it was run: only its command can say what is missing."
-        elif not about.sweeps:
-            rest = "It has no sweeps."
+        elif not (about.sweeps or about.works or about.more):
+            rest = "It has no sweeps and no works."
         click.echo(printable(f"The study is '{about.study}' in '{about.script_from(folder)}'. {rest}"))

@@ -1,4 +1,4 @@
-"""The instruments between a plant and its computer: sensors with noise and quantisation, limits of the commands."""
+"""The instruments between a plant and its computer: sensors with noise and steps, limits, converters."""
 
 from __future__ import annotations
 
@@ -12,10 +12,9 @@ from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.expressions import refuse_misfit
 from workbench.loop.contracts import AbstractPlant
+from workbench.loop.quantisation import Converter, quantised, refuse_quantum
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.refusals import known, numbers, refusal
-
-LEAST_QUANTUM = 1e-100  # of a smaller one a reading of 1e208 would have more than a double can count
 
 
 @block
@@ -34,11 +33,7 @@ class Sensor:
     quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
 
     def __post_init__(self) -> None:
-        if np.any((self.quantum > 0) & (self.quantum < LEAST_QUANTUM)):
-            raise ValueError(
-                f"`Sensor(quantum=...)` of '{self.output}' must be 0, for none, or at least {LEAST_QUANTUM:g}, as a "
-                f"reading is a count of quanta, which a number must hold; got {self.quantum}."
-            )
+        refuse_quantum("Sensor(quantum=...)", self.output, self.quantum)
 
 
 @block
@@ -62,16 +57,24 @@ class Limit:
 class Instruments(AbstractInstruments):
     """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
 
+    A reading passes its sensor, then the converter `adcs` of its name; a command passes its limit, then its converter
+    of `dacs`. The sensors and the converters of readings are on the plant's side; limits and converters of commands are
+    a part of the law that `Sampled.law` hands over.
+
     Examples
     --------
     >>> motor = wb.DCMotor()
     >>> instruments = wb.Instruments.of(motor, noise={"omega": 0.01}, limit={"v": (-12.0, 12.0)})
     >>> instruments.reads.names, instruments.limits.names
     (('omega',), ('v',))
+    >>> wb.Instruments.of(motor, dac={"v": (8, -12.8, 12.8)}).dacs[0].quantum
+    0.1
     """
 
     sensors: tuple[Sensor, ...] = ()
     bounds: tuple[Limit, ...] = ()
+    adcs: tuple[Converter, ...] = ()
+    dacs: tuple[Converter, ...] = ()
 
     @staticmethod
     def of(
@@ -79,6 +82,8 @@ class Instruments(AbstractInstruments):
         noise: Mapping[str, Any] | None = None,
         quantum: Mapping[str, Any] | None = None,
         limit: Mapping[str, Any] | None = None,
+        adc: Mapping[str, Any] | None = None,
+        dac: Mapping[str, Any] | None = None,
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
 
@@ -88,13 +93,16 @@ class Instruments(AbstractInstruments):
             A number for each output that is named, or one for each of its numbers.
         limit
             The lowest and the highest command for each input that is named, (low, high).
+        adc, dac
+            The converter of each output, or input, that is named: (bits, low, high) or (bits, low, high, rounding) with
+            a rounding of `Converter`, as in {"omega": (12, -50.0, 50.0)}.
 
         Raises
         ------
         LookupError
             If a name is no output or no input of the plant.
         ValueError
-            If a number is negative or not finite, or a limit is no pair with room between.
+            If a number is negative or not finite, a limit is no pair with room between, or a converter is none.
         """
         given, sensors, bounds = {"noise": noise or {}, "quantum": quantum or {}}, [], []
         for name in dict.fromkeys(name for named in given.values() for name in named):
@@ -106,35 +114,59 @@ class Instruments(AbstractInstruments):
             if not isinstance(pair, tuple | list) or len(pair) != 2:
                 raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
             bounds.append(Limit(name, entry.unit, *(_each("limit", entry, end) for end in pair)))
-        return Instruments(tuple(sensors), tuple(bounds))
+        adcs = tuple(_converter("adc", plant.outputs, "outputs", *given) for given in (adc or {}).items())
+        dacs = tuple(_converter("dac", plant.inputs, "inputs", *given) for given in (dac or {}).items())
+        return Instruments(tuple(sensors), tuple(bounds), adcs, dacs)
 
     @property
     def reads(self) -> Layout:
-        """The outputs that have a sensor."""
-        return Layout(tuple(_port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors))
+        """The outputs that have a sensor or a converter."""
+        ports = {sensor.output: _port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors}
+        return Layout(tuple((_ports_of(self.adcs) | ports).values()))
 
     @property
     def limits(self) -> Layout:
-        """The inputs that have a limit."""
-        return Layout(tuple(_port(bound.input, bound.unit, bound.low) for bound in self.bounds))
+        """The inputs that have a limit or a converter."""
+        ports = {bound.input: _port(bound.input, bound.unit, bound.low) for bound in self.bounds}
+        return Layout(tuple((_ports_of(self.dacs) | ports).values()))
 
     @property
     def noises(self) -> int:
-        """The count of noises of a reading: one for each number that is read."""
-        return self.reads.size
+        """The count of noises of a reading: one for each number that has a sensor."""
+        return self._draws.size
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
         refuse_misfit("Instruments.read", "w", w, self.noises, 1, "a normal number for each")
-        draws, readings = self.reads.view(w), {}
+        draws, readings = self._draws.view(w), dict(y.only(self.reads))
         for sensor in self.sensors:
             x = y[sensor.output] + sensor.noise * draws[sensor.output]
             readings[sensor.output] = quantised(x, sensor.quantum + 0 * x)
-        return Signals(readings)
+        return Signals(readings | {adc.signal: adc.output(readings[adc.signal]) for adc in self.adcs})
 
     def limited(self, u: Signals) -> Signals:
-        """The commands within their limits."""
-        return Signals({b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds})
+        """The commands within their limits, as their converters give them."""
+        commands = dict(u.only(self.limits))
+        commands |= {b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds}
+        return Signals(commands | {dac.signal: dac.output(commands[dac.signal]) for dac in self.dacs})
+
+    @property
+    def _draws(self) -> Layout:
+        return Layout(tuple(_port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors))
+
+
+def _ports_of(converters: tuple[Converter, ...]) -> dict[str, Entry]:
+    return {each.signal: _port(each.signal, each.unit, each.low) for each in converters}
+
+
+def _converter(key: str, port: Layout, of: str, name: str, given: Any) -> Converter:
+    entry = port[known(name, port.names, f"{of} of the plant")]
+    if not isinstance(given, tuple | list) or len(given) not in (3, 4):
+        raise refusal(
+            f"Instruments.of({key}=...)", f"(bits, low, high) or (bits, low, high, rounding) for '{name}'", given
+        )
+    bits, low, high, *rounding = given
+    return Converter(name, entry.unit, bits, _each(key, entry, low), _each(key, entry, high), *rounding)
 
 
 def _port(name: str, unit: str, each: Vector) -> Entry:
@@ -149,10 +181,3 @@ def _each(key: str, entry: Entry, value: Any) -> Any:
         several = f"{entry.size} numbers or one for all of" if entry.shape else "one number for"
         raise ValueError(f"`{call}` must have {several} '{entry.name}'; got shape {each.shape}.")
     return np.broadcast_to(each, entry.shape)
-
-
-def quantised(x: ca.SX, quantum: ca.SX) -> ca.SX:
-    """The multiple of the quantum that is nearest to x, the upper one of two; x itself where the quantum is 0."""
-    some = quantum > 0
-    b = ca.if_else(some, quantum, 1)  # nothing is ever divided by 0
-    return ca.if_else(some, ca.floor(x / b + 0.5) * b, x)

@@ -77,12 +77,16 @@ def _note_of(truths: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _limits(loop: Blocks, instruments: AbstractInstruments) -> dict[str, tuple[Any, Any]]:
-    """The limits of commands: those that the law has itself, and those of the instruments."""
+    """The limits of commands: those of the law itself, of the instruments, and of converters, as these round them."""
     law, own = loop.controller, {}
     low, high = getattr(law, "low", None), getattr(law, "high", None)
     if low is not None and high is not None and len(law.drives.entries) == 1:
         own[law.drives.names[0]] = (low, high)
-    return own | {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())}
+    own |= {bound.input: (bound.low, bound.high) for bound in getattr(instruments, "bounds", ())}
+    for dac in getattr(instruments, "dacs", ()):
+        low, high = own.get(dac.signal, (dac.low, dac.top))
+        own[dac.signal] = (dac.value(low), dac.value(high))
+    return own
 
 
 def _readings(loop: Blocks, truths: tuple[str, ...]) -> Layout:

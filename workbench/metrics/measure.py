@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -11,10 +12,11 @@ from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import MeasuredRun, arithmetic_for, points_of
 from workbench.metrics.measurement import Measurement, Score
-from workbench.metrics.step_for_metrics import chosen_step
+from workbench.metrics.step_for_metrics import step_for
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import pilot_runs
+from workbench.simulate.step_choice import Choice
 from workbench.validation.refusals import Array, multiple, positive, seconds
 from workbench.validation.signatures import door
 
@@ -71,17 +73,19 @@ def measure(
     p, x0 = _rows(equation, until, p, x0)
     tolerance = None if tolerance is None else positive("measure(tolerance=...)", tolerance)
     every = None if every is None else seconds("measure(every=...)", every)
-    tell, chosen, runs = progress_of("measure", progress), h is None, np.arange(len(p))
+    tell, runs, choice, method = progress_of("measure", progress), np.arange(len(p)), None, "rk4"
     if h is None:
-        h = _chosen(measured, p, x0, until, every, tolerance, seed, arithmetic)
-    multiple("measure(until=...)", until, span := measured.step(h).h, "the step")
-    rounding = arithmetic_for(measured, h, arithmetic)
-    run = MeasuredRun(measured, h, until, every or span, until, seed, rounding, points_of(len(p)))
+        choice = _choice(measured, p, x0, until, every, tolerance, seed, arithmetic)
+        h, method = choice.h, choice.method
+    step = measured.step(h, method)
+    multiple("measure(until=...)", until, step.h, "the step")
+    rounding = arithmetic_for(step, arithmetic)
+    run = MeasuredRun(measured, h, until, every or step.h, until, seed, rounding, method, points_of(len(p)))
     found, trajectories = run.march(p, x0, runs, runs, tell)
-    return run.measurement(found, p, runs, tolerance=tolerance, chosen=chosen, kept=trajectories)
+    return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept=trajectories)
 
 
-def _chosen(
+def _choice(
     measured: MeasuredEquation,
     p: Array,
     x0: Array,
@@ -90,14 +94,15 @@ def _chosen(
     tolerance: float | None,
     seed: int,
     arithmetic: str | None,
-) -> float:
-    """The step [s] at which the pilots of the runs keep the tolerance."""
+) -> Choice:
+    """The step at which the pilots of the runs keep the tolerance."""
     if tolerance is None:
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
         )
     few = pilot_runs(p, x0)
-    return chosen_step(measured, p[few], x0[few], until, every, tolerance, seed, arithmetic)
+    how: Any = {"until": until, "every": every, "tolerance": tolerance, "seed": seed, "arithmetic": arithmetic}
+    return step_for(measured, p[few], x0[few], **how)
 
 
 def _rows(equation: Ode | Sampled, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step, rk4, with_quadrature
+from workbench.core import Layout, Ode, Sampled, Step, runge_kutta_step, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
 from workbench.metrics.measurement import Column
 from workbench.metrics.signal_choice import refuse_unknown
@@ -69,8 +69,8 @@ class MeasuredEquation:
         """For each column, true if it is a time, which is known to one step at best."""
         return tuple(m.is_time for m in self.metrics for _ in m.labels)
 
-    def step(self, h: float) -> Step:
-        """The step of length h [s], of a sampled loop its period in substeps of h; all of them share their rule.
+    def step(self, h: float, method: str = "rk4") -> Step:
+        """The step of length h [s] by a method, of a sampled loop its period in substeps of h; they share their rule.
 
         Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
 
@@ -86,14 +86,17 @@ class MeasuredEquation:
             span, substeps = seconds("measured(h=...)", h), 1
         for sample in filter(None, map(_grid, self.metrics)):
             multiple("metric(sample=...)", sample, span, "the step")
-        if substeps not in self._steps:
-            plain = replace(equation, flow=self._flow).step(substeps) if isinstance(equation, Sampled) else None
-            self._steps[substeps] = _with_memories(plain or rk4(self._flow, span), self.metrics)
-        return replace(self._steps[substeps], h=span)
+        if (made := self._steps.get((substeps, method))) is None:
+            if isinstance(equation, Sampled):
+                plain = replace(equation, flow=self._flow).step(substeps, method)
+            else:
+                plain = runge_kutta_step(self._flow, span, method)
+            made = self._steps[substeps, method] = _with_memories(plain, self.metrics)
+        return replace(made, h=span)
 
     @cached_property
-    def _steps(self) -> dict[int, Step]:
-        """The steps that were made, by the number of their substeps."""
+    def _steps(self) -> dict[tuple[int, str], Step]:
+        """The steps that were made, by the number of their substeps and their method."""
         return {}
 
     @cached_property

@@ -60,7 +60,7 @@ class MeasuredRun:
     every, spacing
         The distance of the kept states, and that of the times at which the metrics are taken, in s.
     seed, arithmetic
-        Of the noise and of all runs; both are used at h / 2 too.
+        Of the noise and of all runs; both are used at h / 2 too, and so is the method.
     points
         The number of states of a run that is looked at, or more where few are kept, at which its modes are.
     """
@@ -72,17 +72,18 @@ class MeasuredRun:
     spacing: float
     seed: int
     arithmetic: str
+    method: str = "rk4"
     points: int = POINTS
 
     @cached_property
     def step(self) -> Step:
         """The step of the values, with the accumulators beside the states."""
-        return self.measured.step(self.h)
+        return self.measured.step(self.h, self.method)
 
     @cached_property
     def half(self) -> Step:
         """The step at h / 2."""
-        return self.measured.step(self.h / 2)
+        return self.measured.step(self.h / 2, self.method)
 
     @cached_property
     def times(self) -> Array:
@@ -196,6 +197,6 @@ class MeasuredRun:
         return limits, np.where(np.isnan(limits), np.nan, t[first])
 
 
-def arithmetic_for(measured: MeasuredEquation, h: float, name: str | None) -> str:
-    """The arithmetic of all runs at h and h / 2: the one that is named, or else the one that serves the step best."""
-    return name or default_for(measured.step(h))
+def arithmetic_for(step: Step, name: str | None) -> str:
+    """The arithmetic of all runs at a step and at half of it: the one that is named, or else the step's best."""
+    return name or default_for(step)

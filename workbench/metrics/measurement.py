@@ -12,6 +12,7 @@ import numpy as np
 from workbench.metrics.contract import AbstractMetric
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stability import beyond
+from workbench.simulate.step_choice import Choice
 from workbench.simulate.step_size import Check, accuracy
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, described, nearest
@@ -100,8 +101,8 @@ class Measurement:
         not known, and the time in s at which it is reached.
     tolerance
         Of the errors relative to the values; None where none was asked for.
-    chosen
-        True if pilot runs chose the step for that tolerance.
+    choice
+        The choice of the step by pilot runs for that tolerance; None where the step was named.
     metrics, kept
         The metrics themselves, and the trajectories of the runs where they were kept.
     unseen
@@ -119,7 +120,7 @@ class Measurement:
     limits: Array
     limited_at: Array | None = None
     tolerance: float | None = None
-    chosen: bool = False
+    choice: Choice | None = None
     metrics: tuple[AbstractMetric, ...] = ()
     unseen: tuple[str, ...] = ()
     kept: Trajectories | None = None
@@ -175,8 +176,12 @@ class Measurement:
         errors[self.looked_at] = np.where(alone, np.inf, found)
         return Score(column.metric, column.label, column.unit, values, errors)
 
+    def column(self, metric: str, signal: int | str = 0) -> Column:
+        """The column of a metric of one signal, by the signal's label or its number from 0."""
+        return self.columns[self.place(metric, signal)]
+
     def place(self, metric: str, signal: int | str = 0) -> int:
-        """The column of a metric of one signal."""
+        """The place of the column of a metric of one signal."""
         mine = {i: one for i, one in enumerate(self.columns) if one.metric == metric}
         for i, one in mine.items():
             if signal in (one.number, one.label):

@@ -11,6 +11,7 @@ from workbench.plants.elements import AbstractElement, FirstOrder, PadeDelay, Ra
 from workbench.plants.equipped import Disturbed, Equipped
 from workbench.plants.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
+from workbench.plants.nonlinear_elements import Backlash, DeadZone, Quantiser
 from workbench.plants.ode_plant import OdePlant
 from workbench.plants.tanks import QuadrupleTank, StirredTank
 from workbench.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVehicle
@@ -18,9 +19,11 @@ from workbench.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVeh
 __all__ = [
     "AbstractActuator",
     "AbstractElement",
+    "Backlash",
     "BuckConverter",
     "CartPole",
     "DCMotor",
+    "DeadZone",
     "DirectDrive",
     "Disturbed",
     "Equipped",
@@ -35,6 +38,7 @@ __all__ = [
     "PlanarQuadrotor",
     "Quadrotor",
     "QuadrupleTank",
+    "Quantiser",
     "RateLimit",
     "Saturation",
     "SingleTrackVehicle",

@@ -24,12 +24,21 @@ MOST_ORDER = 50  # of a Pade approximant: each is a state
 
 @block
 class AbstractElement(ABC):
-    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v."""
+    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v.
+
+    A memory moves by the `rate` in continuous time, or, where the element is a `recursion`, from sample to sample by
+    the `update`. An element without a memory serves plants of both kinds.
+    """
 
     WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
 
     signal: str
     unit: str = field(default=ANY, init=False)
+
+    @property
+    def recursion(self) -> bool:
+        """True if the memory moves from sample to sample."""
+        return False
 
     def memory(self, entry: Entry) -> Layout:
         """The element's own states in the way of a signal, one for each of its numbers."""
@@ -40,6 +49,9 @@ class AbstractElement(ABC):
         """The output of the element, (k, 1), for the input v, (k, 1)."""
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+        return {}
+
+    def update(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
         return {}
 
 
@@ -64,7 +76,7 @@ class Saturation(AbstractElement):
             )
 
     def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        return _within(v, self.low, self.high)
+        return within(v, self.low, self.high)
 
 
 @block
@@ -110,7 +122,7 @@ class RateLimit(AbstractElement):
         return z["limited"]
 
     def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        return {"limited": _within((v - z["limited"]) / self.time_constant, self.low, self.high)}
+        return {"limited": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
 @block
@@ -181,5 +193,6 @@ def spread(value: Any, entry: Entry) -> Any:
     return np.broadcast_to(value, entry.shape)
 
 
-def _within(v: ca.SX, low: Vector, high: Vector) -> ca.SX:
+def within(v: ca.SX, low: Vector, high: Vector) -> ca.SX:
+    """The signal, limited to between low and high."""
     return ca.fmin(ca.fmax(v, low), high)

@@ -16,7 +16,7 @@ from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
 from workbench.loop.surroundings import AbstractReference
 from workbench.loop.wiring import asked
 from workbench.plants.elements import AbstractElement
-from workbench.validation.refusals import known, refusal
+from workbench.validation.refusals import known
 
 TRUTH = "d_"  # of a disturbance on x is 'd_x'
 
@@ -55,8 +55,8 @@ class Equipped(AbstractAround):
     LookupError
         If an element is for a signal that is no input of the plant, or no output.
     ValueError
-        If an element does not fit its signal in size or units; if an output has sensors already; or if the plant moves
-        in discrete time.
+        If an element does not fit its signal in size or units; if an output has sensors already; or if the memory of
+        an element moves in continuous time and the plant in discrete time, or the other way round.
 
     Examples
     --------
@@ -71,18 +71,25 @@ class Equipped(AbstractAround):
     sensors: tuple[AbstractElement, ...] = ()
 
     def __post_init__(self) -> None:
-        if is_recursion(self.plant):
-            advice = ": in discrete time there are the instruments and the `delay` of `digital`"
-            raise refusal("Equipped(plant=...)", "a plant in continuous time", self.plant, advice)
         for name, port, of in (("actuators", self.inputs, "inputs"), ("sensors", self.outputs, "outputs")):
             elements = tuple(_fitted(name, element, port, of) for element in getattr(self, name))
             object.__setattr__(self, name, elements)
+            for element in elements:
+                _refuse_other_time(name, element, element.memory(port[element.signal]), self.plant)
         for name in self._sensed:
             if f"{name}_true" in self.outputs + self.plant.truths:
                 raise ValueError(
                     f"`Equipped(sensors=...)` must leave the name '{name}_true' to what the plant gives, which has it "
                     f"already: put all sensors of '{name}' into one `Equipped`."
                 )
+
+    @property
+    def period(self) -> float | None:  # type: ignore[override]
+        return self.plant.period
+
+    @property
+    def recursion(self) -> bool:
+        return is_recursion(self.plant)
 
     @property
     def truths(self) -> Layout:
@@ -104,9 +111,15 @@ class Equipped(AbstractAround):
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        return self._moved("rate", t, x, u)
+
+    def update(self, t: Number, x: States, u: Inputs) -> Parts:
+        return self._moved("update", t, x, u)
+
+    def _moved(self, method: str, t: Number, x: States, u: Inputs) -> Parts:
         driven, actuators = self._through(self.actuators, x, u)
         _, sensors = self._through(self.sensors, x, self._outputs(t, x))
-        moves = asked(self.plant, "rate", self.plant.states, t, self._own(x), driven)
+        moves = asked(self.plant, method, self.plant.states, t, self._own(x), driven)
         return moves | actuators | sensors
 
     @property
@@ -134,14 +147,15 @@ class Equipped(AbstractAround):
             yield element, memory, names
 
     def _through(self, elements: tuple[AbstractElement, ...], x: States, signals: Signals) -> tuple[Signals, Parts]:
-        """The signals after the elements that they pass through, and the rates of these elements."""
+        """The signals after the elements that they pass through, and the rates, or updates, of these elements."""
+        method = "update" if self.recursion else "rate"
         moves: dict[str, ca.SX] = {}
         for element, memory, names in self._memories():
             if element not in elements:
                 continue
             kind, v = type(element).__name__, signals[element.signal]
             z = Signals({own: x[here] for own, here in names.items()})
-            rates = signals_of(f"{kind}.rate(...)", memory, element.rate(z, v))
+            rates = signals_of(f"{kind}.{method}(...)", memory, getattr(element, method)(z, v))
             moves |= {names[own]: rate for own, rate in rates.items()}
             y = column(f"{kind}.output(...)", element.signal, v.shape, element.output(z, v))
             signals = signals | {element.signal: y}
@@ -224,6 +238,23 @@ class Disturbed(AbstractAround):
 
     def _driven(self, t: Number, u: Inputs) -> Signals:
         return u | {name: u[name] + part for name, part in self._at(t).items() if name in self.inputs}
+
+
+def _refuse_other_time(field: str, element: AbstractElement, memory: Layout, plant: AbstractPlant) -> None:
+    """Refuse an element whose memory moves in continuous time before a plant in discrete time, and the other way."""
+    if not memory.size or element.recursion == is_recursion(plant):
+        return
+    kind, times = type(element).__name__, ("continuous", "discrete")
+    if element.recursion:
+        way = "give it a `time_constant`, which the step of a simulation resolves"
+    else:
+        way = (
+            "there are elements without a memory, a `Backlash` without a `time_constant`, and the `delay` of `digital`"
+        )
+    raise ValueError(
+        f"`{kind}` of '{element.signal}' in `{field}` must move in {times[is_recursion(plant)]} time, as "
+        f"`{type(plant).__name__}` does, and moves in {times[element.recursion]} time: {way}."
+    )
 
 
 def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:

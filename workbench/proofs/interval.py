@@ -86,6 +86,8 @@ def evaluate(steps: Walk, boxes: dict[str, Interval]) -> list[Interval]:
     last = {operand: place for place, node in enumerate(steps.nodes) for operand in node.operands}
     wanted, known = set(places), {}
     size = len(next(iter(boxes.values())).low) if boxes else 1
+    for symbol in (node.name for node in steps.nodes if node.code == ca.OP_INPUT and node.name not in boxes):
+        raise LookupError(f"`evaluate(boxes=...)` must hold a box for each symbol; got none for {symbol!r}.")
     with np.errstate(all="ignore"):
         for place, node in enumerate(steps.nodes):
             if node.code == ca.OP_CONST:

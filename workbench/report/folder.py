@@ -23,7 +23,7 @@ from workbench.study.ledger.ownership import FOLDER, stranger_in
 PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(
     r"index\.html|report\.pdf|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
-    rf"runs/[a-z0-9_]+\.(csv|parquet|mat)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
+    rf"runs/[a-z0-9_]+\.(csv|parquet|mat|json)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
 )
 
 

@@ -18,6 +18,7 @@ from workbench.study.document.phrases import (
     Diverged,
     Emphasis,
     Measured,
+    Missing,
     Part,
     Phrase,
     Reference,
@@ -80,6 +81,8 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed |
             return measured(value.value, value.error)
         case Diverged():
             return f"diverged at {printed(float(f'{value.at:.3g}'))} s"
+        case Missing():
+            return value.words
         case str() if numeric:
             return _read(value) or value
     return value
@@ -174,6 +177,8 @@ def _fields(cell: Cell, pair: bool) -> list[str]:
             field, error = repr(float(value.value)), repr(float(value.error))
         case Diverged():
             field = f"diverged at {float(value.at)!r} s"
+        case Missing():
+            field = spreadsheet_text(value.words)
         case _:
             field = spreadsheet_text(plain(value))
     return [field, error] if pair else [field]

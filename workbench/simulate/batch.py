@@ -8,7 +8,7 @@ from workbench.core import Layout, Step
 from workbench.core.switches import DENSEST
 from workbench.simulate.arithmetic import arithmetic_of, march_of
 from workbench.simulate.divergence import find_divergence
-from workbench.simulate.job import Job, Progress
+from workbench.simulate.job import Job, Progress, token
 from workbench.simulate.kernel.noise import STEP_BITS
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
@@ -90,11 +90,17 @@ def rows_of(call: str, step: Step, p: Array | None, x0: Array | None, least: int
 
 def progress_of(call: str, progress: Progress | None) -> Progress:
     """The function that is told the share that is done; it is told 0 first, so that one that fails costs no run."""
+    look = token()
     if progress is None:
-        return lambda share: None
+        return lambda share: look()
     must = "be a function of the share that is done, from 0 to 1"
     answer(f"{call}(progress=...)", must, lambda: progress(0.0), lambda given: given)
-    return progress
+
+    def tell(share: float) -> None:
+        look()
+        progress(share)
+
+    return tell
 
 
 def _spacing(step: Step, p_rows: Array, until: float, every: float | None) -> tuple[int, int]:

@@ -51,7 +51,7 @@ class Job:
     def switched(self) -> bool:
         """True if some run may have a switch within a step."""
         segments = self.step.rule.segments
-        return segments is not None and segments.switches.come(self.p)
+        return segments is not None and segments.come(self.p)
 
     @property
     def fused(self) -> bool:
@@ -172,4 +172,19 @@ def use_threads(count: int | None) -> None:
     _asked.set(count)
 
 
+def look_to(token: Callable[[], None]) -> None:
+    """Let marches that begin in this thread, or in this context, call a function now and then: its error ends them."""
+    _token.set(token)
+
+
+def token() -> Callable[[], None]:
+    """The function that a march calls now and then, by whose error it ends."""
+    return _token.get()
+
+
+def _go_on() -> None:
+    """The token of a march that nobody ends."""
+
+
 _asked: ContextVar[int | None] = ContextVar("threads", default=None)
+_token: ContextVar[Callable[[], None]] = ContextVar("token", default=_go_on)

@@ -17,12 +17,13 @@ from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
 from workbench.metrics.measurement import Column
-from workbench.metrics.step_for_metrics import chosen_step
+from workbench.metrics.step_for_metrics import step_for
 from workbench.simulate import Trajectories
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Progress
+from workbench.simulate.step_choice import Choice
 from workbench.study.contract import Run, Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
@@ -45,7 +46,7 @@ class CompiledSweep:
     run: MeasuredRun
     space: Space
     size: int  # of its runs; of a search, at most
-    chosen: bool = False  # by pilots, of the step
+    choice: Choice | None = None  # of the step by pilots
     keeps: bool = False  # the states of its runs too, as a case does
 
     @property
@@ -102,6 +103,7 @@ class CompiledSweep:
             "seed": [run.seed, self.sweep.common],
             "kept": [self.sweep.halved, self.keeps, run.points, run.measured.accumulators.size],
             "rates": rule.rate.numel(),
+            "method": rule.method.name,
         }
         head = plain(parts)
         if rule.segment_parts is not None:
@@ -159,12 +161,13 @@ class CompiledSweep:
         p = self.space.rows(points)[0]
         kept = self._trajectories(p, np.arange(first, last), held)
         found = Accumulation(**{field.name: held[field.name] for field in fields(Accumulation)})
-        told: Any = {"tolerance": self.sweep.run.tolerance if self.chosen or self.keeps else None, "kept": kept}
+        tolerance = self.sweep.run.tolerance if self.choice or self.keeps else None
+        told: Any = {"tolerance": tolerance, "choice": self.choice, "kept": kept}
         return Sample(
             name=self.sweep.name,
             factors=tuple(factor.name for factor in self.sweep.factors),
             drawn=self.space.values(points[few] if at_half else points),
-            measurement=self.run.measurement(found, p, few, at_half, chosen=self.chosen, **told),
+            measurement=self.run.measurement(found, p, few, at_half, **told),
             seed=self.run.seed,
             fingerprint=self.fingerprint,
             design=self.sweep.design,
@@ -214,12 +217,14 @@ def compile_case(run: Run, equation: Ode | Sampled, arithmetic: str | None = Non
 
 def _compiled(sweep: Sweep, equation: Ode | Sampled, arithmetic: str | None) -> CompiledSweep:
     run, space = sweep.run, Space(sweep.factors, equation.parameters, equation.states)
-    measured, h = MeasuredEquation.of(equation, run.metrics, run.until), run.h
+    measured, h, method, choice = MeasuredEquation.of(equation, run.metrics, run.until), run.h, "rk4", None
     if h is None:
         assert run.tolerance is not None
         points = sweep.design.points()
         ends = np.unique([points.argmin(axis=0), points.argmax(axis=0)]) if sweep.factors else [0]
-        h = chosen_step(measured, *space.rows(points[ends]), run.until, run.kept, run.tolerance, run.seed)
-    rounding = arithmetic_for(measured, h, arithmetic)
-    made = MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding)
-    return CompiledSweep(sweep, made, space, sweep.design.size, chosen=run.h is None)
+        how: Any = {"until": run.until, "every": run.kept, "tolerance": run.tolerance, "seed": run.seed}
+        choice = step_for(measured, *space.rows(points[ends]), **how)
+        h, method = choice.h, choice.method
+    rounding = arithmetic_for(measured.step(h, method), arithmetic)
+    made = MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding, method)
+    return CompiledSweep(sweep, made, space, sweep.design.size, choice)

@@ -1,4 +1,4 @@
-"""The cost of sweeps before they start: time, memory and disk; sweeps that need too much are refused."""
+"""The cost of sweeps and works before they start: time, memory and disk; those that need too much are refused."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
 from workbench.study.compiled import CompiledSweep
+from workbench.study.work import GUESS, CompiledWork
 
 PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
@@ -21,28 +22,35 @@ SECONDS_OF_CHUNK = 0.01  # beside its runs: it is named, written, and forced to 
 SECONDS_OF_NUMBER = 2e-6  # of a table: it is drawn or measured, and written as text by one thread
 # How many times longer a step takes where it is not compiled: NumPy makes a fused product of some fifty operations.
 SLOWER = {"fused": 2500, "portable": 100, "casadi": 100}
+BYTES_OF_ITEM = 10_000  # of a record on the disk
 PROGRAM = 200 * 2**20  # bytes of the workbench itself
 
 
 @dataclass(frozen=True)
 class Cost:
-    """The cost of runs: s on so many threads, and bytes of memory and disk."""
+    """The cost of runs and of items of works: s on so many threads, and bytes of memory and disk."""
 
     runs: int
     threads: int
     seconds: float
     memory: float
     disk: float
+    items: int = 0
+    guesses: int = 0  # items whose time nobody states
 
     def __str__(self) -> str:
+        counts = {"runs": self.runs, "items of works": self.items}
+        pieces = " and ".join(f"{count:,} {unit}" for unit, count in counts.items() if count) or "0 runs"
+        guess = f", with a guess of {GUESS:g} s for each of {self.guesses:,} items" if self.guesses else ""
+        most = "at most about" if self.runs else "about"
         return (
-            f"{self.runs:,} runs: at most about {_time(self.seconds)} on {self.threads} threads, "
+            f"{pieces}: {most} {_time(self.seconds)} on {self.threads} threads{guess}, "
             f"{_size(self.memory)} of memory, {_size(self.disk)} on the disk"
         )
 
 
-def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None) -> Cost:
-    """A cautious estimate of all runs of some sweeps, as if none of them were done."""
+def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None, works: Sequence[CompiledWork] = ()) -> Cost:
+    """A cautious estimate of all runs of some sweeps and items of works, as if none of them were done."""
     side = workers or threads()
     seconds = results = chunk = 0.0
     for one in sweeps:
@@ -53,8 +61,12 @@ def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None) -> Cost
         seconds += one.size * (one.seconds_of_run * _slower(one) / side + SECONDS_OF_NUMBER * cells)
         seconds += SECONDS_OF_CHUNK * ceil(one.size / one.runs_of_chunk)
         chunk = max(chunk, min(one.runs_of_chunk, one.size) * one.bytes_of_run)
-    runs = sum(one.size for one in sweeps)
-    return Cost(runs, side, seconds, PROGRAM + CHUNKS * chunk + COPIES * results, ON_DISK * results)
+    for work in works:
+        seconds += work.seconds_of_item * ceil(work.size / side) + SECONDS_OF_CHUNK * work.size
+    runs, items = sum(one.size for one in sweeps), sum(work.size for work in works)
+    guesses = sum(work.size for work in works if work.work.seconds is None)
+    memory = PROGRAM + CHUNKS * chunk + COPIES * results
+    return Cost(runs, side, seconds, memory, ON_DISK * results + BYTES_OF_ITEM * items, items, guesses)
 
 
 def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:

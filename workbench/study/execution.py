@@ -1,110 +1,98 @@
-"""Execution of a study: its tunings, then its sweeps, chunk by chunk into a ledger, and from there its samples."""
+"""Execution of a study: its tunings, sweeps and works, piece by piece into a ledger, and from there its results."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from workbench.simulate.arithmetic import signature
+from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.executors import LOCAL, Source, on_cluster, on_threads
+from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
-from workbench.study.ledger.about import UNUSED, About, SweepAbout, is_chunk
+from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, Task, Tell
+from workbench.study.order import Order, check_options
 from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
-from workbench.study.tuning.checkpoint import tune_in_ledger
+from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
-from workbench.validation.refusals import whole
+from workbench.study.work import CompiledWork, compile_works
 
 NAMED = 3  # sweeps that a message names
 
-Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
-Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
 ArithmeticOf = Callable[[str], str | None]
+Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
+Answers = dict[str, tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Records:
+    """The sweeps of tunings, and the names of records, from which workers of a cluster make other sweeps again."""
+
+    searched: tuple[CompiledSweep, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 class Stopped(KeyboardInterrupt):
     """The interruption of a study by Ctrl-C, with the chunks that are kept."""
 
 
-def _ignore(*told: object) -> None:
-    """The ear of those who need not be told."""
-    del told
-
-
-def _no_bar(name: str) -> AbstractContextManager[Tell]:
-    """A bar that shows nothing."""
-    del name
-    return nullcontext(_ignore)
-
-
-@dataclass(frozen=True)
-class Order:
-    """The options with which a study is run."""
-
-    script: Path
-    samples: int | None = None
-    workers: int | None = None
-    cluster: str | None = None
-    arithmetic: str | None = None  # without it that of the ledger, or of this machine
-    fresh: bool = False
-    yes: bool = False
-    only_report: bool = False  # computes nothing: what is missing is refused
-    acknowledge: Callable[[Chunk], None] = _ignore  # told each chunk once it is durable
-    say: Callable[[str], None] = _ignore
-    # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings
-    source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
-    # a place, by the name of the study, where one is told how far the runs are
-    bar: Callable[[str], AbstractContextManager[Tell]] = _no_bar
-
-
 @contextmanager
 def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Results]]:
-    """The study with its cases known, and the results of its tunings and sweeps, computed where the ledger lacks them.
+    """The study with its cases known, and the results of all that it declares, computed where the ledger lacks them.
 
     The ledger in the folder `out` stays locked until the report is written.
     """
-    _check_options(study, order)
-    if not (study.sweeps or study.tunings):
+    check_options(study, order)
+    if not (study.sweeps or study.tunings or study.works):
         _leave(study, out, order)
-        yield study, Results()
+        yield study, Results(order.run_cases(study))
         return
     arithmetic_of = _arithmetics(out, order)
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
     sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-    _afford([*searched, *sweeps], out, order)
+    works = () if callable(study.works) else compile_works(study.works)
+    _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop_tables()
         about = About.of(study.name, order.script, ledger.out, order.samples)
+        about = replace(about, works=_about_works(works), more=callable(study.works))
+        answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later = callable(study.sweeps)
-        study = study.resolved(tuned)
+        study = study.resolved({**tuned, **answers})
         if later:
             sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-            _afford(sweeps, out, order)
-        records = searched if later else ()  # from which a worker makes the sweeps again
-        samples = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
-        results = Results(samples=samples, tunings=tuple(tuned.values()))
+            _afford(sweeps, works, out, order)
+        about = replace(about, sweeps=tuned_about)
+        records = Records(tuple(searched), about.chunks) if later else Records()
+        samples, about = _samples(sweeps, records, ledger, order, about)
+        results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
+        results = replace(results, outcomes=order.run_cases(study))
+        if callable(study.works):
+            results = replace(results, works=_later_answers(study, results, ledger, order, about))
         yield study, results
 
 
 def _leave(study: Study, out: Path, order: Order) -> None:
-    """Have a ledger of earlier sweeps say that the study no longer has any."""
+    """Have a ledger of earlier sweeps and works say that the study no longer has any."""
     about = store.about_in(out)
     if about is None:
         return
@@ -113,28 +101,12 @@ def _leave(study: Study, out: Path, order: Order) -> None:
         with store.opened(out) as ledger:
             ledger.drop_tables()
             ledger.describe(now)
-            if unused := now.unused(ledger.names):
-                order.say(UNUSED.format(count=unused, out=out))
+            _say_unused(now, ledger, order)
 
 
-def _check_options(study: Study, order: Order) -> None:
-    """Refuse options about sweeps for a study without any, and others that exclude each other."""
-    for name in ("workers", "samples"):
-        if (count := getattr(order, name)) is not None:
-            whole(f"--{name}", count)
-    searched = bool(study.tunings)
-    options = (
-        ("--samples", order.samples, False),
-        ("--workers", order.workers, searched),
-        ("--cluster", order.cluster, searched),
-    )
-    for option, value, used in options:
-        if value is not None and not (study.sweeps or used):
-            raise ValueError(f"`{option}` is for sweeps, and the study '{study.name}' has none; leave it out.")
-    if order.workers is not None and order.cluster not in (None, LOCAL) and not searched:
-        raise ValueError(
-            f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
-        )
+def _say_unused(about: About, ledger: Ledger, order: Order) -> None:
+    if unused := about.unused(ledger.names):
+        order.say(UNUSED.format(count=unused, out=ledger.out))
 
 
 def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
@@ -182,9 +154,13 @@ def compile_sweeps(
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
-def _afford(sweeps: Sequence[CompiledSweep], out: Path, order: Order) -> None:
+def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
+    return tuple(WorkAbout(one.work.name, one.names) for one in works)
+
+
+def _afford(sweeps: Sequence[CompiledSweep], works: Sequence[CompiledWork], out: Path, order: Order) -> None:
     if not (order.yes or order.only_report):
-        cost.check(cost.cost_of(sweeps, order.workers), out)
+        cost.check(cost.cost_of(sweeps, order.workers, works), out)
 
 
 @contextmanager
@@ -209,7 +185,7 @@ def _tuned(
             most = "at most " if any(search.tuning.settle is not None for search in searches) else ""
             needed = cost.cost_of([one for search in searches for one in search.sweeps], order.workers)
             order.say(f"{about.study}: tuning{where}, {most}{needed}.")
-            return stack.enter_context(order.bar(about.study))
+            return stack.enter_context(order.bar(about.study, "runs"))
 
         return tune_in_ledger(
             searches,
@@ -223,22 +199,17 @@ def _tuned(
 
 def _samples(
     sweeps: Sequence[CompiledSweep],
-    searched: Sequence[CompiledSweep],
+    records: Records,
     ledger: Ledger,
     order: Order,
     about: About,
-) -> tuple[Sample, ...]:
-    """The sample of each sweep, from chunks of which the missing are computed."""
+) -> tuple[tuple[Sample, ...], About]:
+    """The sample of each sweep, from chunks of which the missing are computed; and the state of the study with them."""
     tasks = tasks_of(sweeps)
-    own = [tuple(task.name for task in tasks if task.sweep == i) for i in range(len(sweeps))]
-    arithmetics = [signature(one.arithmetic) for one in sweeps]
-    each = zip(sweeps, arithmetics, own, strict=True)
-    abouts = (SweepAbout(one.sweep.name, one.size, bits, names) for one, bits, names in each)
-    tuned = [name for sweep in about.sweeps for name in sweep.chunks]
+    abouts = _about_sweeps(sweeps)
     now = replace(about, sweeps=(*about.sweeps, *abouts))
     ledger.describe(now)
-    if unused := now.unused(ledger.names):
-        order.say(UNUSED.format(count=unused, out=ledger.out))
+    _say_unused(now, ledger, order)
     missing = sum(task.name not in ledger for task in tasks)
     if missing and order.only_report:
         raise LookupError(
@@ -248,11 +219,57 @@ def _samples(
         there = len(tasks) - missing
         some = f"; {there} of {len(tasks)} chunks are there already." if there else "."
         order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
-        with order.bar(about.study) as tell:
+        with order.bar(about.study, "runs") as tell:
             counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
-            execute = _executor(sweeps, searched, tuned, ledger, order)
+            execute = _executor(sweeps, records, ledger, order)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
-    return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True))
+    each = zip(sweeps, abouts, strict=True)
+    return tuple(one.sample(map(ledger.read, mine.chunks)) for one, mine in each), now
+
+
+def _all_sweeps(searches: Sequence[Search], sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
+    """The runs of all tunings and sweeps that are known before anything is computed."""
+    nothing: dict[str, list[str]] = {one.sweep.name: [] for search in searches for one in search.sweeps}
+    return (*about_of_searches(searches, nothing), *_about_sweeps(sweeps))
+
+
+def _about_sweeps(sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
+    """The sweeps with all of their chunks, as the ledger describes them."""
+    names = (tuple(one.name(*ends) for ends in one.chunks) for one in sweeps)
+    each = zip(sweeps, names, strict=True)
+    return tuple(SweepAbout(one.sweep.name, one.size, signature(one.arithmetic), held) for one, held in each)
+
+
+def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> Answers:
+    """The answers of the works that follow from the results of all else, by threads of this machine."""
+    works = compile_works(study.works_from(results))
+    _afford((), works, ledger.out, order)
+    now = replace(about, works=_about_works(works), more=False)
+    answers = _answers(works, ledger, replace(order, cluster=None), now)
+    _say_unused(now, ledger, order)
+    return answers
+
+
+def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about: About) -> Answers:
+    """The answers of each work by its name, read from records of which the missing are computed."""
+    ledger.describe(about)
+    tasks = [Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names)]
+    missing = sum(task.name not in ledger for task in tasks)
+    if missing and order.only_report:
+        raise LookupError(
+            f"{missing} of {len(tasks)} items of works are missing in '{ledger.out}': {_run_again(ledger, order)}."
+        )
+    if missing:
+        there = len(tasks) - missing
+        some = f"; {there} of {len(tasks)} items are there already." if there else "."
+        order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
+        with order.bar(about.study, "items") as tell:
+            counter = store.Counter(len(tasks), lambda: tell)
+            execute: Execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            if order.cluster is not None and order.source is not None:
+                execute = partial(on_cluster, order.cluster, order.source(works=True), workers=order.workers)
+            store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    return {one.work.name: one.answers(ledger.read) for one in works}
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
@@ -262,17 +279,16 @@ def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
 
 def _executor(
     sweeps: Sequence[CompiledSweep],
-    searched: Sequence[CompiledSweep],
-    tuned: Sequence[str],
+    records: Records,
     ledger: Ledger,
     order: Order,
-) -> Callable[[Sequence[Task]], Iterator[Chunk]]:
-    """Threads of this machine, or a cluster whose workers find the same sweeps from the chunks of the tunings."""
+) -> Execute:
+    """Threads of this machine, or a cluster whose workers find the same sweeps from some records."""
     if order.cluster is None or order.source is None:
         return lambda tasks: on_threads(sweeps, tasks, order.workers)
     address = order.cluster
-    chunks = [ledger.read(name) for name in tuned] if searched else []
-    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*searched, *sweeps))
+    chunks = [ledger.read(name) for name in records.names]
+    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*records.searched, *sweeps))
     source = order.source(arithmetics, tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks))
     return lambda tasks: on_cluster(address, source, tasks, order.workers)
 

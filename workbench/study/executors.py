@@ -1,77 +1,113 @@
-"""Executors: the threads of this machine, or the workers of a Dask cluster, which compute chunks."""
+"""Executors: the threads of this machine, or the workers of a Dask cluster, which compute chunks and items of works."""
 
 from __future__ import annotations
 
 import logging
-from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
-from queue import Empty, Queue
-from threading import Event, Lock
+from itertools import islice
+from queue import Empty, Queue, SimpleQueue
+from threading import Event, Lock, Thread
+from threading import enumerate as enumerate_threads
+from time import monotonic
 from typing import Any
 
 import casadi as ca
 
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
-from workbench.simulate.job import ended, threads, use_threads
+from workbench.simulate.job import LOOK, look_to, threads, use_threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
+from workbench.study.work import CompiledWork
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
+PARTING = 0.3  # s in which pieces under way may end by themselves when they are no longer wanted
+CREW = "crew"  # the name of the threads that compute them
 LOCAL = "local"  # the address of a cluster that is started here
 KEPT = f"What was done is kept. {LATER}"
 
 
 class StoppedError(RuntimeError):
-    """The error that ends a chunk whose result is no longer wanted."""
+    """The error that ends a march whose result is no longer wanted."""
 
 
 class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-# The source of a study's sweeps for another process, as plain data that is sent there and can be hashed.
-Source = Callable[[], tuple[CompiledSweep, ...]]
+Pieces = Sequence[CompiledSweep | CompiledWork]
+# The source of a study's sweeps or works for another process, as plain data that is sent there and can be hashed.
+Source = Callable[[], Pieces]
 
 
-def on_threads(sweeps: Sequence[CompiledSweep], tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
-    """The chunks in order, each by `workers` threads or one per processor, computed while the last is written."""
-    stopped = Event()
+def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None, at_once: int = 1) -> Iterator[Chunk]:
+    """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
-    def tell(share: float) -> None:
-        del share
+    One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their
+    next look at progress. What cannot be ended stays with a thread that holds up nothing: the process still ends.
+    """
+    side = workers or threads()
+    at_once = max(1, min(at_once, side, len(tasks)))
+    stopped, rest = Event(), iter(tasks)
+    waiting, done = SimpleQueue[Task | None](), SimpleQueue[Chunk | BaseException]()
+
+    def look() -> None:
         if stopped.is_set():
             raise StoppedError
 
-    def compute(task: Task) -> Chunk:
-        return sweeps[task.sweep].chunk(task.first, task.last, tell)
+    def serve() -> None:
+        use_threads(side // at_once)
+        look_to(look)
+        while (task := waiting.get()) is not None and not stopped.is_set():
+            try:
+                done.put(pieces[task.sweep].chunk(task.first, task.last))
+            except BaseException as error:
+                done.put(error)
 
-    pool = ThreadPoolExecutor(1, initializer=use_threads, initargs=(workers,))
-    waiting: deque[Future[Chunk]] = deque()
+    crew = [Thread(target=serve, name=CREW, daemon=True) for _ in range(at_once)]
     try:
-        for task in tasks:
-            waiting.append(pool.submit(compute, task))
-            if len(waiting) > AHEAD:
-                ended((waiting[0],))
-                yield waiting.popleft().result()
-        while waiting:
-            ended((waiting[0],))
-            yield waiting.popleft().result()
+        for one in crew:
+            one.start()
+        for task in islice(rest, at_once if at_once > 1 else 1 + AHEAD):
+            waiting.put(task)
+        for _ in tasks:
+            yield _next(done)
+            waiting.put(next(rest, None))
     finally:
         stopped.set()
-        pool.shutdown(cancel_futures=True)
+        for _ in crew:
+            waiting.put(None)
+        parting = monotonic() + PARTING
+        for one in crew:
+            one.join(max(0.0, parting - monotonic()))
+
+
+def is_busy() -> bool:
+    """True if a thread still computes what is no longer wanted."""
+    return any(one.name == CREW for one in enumerate_threads())
+
+
+def _next(done: SimpleQueue[Chunk | BaseException]) -> Chunk:
+    """The next chunk, or the error that came instead; Windows tells of Ctrl-C only between two waits."""
+    while True:
+        try:
+            found = done.get(timeout=LOOK)
+        except Empty:
+            continue
+        if isinstance(found, BaseException):
+            raise found
+        return found
 
 
 def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
     """The chunks as the workers of a Dask cluster finish them; those of a lost worker are computed by another one.
 
-    Each worker makes the sweeps itself, and its samples from their seeds: only names travel there, and numbers
-    back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
+    Each worker makes the sweeps or works itself, and its samples from their seeds: only names travel there, and
+    numbers back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
     machine alone.
     """
     try:
@@ -185,7 +221,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     sweep, first, last, name = task
     with _ALONE:
         use_threads(int(distributed.get_worker().state.nthreads))
-        one = _sweeps(source)[sweep]
+        one = _pieces(source)[sweep]
         found = one.name(first, last)
         if found != name:
             raise ClusterError(
@@ -199,8 +235,8 @@ _ALONE = Lock()  # CasADi's expressions are not for several threads
 
 
 @lru_cache(maxsize=1)
-def _sweeps(source: Callable[[], tuple[CompiledSweep, ...]]) -> tuple[CompiledSweep, ...]:
-    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
+def _pieces(source: Source) -> Pieces:
+    """The sweeps or works in the process of a worker, or the refusal of a study that cannot be imported there."""
     try:
         return source()
     except ImportError as error:

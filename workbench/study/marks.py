@@ -6,14 +6,15 @@ Each is made from an outcome and says which: its law and scenario, its metric or
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from workbench.core import Entry, Ode
 from workbench.study.document.figure import Bars, Label, Points, Style
-from workbench.study.document.phrases import Cell, Diverged, Measured
+from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
+from workbench.study.sample import Sample
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
@@ -22,9 +23,9 @@ from workbench.validation.signatures import door
 @door
 def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Source:
     """The source of a number of a metric, of the signal with a label or a number from 0."""
-    case, found = outcome.case, outcome.measurement
-    one = found.columns[found.place(metric, signal)]
-    return Source(case.law, case.scenario, "metric", metric, one.number, one.label, one.unit, outcome.digest)
+    case, about = outcome.case, (outcome.label, outcome.notes)
+    _, place, unit, label = outcome.column(metric, signal)
+    return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest, None, 1.0, *about)
 
 
 @door
@@ -43,6 +44,14 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
     """The source of the time of an outcome, in s, in some of the kept rows."""
     case, rows = outcome.case, rows or (0, len(outcome.t))
     return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
+
+
+@door
+def sample_source(sample: Sample, metric: str, signal: int | str = 0, law: str = "") -> Source:
+    """The source of a metric of one signal in the runs of a sweep, of a law; its note is that of the sample."""
+    _, place, unit, label = sample.measurement.column(metric, signal)
+    notes = sample.note, sample.note_of(metric, place).removeprefix(f"{sample.note}; ")
+    return Source(law, sample.name, "metric", metric, place, label, unit, sample.digest, None, 1.0, law, notes)
 
 
 @door
@@ -79,7 +88,7 @@ def place_of(labels: tuple[str, ...], signal: int | str, among: str) -> int:
 def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.0, unit: str = "") -> Cell:
     """A score with its error in a cell of a table, in a unit of which it has `scale` times as many; or why it has none.
 
-    A metric that the outcome does not have is an empty cell.
+    The notes of the outcome stand below the table. A metric that the outcome does not have is an empty cell.
 
     Raises
     ------
@@ -88,15 +97,15 @@ def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.
     """
     if metric not in outcome.measurement.names:
         return None
-    if outcome.diverged_at is not None:
-        return Diverged(outcome.diverged_at)
-    source = metric_source(outcome, metric, signal)
+    source = metric_source(outcome, metric, signal).times(scale, unit)
     value, error = outcome.score(metric, source.place).pair
+    if outcome.diverged_at is not None:
+        return Diverged(outcome.diverged_at, source)
     if value == math.inf:
-        return "never"
+        return Missing("never", source)
     if not (math.isfinite(value) and math.isfinite(error)):
-        return "no error estimate"
-    return Measured(scale * value, abs(scale) * error, source.times(scale, unit))
+        return Missing("no error estimate", source)
+    return Measured(scale * value, abs(scale) * error, source)
 
 
 @door

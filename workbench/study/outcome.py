@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, Score
+from workbench.metrics.measurement import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
@@ -113,8 +115,14 @@ class Outcome:
     @door
     def score(self, metric: str, signal: int | str = 0) -> Score:
         """A metric of one signal, by the signal's label or its number from 0; its `pair` is the value and the error."""
+        self.column(metric, signal)
+        return self.measurement.score(metric, signal)
+
+    @door
+    def column(self, metric: str, signal: int | str = 0) -> Column:
+        """The metric, the number, the unit and the label of a score."""
         try:
-            return self.measurement.score(metric, signal)
+            return self.measurement.column(metric, signal)
         except LookupError as error:
             raise LookupError(f"'{self.case.name}': {error}") from None
 
@@ -139,11 +147,12 @@ class Outcome:
 @dataclass(frozen=True, eq=False)
 @door
 class Results:
-    """The outcomes of a study, by scenario and law, the samples of its sweeps, and the findings of its tunings."""
+    """The outcomes of a study's cases, the samples of its sweeps, its tunings' findings, and its works' answers."""
 
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()
     tunings: tuple[Tuned, ...] = ()
+    works: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
         if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
@@ -162,6 +171,11 @@ class Results:
         """The findings of the tuning of that name."""
         held = {one.name: one for one in self.tunings}
         return held[known(name, held, "tunings of this study")]
+
+    @door
+    def work(self, name: str) -> tuple[Any, ...]:
+        """The answers of the work of that name, in the order of its items."""
+        return self.works[known(name, self.works, "works of this study")]
 
     @property
     def all_samples(self) -> tuple[Sample, ...]:

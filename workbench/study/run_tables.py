@@ -13,6 +13,7 @@ import numpy as np
 
 from workbench.metrics import Measurement
 from workbench.metrics.measurement import Column
+from workbench.simulate.step_choice import Choice
 from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
@@ -177,7 +178,8 @@ def table_of(sample: Sample) -> Chunk:
     """The sample as a record, which can be read without its study."""
     found = sample.measurement
     words: dict[str, Any] = {name: getattr(sample, name) for name in WORDS}
-    words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance, "chosen": found.chosen}
+    words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance}
+    words |= {"choice": None if found.choice is None else found.choice.record}
     words |= {"unseen": found.unseen}
     arrays = {name: getattr(found, name).astype(float) for name in ARRAYS}
     return chunk_of(f"{TABLE}/{sample.name}", {"drawn": sample.drawn, **arrays}, words)
@@ -204,7 +206,7 @@ def sample_of(table: Chunk) -> Sample:
             h=float(words["h"]),
             looked_at=looked_at.astype(int),
             tolerance=None if words["tolerance"] is None else float(words["tolerance"]),
-            chosen=bool(words["chosen"]),
+            choice=None if words["choice"] is None else Choice.read(words["choice"]),
             unseen=tuple(map(str, words["unseen"])),
             **arrays,
         )

@@ -97,7 +97,8 @@ class Sample:
         half = f", and half of it in {len(found.looked_at):,} runs" if len(found.looked_at) else ""
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
-        chosen = f"; chosen by pilot runs for a tolerance of {found.tolerance:g}" if found.chosen else ""
+        choice = found.choice
+        chosen = "" if choice is None else f"; chosen by pilot runs for a tolerance of {choice.tolerance:g}"
         unseen = "".join(f"; {sentence}" for sentence in found.unseen)
         return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{chosen}{unseen}"
 

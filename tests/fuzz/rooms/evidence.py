@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+import workbench as wb
 from workbench.study import evidence
 from workbench.study import uncertainty as sensitivity
 from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
@@ -31,6 +32,15 @@ COMPARISON = evidence.compare(PAIRED, resamples=100)
 JUDGEMENT = evidence.judge(PAIRED, evidence.Mean(), (evidence.Median(),), resamples=100)
 
 
+def motor_law(gain: float) -> Any:
+    """The loop of a motor at a gain."""
+    law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=gain, Ki=2.0 * gain)
+    return wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Hold([1.0], "omega", "rad/s"))
+
+
+LIMITS = evidence.LoopLimits(motor_law, lambda gain: (wb.rmse(),), {"RMSE": 0.9}, 0.1, 1e-2)
+
+
 def calls() -> dict[str, Any]:
     two, flat = np.ones(2), np.ones((2, 2))
     level, square = evidence.Intervals(two, two, two), evidence.Intervals(flat, flat, flat)
@@ -48,6 +58,12 @@ def calls() -> dict[str, Any]:
         "Estimate": partial(sensitivity.Estimate, [1.0, 2.0], [0.1, 0.2]),
         "Intervals": partial(evidence.Intervals, two, two, two),
         "Judgement": partial(evidence.Judgement, {"mean": JUDGEMENT.by["mean"]}),
+        "LargestSetting": partial(
+            evidence.LargestSetting, evidence.Threshold((1.0,), (True,)), ((evidence.LoopTrial({}, {}),),)
+        ),
+        "LoopLimits": partial(evidence.LoopLimits, motor_law, lambda gain: (wb.rmse(),), {"RMSE": 0.9}, 0.1, 1e-2, 1),
+        "LoopTrial": partial(evidence.LoopTrial, {"RMSE": np.ones(1)}, {"RMSE": np.ones(1)}),
+        "largest_setting": partial(evidence.largest_setting, LIMITS, (1.0, 2.0), ratio=1.5, between=None, patience=2),
         "Mean": evidence.Mean,
         "Median": evidence.Median,
         "MorrisEffects": partial(sensitivity.MorrisEffects, NAMES, FACTORS, part, part, part, {}, ()),
@@ -72,8 +88,13 @@ def calls() -> dict[str, Any]:
         "Standings": partial(evidence.Standings, {"paper": JUDGEMENT}),
         "Success": partial(evidence.Success, 1.0),
         "Tail": partial(evidence.Tail, 0.6),
+        "Threshold": partial(evidence.Threshold, (1.0, 2.0), (True, False)),
         "Tornado": partial(sensitivity.Tornado, NAMES, FACTORS, (0.1, 0.9), two, np.ones((2, 2, 2)), {}),
         "ablation_table": partial(evidence.ablation_table, "t", "c", (COMPARISON,), "a", ("a note",)),
+        "bisect": partial(evidence.bisect, lambda x: x < 1.5, 1.0, 2.0, ratio=1.1, between=None),
+        "find_largest": partial(
+            evidence.find_largest, lambda x: x < 1.5, (1.0, 2.0), ratio=1.1, between=None, patience=2
+        ),
         "compare": partial(
             evidence.compare, PAIRED, evidence.Tail(0.6), confidence=0.9, margin=0.02, resamples=100, seed=1
         ),
@@ -112,6 +133,8 @@ def calls() -> dict[str, Any]:
             errors=1e-6 * outputs(PAIRS),
             confidence=0.9,
         ),
+        "least_base": partial(sensitivity.least_base, 12, True),
+        "least_draws": partial(evidence.least_draws, (evidence.Mean(), evidence.Tail(0.9))),
         "sobol_by_salib": partial(
             sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1
         ),

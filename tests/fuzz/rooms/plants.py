@@ -29,6 +29,7 @@ def calls() -> dict[str, Any]:
     disturbance = SineTorque([1.0, 1.0], [1.0, 1.0])
     x0 = [0.0, 0.0, 0.0]
     return {
+        "Backlash": partial(plants.Backlash, "v", 0.1, 0.01, 0.0),
         "BuckConverter": partial(plants.BuckConverter, 28.0, 50e-6, 500e-6, 3.0, 1.0, 2.0),
         "CartPole": partial(plants.CartPole, 0.5, 0.2, 0.1, 0.3, 0.006, 9.8, 0.1, 0.2, 0.3, 0.4),
         "DCMotor": partial(plants.DCMotor, 0.01, 0.1, 0.01, 1.0, 0.5, 0.1, 0.2, 0.3, "position"),
@@ -47,11 +48,13 @@ def calls() -> dict[str, Any]:
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
         "AbstractActuator": plants.DirectDrive(),
         "AbstractElement": plants.Saturation("v", -1.0, 1.0),
+        "DeadZone": partial(plants.DeadZone, "v", -1.0, [1.0, 2.0]),
         "Equipped": partial(
             plants.Equipped, plants.DCMotor(), (plants.Saturation("v", -1.0, 1.0),), (plants.FirstOrder("omega", 0.1),)
         ),
         "FirstOrder": partial(plants.FirstOrder, "v", 0.1, 0.0),
         "PadeDelay": partial(plants.PadeDelay, "v", 0.1, 2, 0.0),
+        "Quantiser": partial(plants.Quantiser, "v", 0.1, "down"),
         "RateLimit": partial(plants.RateLimit, "v", -1.0, 1.0, 0.01, 0.0),
         "Saturation": partial(plants.Saturation, "v", [-1.0, -2.0], 1.0),
         "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),

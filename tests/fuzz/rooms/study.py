@@ -18,9 +18,10 @@ from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty import Listed, MonteCarlo, factors, local
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
+from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
-IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
+IMPORTED = ("least_base", "morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
             "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
 
 
@@ -59,6 +60,13 @@ class Says:
         return self.given
 
 
+def doubled(item: Any) -> Any:
+    return 2 * item
+
+
+WORK = Work("doubled", doubled, (1, 2.0))
+
+
 def sections(results: Any) -> Any:
     return [document.Section("An answer", (document.Paragraph("Yes."),))]
 
@@ -68,7 +76,7 @@ def saying(given: Any) -> Run:
     return replace(RUN, loop=Says(given))
 
 
-STUDY = Study("small", "T", "Q?", "M.", sections, cases=(CASE,), sweeps=(SWEEP,), tunings=(TUNING,))
+STUDY = Study("small", "T", "Q?", "M.", sections, cases=(CASE,), sweeps=(SWEEP,), tunings=(TUNING,), works=(WORK,))
 
 
 @cache
@@ -115,7 +123,7 @@ def calls() -> dict[str, Any]:
         "Objective": tuning.Objective,
         "OneAtATime": partial(study.OneAtATime, 2, (0.05, 0.95), 0.5),
         "Published": partial(law_tables.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
-        "Results": partial(Results, outcomes(), (sample(),), (tuned(),)),
+        "Results": partial(Results, outcomes(), (sample(),), (tuned(),), {"doubled": (2, 4.0)}),
         "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
         "Space": space,
         "Study": partial(
@@ -133,8 +141,10 @@ def calls() -> dict[str, Any]:
             (SWEEP,),
             (TUNING,),
             (study.Knob("k", "k", 0.5, 4.0),),
+            (WORK,),
         ),
         "Run": partial(Run, LOOP, METRICS, 1.0, 0.5, 0.05, 0.1, 1),
+        "Work": partial(Work, "doubled", doubled, (1, 2.0), float, 1.0),
         "Sweep": partial(Sweep, "decay", RUN, (FACTOR,), MonteCarlo(1, 24), True, 8, 16),
         "Trial": partial(tuning.Trial, "step", RUN),
         "Triangular": partial(study.Triangular, 0.0, 0.5, 2.0),

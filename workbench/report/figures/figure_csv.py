@@ -12,9 +12,8 @@ import numpy as np
 from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.style import letter_of
 from workbench.report.table_text import plain
-from workbench.study.document.document import with_clean_texts
 from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Points, Series
-from workbench.study.document.phrases import raised
+from workbench.study.document.phrases import head_of
 from workbench.study.document.source import Source
 from workbench.study.run_tables import spreadsheet_text
 from workbench.validation.refusals import Array
@@ -51,13 +50,6 @@ def figure_csv(figure: Figure) -> str:
     return out.getvalue()
 
 
-def head_of(source: Source) -> str:
-    """A source as a head of a column: law, scenario, signal or metric with its unit, and run."""
-    unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
-    head: str = with_clean_texts(f"{source.law} | {source.scenario} | {source.words}{unit} | run {source.run[:16]}")
-    return head
-
-
 def _heads(mark: Series | Band, panel: Panel) -> tuple[str, ...]:
     """The heads of the abscissa and the ordinates: those of their sources, or else of their labels."""
     over = plain(panel.xlabel)
@@ -88,7 +80,7 @@ def _axes(mark: Bars | Points, panel: Panel) -> Iterator[tuple[str, Array, list[
 
 
 def _shown(names: Sequence[str], sources: Sources) -> list[str]:
-    """The source of each of some marks, or else its name."""
+    """The source of each mark in words, or else its name."""
     pairs = zip(names, sources or [None] * len(names), strict=True)
     return [spreadsheet_text(name if source is None else head_of(source)) for name, source in pairs]
 

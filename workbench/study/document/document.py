@@ -5,7 +5,6 @@ No date, no running time and no path of a machine is part of a document: the sam
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
@@ -27,6 +26,7 @@ from workbench.study.document.phrases import (
     Diverged,
     Emphasis,
     Measured,
+    Missing,
     Part,
     Phrase,
     Reference,
@@ -36,7 +36,7 @@ from workbench.study.document.phrases import (
     check_name,
     parts,
 )
-from workbench.study.document.source import Source
+from workbench.study.document.source import Source, clean_text
 from workbench.validation.refusals import known
 from workbench.validation.signatures import door
 
@@ -55,6 +55,7 @@ __all__ = [
     "Figure",
     "Itemize",
     "Measured",
+    "Missing",
     "Panel",
     "Paragraph",
     "Part",
@@ -208,7 +209,7 @@ class Document:
 
     def __post_init__(self) -> None:
         for part in fields(self):
-            object.__setattr__(self, part.name, with_clean_texts(getattr(self, part.name)))
+            object.__setattr__(self, part.name, _cleaned(getattr(self, part.name)))
         names = [b.name for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name]
         if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
@@ -243,25 +244,20 @@ def _walk(held: Any) -> Iterator[Any]:
         yield from _walk(item)
 
 
-_BREAKS = re.compile(r"\r\n|[\n\r\t]")
-# control characters, halves of surrogate pairs, and the two that are no characters in any file of text
-_UNREADABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
-
-
-def with_clean_texts(held: Any) -> Any:
+def _cleaned(held: Any) -> Any:
     """A part of a document whose texts are clean; the very same object where all were, as is a source, an address."""
     if isinstance(held, Source):
         return held
     if isinstance(held, str):
-        clean = _UNREADABLE.sub("\ufffd", _BREAKS.sub(" ", held))
+        clean = clean_text(held)
         return held if clean == held else clean
     if isinstance(held, tuple):
-        items = tuple(map(with_clean_texts, held))
+        items = tuple(map(_cleaned, held))
         return held if all(a is b for a, b in zip(items, held, strict=True)) else items
     if isinstance(held, Mapping):
-        return {with_clean_texts(key): with_clean_texts(value) for key, value in held.items()}
+        return {_cleaned(key): _cleaned(value) for key, value in held.items()}
     if is_dataclass(held) and not isinstance(held, type):
         values = {part.name: getattr(held, part.name) for part in fields(held)}
-        changed = {name: new for name, old in values.items() if (new := with_clean_texts(old)) is not old}
+        changed = {name: new for name, old in values.items() if (new := _cleaned(old)) is not old}
         return replace(held, **changed) if changed else held
     return held

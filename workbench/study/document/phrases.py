@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
 from workbench.notation.formula import Formula
-from workbench.study.document.source import Source
+from workbench.study.document.source import Source, clean_text
 from workbench.validation.refusals import described, finite, refusal, whole
 from workbench.validation.signatures import door
 
@@ -74,13 +74,23 @@ class Diverged:
     """A cell in place of a number that does not exist, as the run diverged `at` so many seconds."""
 
     at: float
+    source: Source | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         finite("Diverged(at)", self.at, " of seconds")
 
 
+@dataclass(frozen=True)
+@door
+class Missing:
+    """A cell in place of a number that does not exist, with the reason in words, as 'never'."""
+
+    words: str
+    source: Source | None = field(default=None, compare=False, repr=False)
+
+
 # the kinds that a cell has most often come first, as they are tried one by one
-Value: TypeAlias = bool | int | float | Phrase | Measured | Diverged | None
+Value: TypeAlias = bool | int | float | Phrase | Measured | Diverged | Missing | None
 
 
 @dataclass(frozen=True)
@@ -117,7 +127,8 @@ class Column:
 class Table:
     """Rows of cells below named columns. The `name` becomes the stem of its files.
 
-    Cells: text, formulas, numbers, `Measured`, `Diverged`, booleans (yes or no), None (a dash); in `Emphasis` bold.
+    Cells: text, formulas, numbers, `Measured`, `Diverged`, `Missing`, booleans (yes or no), None (a dash); in
+    `Emphasis` bold. To the `notes` come those of the results that its cells show.
 
     Raises
     ------
@@ -142,6 +153,21 @@ class Table:
                 )
             for column, cell in zip(self.columns, row, strict=True):
                 self._check_number(column, bare(cell), i)
+        remarks = (remark for remark in self._remarks() if remark not in self.notes)
+        object.__setattr__(self, "notes", (*self.notes, *remarks))
+
+    def _remarks(self) -> tuple[str, ...]:
+        """The notes of the results that its cells show, each once, with the laws that it concerns.
+
+        A law of which other things must be said in another scenario stands there with its scenario.
+        """
+        sources = [source for row in self.rows for cell in row if (source := source_of(cell))]
+        said = {(one.title or one.law, one.scenario): "; ".join(one.notes) for one in sources}
+        laws: dict[str, dict[str, None]] = {}
+        for (law, scenario), words in said.items():
+            alike = {other for (name, _), other in said.items() if name == law} == {words}
+            laws.setdefault(words, {})[law if alike else f"{law} ({scenario})"] = None
+        return tuple(clean_text(f"{', '.join(names)}: {words}.") for words, names in laws.items() if words)
 
     def _check_number(self, column: Column, value: Value, row: int) -> None:
         """Refuse NaN, and a whole number that no float holds."""
@@ -157,6 +183,19 @@ class Table:
 def bare(cell: Cell) -> Value:
     """The value of a cell, without its emphasis."""
     return cell.cell if isinstance(cell, Emphasis) else cell
+
+
+def source_of(cell: Cell) -> Source | None:
+    """The result that a cell shows; None for a number of another origin, and for text."""
+    value = bare(cell)
+    return value.source if isinstance(value, Measured | Diverged | Missing) else None
+
+
+def head_of(source: Source) -> str:
+    """A source as the head of a column: law, scenario, signal or metric with its unit, and run."""
+    unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
+    parts = (source.law, source.scenario, f"{source.words}{unit}", f"run {source.run[:16]}")
+    return clean_text(" | ".join(part for part in parts if part))
 
 
 def check_name(kind: str, name: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -26,6 +27,8 @@ class Source:
         The digest of equations, parameters, steps and noise.
     rows
         Of the kept times the first one that is shown and the one behind the last; of a metric nothing.
+    title, notes
+        The law as tables name it, with its remark, and what they say of it below.
     """
 
     law: str
@@ -38,6 +41,8 @@ class Source:
     run: str
     rows: tuple[int, int] | None = None
     scale: float = 1.0
+    title: str = ""
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         finite("Source(scale=...)", self.scale)
@@ -55,3 +60,13 @@ class Source:
     def times(self, scale: float, unit: str = "") -> Source:
         """The source of so many times the numbers, in a unit of their own if it is given."""
         return replace(self, scale=scale * self.scale, unit=unit or self.unit)
+
+
+_BREAKS = re.compile(r"\r\n|[\n\r\t]")
+# control characters, halves of surrogate pairs, and the two that are no characters in any file of text
+_UNREADABLE = re.compile("[\x00-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
+
+
+def clean_text(text: str) -> str:
+    """A text without line breaks and tabs, and with U+FFFD for what no file may hold."""
+    return _UNREADABLE.sub("\ufffd", _BREAKS.sub(" ", text))

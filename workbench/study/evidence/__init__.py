@@ -1,21 +1,27 @@
 """Comparison of laws over the same draws of the uncertain numbers, with simultaneous intervals.
 
-The room knows values by law and draw, estimands such as a mean or a tail, and tables of them; it does not know loops,
-metrics or how the runs were made. Read `judgement.py` first, then `estimands.py`.
+Beside them are searches for the largest value that meets a criterion. The room knows values by law and draw, estimands
+such as a mean or a tail, and tables of them; of loops it knows the equations alone. Read `judgement.py` first, then
+`estimands.py` and `threshold.py`.
 """
 
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired, paired, same_draws
 from workbench.study.evidence.comparison_tables import ablation_table, comparison_table, statistics_table
-from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail
+from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail, least_draws
 from workbench.study.evidence.judgement import Judgement, Standings, judge
+from workbench.study.evidence.largest_setting import LargestSetting, LoopLimits, LoopTrial, largest_setting
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
 from workbench.study.evidence.sample_shapes import Predictor, Shape, shapes
+from workbench.study.evidence.threshold import Threshold, bisect, find_largest
 
 __all__ = [
     "Comparison",
     "Intervals",
     "Judgement",
+    "LargestSetting",
+    "LoopLimits",
+    "LoopTrial",
     "Mean",
     "Median",
     "Paired",
@@ -26,10 +32,15 @@ __all__ = [
     "Standings",
     "Success",
     "Tail",
+    "Threshold",
     "ablation_table",
+    "bisect",
     "compare",
     "comparison_table",
+    "find_largest",
     "judge",
+    "largest_setting",
+    "least_draws",
     "paired",
     "ranks",
     "same_draws",

@@ -71,9 +71,8 @@ def side_by_side(
     best = {m: _best(outcomes, m, signal, margin) for m in metrics}
     about = tuple(f"{m}: {taken[m].about}." for m in metrics)
     rows = tuple((o.label, *(_cell(o, m, signal, bold=best[m] is o) for m in metrics)) for o in outcomes)
-    remarks = _remarks(outcomes)
     columns = (Column("law"), *(Column(m, unit=_unit(outcomes, m, signal), align="right") for m in metrics))
-    return Table(name, caption, columns, rows, (" ".join(about), *notes, *remarks))
+    return Table(name, caption, columns, rows, (" ".join(about), *notes))
 
 
 def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
@@ -148,15 +147,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
         Column("difference", unit, "right"),
         Column("difference", "%", "right"),
     )
-    return Table(name, caption, columns, tuple(rows), _remarks(outcomes.values()))
-
-
-def _remarks(outcomes: Iterable[Outcome]) -> tuple[str, ...]:
-    alike: dict[str, list[str]] = {}
-    for outcome in outcomes:
-        if outcome.notes:
-            alike.setdefault("; ".join(outcome.notes), []).append(outcome.label)
-    return tuple(f"{', '.join(labels)}: {said}." for said, labels in alike.items())
+    return Table(name, caption, columns, tuple(rows))
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The record that says which study a ledger is of, how far it is, and which chunks its sweeps have."""
+"""The record that says which study a ledger is of, how far it is, and which chunks its sweeps and works have."""
 
 from __future__ import annotations
 
@@ -36,18 +36,38 @@ class SweepAbout:
 
 @dataclass(frozen=True)
 @door
+class WorkAbout:
+    """The name of a work, and the record of each of its items."""
+
+    name: str
+    chunks: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+@door
 class About:
-    """The name and script of a study, the number of samples that was asked for, its sweeps, and its script's digest."""
+    """The name and script of a study, the samples asked for, its sweeps and works, and its script's digest.
+
+    There are `more` if its works follow from results that are not there yet.
+    """
 
     study: str
     script: str
     samples: int | None = None
     sweeps: tuple[SweepAbout, ...] = ()
     digest: str = ""  # an earlier version did not write it
+    works: tuple[WorkAbout, ...] = ()
+    more: bool = False
 
     def __post_init__(self) -> None:
         if self.samples is not None:
             whole("About(samples=...)", self.samples, 0)
+
+    @property
+    def chunks(self) -> tuple[str, ...]:
+        """The names of the chunks of its sweeps and works."""
+        held = [part.chunks for part in self.sweeps] + [part.chunks for part in self.works]
+        return tuple(name for names in held for name in names)
 
     @property
     def chunk(self) -> Chunk:
@@ -56,7 +76,7 @@ class About:
 
     @staticmethod
     def of(study: str, script: Path, out: Path, samples: int | None = None) -> About:
-        """The state of a study that has no sweeps yet, by its script and its output folder."""
+        """The state of a study that has nothing yet, by its script and its output folder."""
         digest = hashlib.sha256(script.read_bytes()).hexdigest()
         return About(study, os.path.relpath(script.resolve(), out.resolve()), samples, (), digest)
 
@@ -70,8 +90,10 @@ class About:
         return bool(self.digest) and file.is_file() and hashlib.sha256(file.read_bytes()).hexdigest() != self.digest
 
     def unused(self, names: Iterable[str]) -> int:
-        """The number of chunks, among records by their names, that belong to no sweep."""
-        wanted = {name for sweep in self.sweeps for name in sweep.chunks}
+        """The number of chunks, among records by their names, that belong to nothing; 0 while there are more works."""
+        if self.more:
+            return 0
+        wanted = set(self.chunks)
         return sum(is_chunk(name) and name not in wanted for name in names)
 
 
@@ -80,11 +102,13 @@ def about_of(chunk: Chunk) -> About | None:
     try:
         content = chunk.content
         sweeps = tuple(SweepAbout(**sweep) for sweep in content["sweeps"])
-        return About(content["study"], content["script"], content["samples"], sweeps, content.get("digest", ""))
+        works = tuple(WorkAbout(**work) for work in content.get("works", ()))
+        digest, more = content.get("digest", ""), content.get("more", False)
+        return About(content["study"], content["script"], content["samples"], sweeps, digest, works, more)
     except (LookupError, TypeError, ValueError):
         return None
 
 
 def is_chunk(name: str) -> bool:
-    """True if a record of that name holds runs: of a sweep, from a first to a last, under a digest."""
+    """True if a record of that name holds runs of a sweep, from a first to a last, or the answer of a work."""
     return name.count("/") == 2

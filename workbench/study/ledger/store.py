@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.study.ledger.about import ABOUT, About, SweepAbout, about_of, is_chunk
+from workbench.study.ledger.about import ABOUT, About, SweepAbout, WorkAbout, about_of, is_chunk
+from workbench.study.ledger.answers import has_answer
 from workbench.study.ledger.chunk import Chunk, parsed
 from workbench.study.ledger.durability import alone, identity, make_folder, write_durably
 from workbench.study.ledger.ownership import DAMAGED, END, FOLDER, LOCK, LedgerError, check_owned, parts, records
@@ -31,6 +32,7 @@ __all__ = [
     "SweepAbout",
     "Task",
     "Tell",
+    "WorkAbout",
     "about_in",
     "about_of",
     "chunks",
@@ -243,8 +245,8 @@ def complete(
 
 
 def runs_of(chunk: Chunk) -> int:
-    """The number of runs in a chunk."""
-    return int(np.size(chunk.arrays().get("diverged_at", ())))
+    """The number of runs in a chunk; the answer of a work counts for one."""
+    return 1 if has_answer(chunk) else int(np.size(chunk.arrays().get("diverged_at", ())))
 
 
 def lost(chunk: Chunk) -> int:

@@ -9,8 +9,8 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from workbench.core import Step
-from workbench.study.document.document import Bars, Document, Measured, Points, Series
-from workbench.study.document.phrases import bare
+from workbench.study.document.document import Bars, Document, Points, Series
+from workbench.study.document.phrases import source_of
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
 
@@ -87,10 +87,8 @@ def cells(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, i
     for table in document.tables:
         for i, row in enumerate(table.rows):
             for j, cell in enumerate(row):
-                value = bare(cell)
-                if isinstance(value, Measured):
-                    for place in _score(value.source, outcomes, loops):
-                        yield LiveCell(table.name, i, j, *place)
+                for place in _score(source_of(cell), outcomes, loops):
+                    yield LiveCell(table.name, i, j, *place)
 
 
 def marks(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[LiveMark]:

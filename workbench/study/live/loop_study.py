@@ -155,8 +155,7 @@ def _scores(outcome: Outcome) -> Table:
     for name, place, unit, label in outcome.measurement.columns:
         rows.append((name, label, cell(outcome, name, place), raised(unit)))
     columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
-    notes = (f"{outcome.label}: {'; '.join(outcome.notes)}.",) if outcome.notes else ()
-    return Table("scores", "The metrics of the loop.", columns, tuple(rows), notes)
+    return Table("scores", "The metrics of the loop.", columns, tuple(rows))
 
 
 def shown_signals(step: Step) -> tuple[str, ...]:

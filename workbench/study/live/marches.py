@@ -77,8 +77,8 @@ def watched(step: Step, expressions: ca.SX) -> Step:
 
 def may_switch(step: Step, p: Array, places: Sequence[int]) -> bool:
     """True if a run with the parameters p (np,), of which those at some places are turned, has switches in time."""
-    switches = step.flow.switches
-    return switches.known and (switches.come(p[np.newaxis]) or switches.depends_on(places))
+    segments = step.rule.segments
+    return segments is not None and (segments.come(p[np.newaxis]) or segments.switches.depends_on(places))
 
 
 def switches(equation: Ode | Sampled) -> bool:
@@ -90,7 +90,7 @@ def switches(equation: Ode | Sampled) -> bool:
 def whole_and_half(outcome: Outcome) -> tuple[Step, Step]:
     """The step of the values of an outcome, with its metrics beside it, and half of it, for their errors."""
     whole, h = outcome.measurement.trajectories.step, outcome.measurement.h
-    return whole, MeasuredEquation.of(outcome.ode, outcome.measurement.metrics).step(h / 2)
+    return whole, MeasuredEquation.of(outcome.ode, outcome.measurement.metrics).step(h / 2, whole.rule.method.name)
 
 
 def plain(numbers: Sequence[float] | Array) -> list[float | str]:

@@ -1,0 +1,206 @@
+"""The largest setting of a loop, such as its sampling period or a delay, with which its runs keep stated limits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from workbench.core import Ode, Sampled
+from workbench.core.equations import Loop, equations_of
+from workbench.metrics import AbstractMetric, measure
+from workbench.study.evidence.threshold import Between, Threshold, find_largest
+from workbench.validation.refusals import Array, known, numbers, refusal, seconds, several, whole
+from workbench.validation.signatures import door
+
+ROUNDING = 1e-9  # of a count of steps
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class LoopLimits:
+    """The limits that a loop shall keep at a setting: its run stays finite, and no metric has a number above its limit.
+
+    Attributes
+    ----------
+    loop
+        The loop at a setting: for a sampling period in s `lambda T: wb.DigitalLoop(loop, T)`, where a filter or a law
+        that knows its period is made anew.
+    metrics
+        The metrics at a setting, as one that samples may look once a period.
+    limits
+        By the name of a metric, one number or (k,), one for each of its numbers; all are above zero.
+    until
+        Horizon in s; a run ends at the multiple of its period or step that is nearest.
+    longest_step
+        The longest step of the plant in s: a period has the least number of steps, all alike, that keep it.
+    seed
+        Of the noise.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit, or one is no finite number above zero; or a time is not above zero.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
+    >>> kept.at(0.01).met, kept.at(0.4).met
+    (True, False)
+    """
+
+    loop: Callable[[float], Loop | Ode | Sampled]
+    metrics: Callable[[float], Sequence[AbstractMetric]]
+    limits: Mapping[str, Any]
+    until: float
+    longest_step: float
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("until", "longest_step"):
+            seconds(f"LoopLimits({name}=...)", getattr(self, name))
+        limits = {name: numbers("LoopLimits(limits=...)", limit) for name, limit in self.limits.items()}
+        if not limits or not all((limit > 0).all() for limit in limits.values()):
+            raise refusal("LoopLimits(limits=...)", "finite numbers above zero by the names of metrics", self.limits)
+        object.__setattr__(self, "limits", limits)
+
+    @door
+    def at(self, setting: float) -> LoopTrial:
+        """The run at one setting.
+
+        Raises
+        ------
+        LookupError
+            If there is a limit for what is no metric of the run.
+        ValueError
+            If `loop` gives no loop, `metrics` no metrics, or `measure` refuses.
+        """
+        equation = equations_of(self.loop(setting), "loop")
+        metrics = several("LoopLimits(metrics=...)(setting)", self.metrics(setting), AbstractMetric)
+        for name in self.limits:
+            known(name, [metric.name for metric in metrics], "metrics of the loop")
+        span = equation.period if isinstance(equation, Sampled) else self.longest_step
+        h = span / max(int(np.ceil(span / self.longest_step - ROUNDING)), 1)
+        until = span * max(round(self.until / span), 1)
+        scores = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed).scores
+        each = ((name, scores[name], limit) for name, limit in self.limits.items())
+        parts = {name: (score.value[0] / limit, score.error[0] / limit) for name, score, limit in each}
+        return LoopTrial(*({name: part[i] for name, part in parts.items()} for i in (0, 1)))
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class LoopTrial:
+    """A run held against its limits: by metric its numbers over their limits, (k,), and the errors of these.
+
+    Both are NaN where the run diverged.
+    """
+
+    shares: Mapping[str, Array]
+    errors: Mapping[str, Array]
+
+    @door
+    def worst(self, metric: str) -> float:
+        """The largest share of the limits of a metric; infinite if the run diverged."""
+        share = self.shares[known(metric, self.shares, "metrics with a limit")]
+        return float("inf") if np.isnan(share).any() else float(share.max())
+
+    @property
+    def met(self) -> bool:
+        """True if no number is above its limit."""
+        return all(self.worst(metric) <= 1 for metric in self.shares)
+
+    @property
+    def sure(self) -> bool:
+        """True if the errors of the step leave the answer as it is; a run that diverged is sure."""
+        high = all((self.shares[name] + error <= 1).all() for name, error in self.errors.items())
+        low = any(not (self.shares[name] - error <= 1).all() for name, error in self.errors.items())
+        return high or low
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class LargestSetting:
+    """The bracket of the largest setting that keeps the limits, and the trials at each setting that was looked at.
+
+    A setting has a trial for each of several `LoopLimits`, up to the first that is not met.
+    """
+
+    threshold: Threshold
+    trials: tuple[tuple[LoopTrial, ...], ...]
+
+    @property
+    def sure(self) -> bool:
+        """True if the errors of the step leave the answers at both ends of the bracket as they are."""
+        ends = (self.threshold.largest, self.threshold.next)
+        at = [trials for value, trials in zip(self.threshold.values, self.trials, strict=True) if value in ends]
+        return all(any(one.sure and not one.met for one in trials) or all(t.sure for t in trials) for trials in at)
+
+    @property
+    def sentence(self) -> str:
+        """The bracket, what was looked at, and a warning where an answer is within the error of the step."""
+        doubt = "" if self.sure else "; the answer at an end is within the error of the step"
+        return f"{self.threshold.sentence}{doubt}"
+
+    @door
+    def worst(self, metric: str, place: int = 0) -> Array:
+        """The largest share of the limits of a metric at each setting that was looked at, (N,).
+
+        It is that of the `LoopLimits` at `place`, infinite where a run diverged and NaN where it was not run.
+        """
+        whole("LargestSetting.worst(place=...)", place, 0)
+        return np.array([one[place].worst(metric) if place < len(one) else np.nan for one in self.trials])
+
+
+@door
+def largest_setting(
+    limits: LoopLimits | tuple[LoopLimits, ...],
+    settings: Sequence[float],
+    *,
+    ratio: float | None = 1.01,
+    between: Between | None = None,
+    patience: int | None = None,
+) -> LargestSetting:
+    """The largest setting, a sampling period for instance, at which loops keep their limits: a scan, then a bisection.
+
+    Parameters
+    ----------
+    limits
+        Of one loop, or of several that shall all keep theirs, which are asked in turn up to the first that does not.
+    settings, ratio, between, patience
+        As the `values` and options of `find_largest`: the scan is what tells a criterion that is not monotone.
+
+    Raises
+    ------
+    ValueError, LookupError
+        As of `find_largest` and `LoopLimits.at`.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> kept = wb.LoopLimits(lambda T: wb.DigitalLoop(loop, T), lambda T: [wb.rmse()], {"RMSE": 0.25}, 2.0, 5e-3)
+    >>> found = wb.largest_setting(kept, (0.01, 0.05, 0.1, 0.2, 0.4))
+    >>> 0.05 < found.threshold.largest < found.threshold.next < 0.06, found.sure
+    (True, True)
+    """
+    each = limits if isinstance(limits, tuple) else (limits,)
+    if not each:
+        raise refusal("largest_setting(limits=...)", "at least one `LoopLimits`", limits)
+    trials: dict[float, tuple[LoopTrial, ...]] = {}
+
+    def kept(setting: float) -> bool:
+        made: list[LoopTrial] = []
+        for one in each:
+            made.append(one.at(setting))
+            if not made[-1].met:
+                break
+        trials[setting] = tuple(made)
+        return made[-1].met
+
+    found = find_largest(kept, settings, ratio=ratio, between=between, patience=patience)
+    return LargestSetting(found, tuple(trials[setting] for setting in found.values))

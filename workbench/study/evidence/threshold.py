@@ -1,0 +1,206 @@
+"""The largest value that meets a criterion: a scan of rising values, then a bisection with its bracket."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from math import inf, sqrt
+
+from workbench.validation.refusals import finite, numbers, positive, refusal, whole
+from workbench.validation.signatures import answer, door
+from workbench.validation.type_hints import fit_of
+
+Criterion = Callable[[float], bool]
+Between = Callable[[float, float], float | None]
+NEXT_TO_ONE = 1 + 1e-12  # of doubles closer than this, a geometric mean may be one of the two
+NAMED = 5  # values that a sentence names
+
+
+@dataclass(frozen=True)
+@door
+class Threshold:
+    """The values that a search looked at, rising, and for each of them whether it met the criterion.
+
+    All values up to `largest` meet it and `next` does not, among those that were looked at: between them lies the
+    threshold, or one of several. Nothing is claimed of values that were not looked at.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import find_largest
+    >>> found = find_largest(lambda x: x**2 <= 2, (0.5, 1.0, 2.0), ratio=1.001)
+    >>> found.largest**2 <= 2 < found.next**2, found.next / found.largest < 1.001
+    (True, True)
+    """
+
+    values: tuple[float, ...]
+    met: tuple[bool, ...]
+
+    def __post_init__(self) -> None:
+        if not _rise(self.values) or len(self.values) != len(self.met):
+            raise refusal(
+                "Threshold(values=..., met=...)",
+                "rising positive values, each with its answer",
+                (self.values, self.met),
+            )
+
+    @property
+    def largest(self) -> float:
+        """The largest value up to which all meet the criterion; 0 if the least does not."""
+        return (0.0, *self.values)[self._count]
+
+    @property
+    def next(self) -> float:
+        """The least value that does not meet the criterion; infinite if all do."""
+        return (*self.values, inf)[self._count]
+
+    @property
+    def beyond(self) -> tuple[float, ...]:
+        """The values above `next` that meet the criterion again: it is not monotone if there are any."""
+        later = zip(self.values[self._count :], self.met[self._count :], strict=True)
+        return tuple(value for value, good in later if good)
+
+    @property
+    def sentence(self) -> str:
+        """The bracket, the values that were looked at, and those beyond it that meet the criterion again."""
+        if self.next == inf:
+            bracket = f"all values up to {self.largest:.6g} meet the criterion"
+        elif self.largest:
+            bracket = f"{self.largest:.6g} meets the criterion and {self.next:.6g} does not"
+        else:
+            bracket = f"the least value, {self.next:.6g}, does not meet the criterion"
+        looked = f"{len(self.values)} values were looked at, from {self.values[0]:.6g} to {self.values[-1]:.6g}"
+        named = ", ".join(f"{value:.6g}" for value in self.beyond[:NAMED])
+        more = f" and {len(self.beyond) - NAMED} more" * (len(self.beyond) > NAMED)
+        again = f"; the criterion is met again at {named}{more}" if named else ""
+        return f"{bracket}; {looked}{again}"
+
+    @property
+    def _count(self) -> int:
+        """The number of values before the first that does not meet the criterion."""
+        return len(self.met) if all(self.met) else self.met.index(False)
+
+
+@door
+def find_largest(
+    criterion: Criterion,
+    values: Sequence[float],
+    *,
+    ratio: float | None = 1.01,
+    between: Between | None = None,
+    patience: int | None = None,
+) -> Threshold:
+    """The largest value that meets a criterion: rising values are scanned, then the first change is bisected.
+
+    A criterion that is met again further up stays visible in `Threshold.beyond`. One that fails only between two
+    values of the scan is not seen: the scan must be as fine as the criterion may vary.
+
+    Parameters
+    ----------
+    criterion
+        Of a value; it is asked once for each.
+    values
+        Positive and rising.
+    ratio
+        The bisection ends once the bracket is no wider, upper over lower end; None for a scan alone.
+    between
+        The value to be tried between two, or None where there is none, as between two whole numbers; without it, their
+        geometric mean.
+    patience
+        The scan ends after so many values in a row that do not meet the criterion; None looks at all.
+
+    Raises
+    ------
+    ValueError
+        If there are no values, or they are not positive, finite and rising; `ratio` is not above 1; the criterion gives
+        neither True nor False; or `between` gives a value that is not between the two.
+    """
+    scanned = numbers("find_largest(values=...)", values, 1).tolist()
+    if not _rise(scanned):
+        raise refusal("find_largest(values=...)", "one value or several, positive and rising", tuple(scanned))
+    most = len(scanned) if patience is None else whole("find_largest(patience=...)", patience)
+    if ratio is not None:
+        _refuse_ratio("find_largest", ratio)
+    answers: dict[float, bool] = {}
+    failures = 0
+    for value in scanned:
+        answers[value] = _asked("find_largest", criterion, value)
+        failures = 0 if answers[value] else failures + 1
+        if failures == most:
+            break
+    found = _threshold(answers)
+    if ratio is None or not 0 < found.largest < found.next < inf:
+        return found
+    return _threshold(answers | _bisected("find_largest", criterion, found.largest, found.next, ratio, between))
+
+
+@door
+def bisect(
+    criterion: Criterion, low: float, high: float, *, ratio: float = 1.01, between: Between | None = None
+) -> Threshold:
+    """The bracket of a threshold between a value that meets a criterion and a larger one that does not.
+
+    Parameters
+    ----------
+    criterion, ratio, between
+        As of `find_largest`.
+    low, high
+        Positive; both are asked first.
+
+    Raises
+    ------
+    ValueError
+        If `low` does not meet the criterion or `high` does, or they are not positive and rising; and as of
+        `find_largest`.
+
+    Examples
+    --------
+    >>> from workbench.study.evidence import bisect
+    >>> bisect(lambda x: x < 100, 1.0, 1000.0, ratio=1.001).sentence[:52]
+    '99.9855 meets the criterion and 100.042 does not; lo'
+    """
+    _refuse_ratio("bisect", ratio)
+    if not 0 < positive("bisect(low=...)", low) < finite("bisect(high=...)", high):
+        raise refusal("bisect(low=..., high=...)", "positive, the second larger than the first", (low, high))
+    answers = {end: _asked("bisect", criterion, end) for end in (low, high)}
+    if answers[low] is answers[high] or not answers[low]:
+        must = "a value that meets the criterion and a larger one that does not, as one threshold lies between them"
+        told = ", ".join(f"{end:g} {'meets it' if good else 'does not'}" for end, good in answers.items())
+        raise ValueError(f"`bisect(low=..., high=...)` must be {must}; got: {told}.")
+    return _threshold(answers | _bisected("bisect", criterion, low, high, ratio, between))
+
+
+def _bisected(
+    call: str, criterion: Criterion, low: float, high: float, ratio: float, between: Between | None
+) -> dict[float, bool]:
+    """The answers inside a bracket, halved until it is no wider than `ratio` or nothing lies between its ends."""
+    answers: dict[float, bool] = {}
+    while high > ratio * low:
+        middle = sqrt(low) * sqrt(high) if between is None else between(low, high)
+        if middle is None:
+            break
+        if not low < finite(f"{call}(between=...)", middle) < high:
+            raise refusal(f"{call}(between=...)({low!r}, {high!r})", "a value between the two, or None", middle)
+        answers[middle] = _asked(call, criterion, middle)
+        low, high = (middle, high) if answers[middle] else (low, middle)
+    return answers
+
+
+def _refuse_ratio(call: str, ratio: float) -> None:
+    if not finite(f"{call}(ratio=...)", ratio) >= NEXT_TO_ONE:
+        raise refusal(f"{call}(ratio=...)", "above 1 by at least 1e-12, as doubles are no closer", ratio)
+
+
+def _rise(values: Sequence[float]) -> bool:
+    """True for one positive number or several that rise."""
+    return bool(values) and values[0] > 0 and values[-1] < inf and all(a < b for a, b in pairwise(values))
+
+
+def _asked(call: str, criterion: Criterion, value: float) -> bool:
+    must = "say by True or False if the value meets it"
+    return bool(answer(f"{call}(criterion=...)({value:g})", must, lambda: criterion(value), fit_of(bool), refuses=True))
+
+
+def _threshold(answers: dict[float, bool]) -> Threshold:
+    values = tuple(sorted(answers))
+    return Threshold(values, tuple(answers[value] for value in values))

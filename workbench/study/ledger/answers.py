@@ -1,0 +1,177 @@
+"""Answers: plain data as a chunk, and read back from it the same to the bit.
+
+Plain data are None, truths, numbers, text, tuples, lists, dicts by text, arrays of numbers, and frozen dataclasses or
+named tuples of these. Those are made again by classes that the reader names: nothing in a record is executed.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any, get_args, get_type_hints
+
+import numpy as np
+
+from workbench.study.ledger.chunk import Chunk, chunk_of
+
+NUMBERS = "fiucb"  # the kinds of arrays
+LARGEST = 2**63 - 1  # of the whole numbers in an array
+Classes = Mapping[str, type]
+
+
+class AnswerError(ValueError):
+    """The error of an answer that is no plain data, with its place."""
+
+
+def classes_of(hint: Any) -> dict[str, type]:
+    """The frozen dataclasses and named tuples that a type hint holds, by their names, with those of their fields.
+
+    Raises
+    ------
+    AnswerError
+        If two have one name.
+    """
+    found: dict[str, type] = {}
+    for kind in _classes_in(hint, set()):
+        if found.setdefault(kind.__qualname__, kind) is not kind:
+            raise AnswerError(f"there are two classes `{kind.__qualname__}`; give one another name")
+    return found
+
+
+def _classes_in(hint: Any, seen: set[Any]) -> Iterator[type]:
+    for part in get_args(hint):
+        yield from _classes_in(part, seen)
+    if isinstance(hint, type) and (is_dataclass(hint) or _is_named_tuple(hint)) and hint not in seen:
+        seen.add(hint)
+        yield hint
+        try:
+            hints = get_type_hints(hint)
+        except NameError:  # a name that only type checkers see
+            hints = {}
+        for part in hints.values():
+            yield from _classes_in(part, seen)
+
+
+def chunk_of_answer(name: str, item: str, answer: Any, classes: Classes) -> Chunk:
+    """An answer as a chunk, with its item in words.
+
+    Raises
+    ------
+    AnswerError
+        If it is no plain data, or holds a class that is not among the named ones.
+    """
+    arrays: dict[str, Any] = {}
+    tree = _tree(answer, "the answer", classes, arrays)
+    return chunk_of(name, arrays, {"item": item, "answer": tree})
+
+
+def answer_of(chunk: Chunk, classes: Classes) -> Any:
+    """The answer in a chunk; a `LookupError` if it holds a class that is not named."""
+    return _value(chunk.content["answer"], classes, chunk.arrays())
+
+
+def has_answer(chunk: Chunk) -> bool:
+    """True if a chunk holds the answer of a work."""
+    return b'"answer":' in chunk.head and "answer" in chunk.content
+
+
+def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> Any:
+    """A value as JSON: what JSON does not tell apart stands in an object of one key, which names its kind."""
+    if value is None or isinstance(value, bool | np.bool_):
+        return None if value is None else bool(value)
+    if isinstance(value, str):
+        return str(value)
+    if isinstance(value, int | np.integer):
+        return int(value)
+    if isinstance(value, float | np.floating):
+        return float(value)
+    if isinstance(value, complex | np.complexfloating):
+        return {"complex": [float(value.real), float(value.imag)]}
+    if isinstance(value, np.ndarray):
+        return _tree_of_array(value, place, arrays)
+    if isinstance(value, Mapping):
+        for key in value:
+            if not isinstance(key, str):
+                raise AnswerError(f"{place} has the key {key!r}, and a dict of plain data has text for keys")
+        return {"dict": [[key, _tree(held, f"{place}[{key!r}]", classes, arrays)] for key, held in value.items()]}
+    if isinstance(value, list) or type(value) is tuple:
+        parts = [_tree(part, f"{place}[{i}]", classes, arrays) for i, part in enumerate(value)]
+        return {type(value).__name__: parts}
+    return _tree_of_object(value, place, classes, arrays)
+
+
+def _tree_of_array(value: Any, place: str, arrays: dict[str, Any]) -> Any:
+    kind = value.dtype.kind
+    if kind not in NUMBERS or value.dtype.itemsize > (16 if kind == "c" else 8):
+        raise AnswerError(f"{place} is an array of {value.dtype}, and plain data are doubles, whole numbers or truths")
+    if kind in "fc":
+        name = f"array {len(arrays)}"
+        pairs = np.ascontiguousarray(value.astype(complex)).view(float) if kind == "c" else value
+        arrays[name] = np.asarray(pairs, dtype=float).reshape(*value.shape, 2) if kind == "c" else pairs.astype(float)
+        return {"pairs" if kind == "c" else "array": name}
+    if kind == "u" and value.size and value.max() > LARGEST:
+        raise AnswerError(f"{place} holds a whole number above {LARGEST}")
+    return {"truths" if kind == "b" else "integers": [list(value.shape), value.ravel().tolist()]}
+
+
+def _tree_of_object(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> Any:
+    kind = type(value)
+    name = kind.__qualname__
+    if not (is_dataclass(value) or _is_named_tuple(kind)):
+        raise AnswerError(
+            f"{place} is a `{name}`; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
+            "numbers, and frozen dataclasses of these"
+        )
+    if is_dataclass(value) and not kind.__dataclass_params__.frozen:
+        raise AnswerError(f"{place} is a `{name}`, a dataclass that is not frozen")
+    if classes.get(name) is not kind:
+        raise AnswerError(
+            f"{place} is a `{name}`, which the hint of the result does not name: write `-> {name}` at the function, "
+            f"or `Work(answer={name})`"
+        )
+    names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else value._fields
+    held = [[one, _tree(getattr(value, one), f"{place}.{one}", classes, arrays)] for one in names]
+    return {"object": [name, held]}
+
+
+def _value(tree: Any, classes: Classes, arrays: Mapping[str, Any]) -> Any:
+    if not isinstance(tree, dict):
+        return tree
+    ((kind, held),) = tree.items()
+    if kind in ("array", "pairs"):
+        values = arrays[held]
+        return values if kind == "array" else np.ascontiguousarray(values).view(complex)[..., 0]
+    if kind in ("integers", "truths"):
+        shape, numbers = held
+        return np.array(numbers, dtype=bool if kind == "truths" else np.int64).reshape(shape)
+    if kind == "complex":
+        return complex(*held)
+    if kind in ("dict", "object"):
+        pairs = held if kind == "dict" else held[1]
+        parts = {key: _value(part, classes, arrays) for key, part in pairs}
+        return parts if kind == "dict" else classes[held[0]](**parts)
+    parts_of = [_value(part, classes, arrays) for part in held]
+    return parts_of if kind == "list" else tuple(parts_of)
+
+
+def _is_named_tuple(kind: type) -> bool:
+    return issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def shown(tree: Any, arrays: Mapping[str, Any]) -> Any:
+    """The answer of a record for readers: JSON without marks of kinds, and numbers that JSON lacks as text."""
+    if isinstance(tree, float) and not math.isfinite(tree):
+        return repr(tree)
+    if not isinstance(tree, dict):
+        return tree
+    ((kind, held),) = tree.items()
+    if kind in ("array", "pairs"):
+        return (
+            shown({"list": arrays[held].tolist()}, arrays) if arrays[held].ndim else shown(float(arrays[held]), arrays)
+        )
+    if kind in ("integers", "truths"):
+        return np.array(held[1]).reshape(held[0]).tolist()
+    if kind in ("dict", "object"):
+        return {key: shown(part, arrays) for key, part in (held if kind == "dict" else held[1])}
+    return [shown({"list": part} if isinstance(part, list) else part, arrays) for part in held]

@@ -1,0 +1,173 @@
+"""Work: a function of a study's own, computed once for each of some items, and kept in the ledger."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from types import FunctionType
+from typing import Any, get_type_hints
+
+from workbench.study.definition_text import UnseenError
+from workbench.study.definitions import Definitions
+from workbench.study.document.phrases import check_name
+from workbench.study.ledger.answers import AnswerError, answer_of, chunk_of_answer, classes_of
+from workbench.study.ledger.chunk import Chunk
+from workbench.validation.notebook_display import brief
+from workbench.validation.refusals import positive, raised, refusal
+from workbench.validation.signatures import door
+
+GUESS = 2.0  # s that an item takes where a work says nothing
+SHOWN = 60  # letters of an item in a message
+
+
+class WorkError(ValueError):
+    """An error in an item of a work: its message names both, and its cause is the error itself."""
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Work:
+    """A function that a study computes for each of some items: a replay, a search, a fit, a scan.
+
+    What is a plain run of a loop with metrics is a `Case` or a `Sweep` instead. The answers are in
+    `results.work(name)`, in the order of the items; each is one record of the ledger and is never computed twice.
+
+    Attributes
+    ----------
+    function
+        A function at the top of a module, of one item. What it calls counts: if the code of the study that it reaches
+        changes, it is computed again. It gives plain data: numbers, text, None, tuples, lists, dicts by text, arrays
+        of numbers, and frozen dataclasses of these, which the hint of its result names.
+    over
+        The items, each another one: numbers, text, tuples, frozen dataclasses, loops.
+    answer
+        A type hint of the result, if the function has none.
+    seconds
+        The time that an item takes of one processor, for the estimate; a guess if not given.
+
+    Examples
+    --------
+    >>> def speed_after_5_s(volts: float) -> float:
+    ...     motor = wb.open_loop(wb.DCMotor())
+    ...     return wb.simulate(motor, motor.parameters.pack({"v": volts}), until=5.0)["omega"][0, -1]
+    >>> speeds = wb.Work("speeds", speed_after_5_s, over=(1.0, 2.0))
+    >>> speeds.name, speeds.function(1.0).round(3)
+    ('speeds', np.float64(0.1))
+    """
+
+    name: str
+    function: Callable[[Any], Any]
+    over: tuple[Any, ...]
+    answer: Any = None
+    seconds: float | None = None
+
+    def __post_init__(self) -> None:
+        check_name("Work", self.name)
+        call = f"Work({self.name!r}, function=...)"
+        bare = getattr(self.function, "__wrapped__", self.function)  # of one in a cache, or behind a door
+        if not isinstance(bare, FunctionType):
+            raise refusal(call, "a function at the top of a module", self.function)
+        if "<" in bare.__qualname__ or (bare.__closure__ and bare is self.function):
+            raise ValueError(
+                f"`{call}` must be a function at the top of a module, which another process finds by its name; got "
+                f"'{bare.__qualname__}'. Write it as a `def` and put what it needs into `over`."
+            )
+        if self.seconds is not None:
+            positive(f"Work({self.name!r}, seconds=...)", self.seconds)
+        _ = self.classes
+
+    @cached_property
+    def classes(self) -> dict[str, type]:
+        """The classes of which answers may consist, by their names."""
+        call = f"Work({self.name!r}, answer=...)"
+        hint = self.answer
+        if hint is None:
+            try:
+                hint = get_type_hints(self.function).get("return")
+            except NameError as error:
+                raise LookupError(
+                    f"`{call}` is needed, as the hints of '{self.function.__qualname__}' name '{error.name}', which is "
+                    "not there when it runs: import it outside of `TYPE_CHECKING`, or give the type of the result."
+                ) from None
+        try:
+            return classes_of(hint)
+        except AnswerError as error:
+            raise ValueError(f"`{call}` must name different classes: {error}.") from None
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledWork:
+    """A work with the names of its records: one a chunk, in which the item and the digest of all it depends on is."""
+
+    work: Work
+    names: tuple[str, ...]
+
+    @property
+    def size(self) -> int:
+        """The number of its items."""
+        return len(self.names)
+
+    @property
+    def seconds_of_item(self) -> float:
+        """The time that an item takes of one processor."""
+        return self.work.seconds or GUESS
+
+    def name(self, first: int, last: int) -> str:
+        """The name of the record of the item `first`."""
+        del last
+        return self.names[first]
+
+    def chunk(self, first: int, last: int) -> Chunk:
+        """The answer of the item `first`, computed."""
+        del last
+        work, item = self.work, self.work.over[first]
+        try:
+            answer = work.function(item)
+        except Exception as error:
+            why = raised(error).removesuffix(".")
+            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {why}.") from error
+        try:
+            return chunk_of_answer(self.names[first], shown(item), answer, work.classes)
+        except AnswerError as error:
+            raise WorkError(f"The work '{work.name}' must give plain data, and at {shown(item)} {error}.") from None
+
+    def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
+        """The answers in the records that `read` gives by their names."""
+        return tuple(answer_of(read(name), self.work.classes) for name in self.names)
+
+
+def compile_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
+    """Works with the names of their records; each definition that they call is read once."""
+    definitions = Definitions()
+    return tuple(compile_work(work, definitions) for work in works)
+
+
+def compile_work(work: Work, definitions: Definitions | None = None) -> CompiledWork:
+    """A work with the names of its records.
+
+    Raises
+    ------
+    ValueError
+        If two items are the same, or the function or an item uses what cannot be told apart by its contents.
+    """
+    definitions = definitions or Definitions()
+    names: dict[str, int] = {}
+    for i, item in enumerate(work.over):
+        try:
+            digest = definitions.digest(work.function, tuple(work.classes.values()), item)
+        except UnseenError as error:
+            raise UnseenError(f"`Work({work.name!r}, ...)` at {shown(item)}: {error}") from None
+        name = f"{work.name}/item/{digest[:16]}"
+        if name in names:
+            raise ValueError(
+                f"`Work({work.name!r}, over=...)` needs distinct items; number {names[name]} and {i} are the same, "
+                f"{shown(item)}."
+            )
+        names[name] = i
+    return CompiledWork(work, tuple(names))
+
+
+def shown(item: Any) -> str:
+    """An item in a message."""
+    return brief(item, SHOWN)
