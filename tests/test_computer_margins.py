@@ -253,7 +253,7 @@ def test_a_run_that_diverged_is_beyond_every_margin_and_never_averaged_away():
 def test_a_sample_of_other_effects_is_refused():
     with pytest.raises(ValueError, match=r"needs the sample of `computer_sweep` for the effects a, b; got 's' of a, b"):
         computer_margins(sample_of(kinds(1.0, 1.0, 1.0)), effects(), "error")
-    with pytest.raises(LookupError, match="has no number 0 of 'speed'"):
+    with pytest.raises(LookupError, match="There is no metric 'speed' among error"):
         computer_margins(sample_of(kinds(*[1.0] * 7)), effects(), "speed")
 
 

@@ -152,7 +152,7 @@ def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any
         z = kernel.run(p, x[0], 1, begin=made["rows"] * march["stride"], stride=1)
         found.append([program_from(metric["program"]).evaluate(x, z)[0] for metric in made["metrics"]])
     for metric, whole, half in zip(made["metrics"], *found, strict=True):
-        pairs = [score.pair for score in told.scores if score.metric == metric["name"]]
+        pairs = [score.pair for score in told.scores_of(metric["name"])]
         assert [*zip(whole.tolist(), (2 * np.abs(whole - half)).tolist(), strict=True)] == pairs
 
 

@@ -82,7 +82,7 @@ def test_integrals_run_along_in_the_substeps_and_samples_are_taken_at_the_instan
     tau = -(exact(period, 10) @ K.T).ravel()  # at the horizon too, where the samples end
     metrics = (rmse(), ise(), effort(), peak_torque(), total_variation(period), sampled_rmse(period, "tau"))
     result = measure(linear().digital(period), metrics, until=T, h=period / 4)
-    got = {name: np.array([s.value[0] for s in result.scores if s.metric == name]) for name in result.names}
+    got = {name: np.array([s.value[0] for s in result.scores_of(name)]) for name in result.names}
     # RK4 at 25 ms: 5e-6 in the integrals, 2e-8 in the states
     assert got["ISE"] == pytest.approx(exact_ise(period, 10), rel=1e-5)
     assert got["RMSE"] == pytest.approx(np.sqrt(exact_ise(period, 10) / T), rel=1e-5)

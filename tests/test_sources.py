@@ -258,7 +258,7 @@ def test_a_picture_of_a_sweep_reads_its_note_from_its_source_and_says_it_in_its_
 def test_a_picture_of_several_outputs_has_a_source_for_each_and_says_what_they_share_once(sampled):
     sample = sampled["indices"]
     names = ("RMSE", "effort")
-    outputs = np.stack([sample.outputs(name) for name in names], axis=1)
+    outputs = np.stack([sample.score(name).value for name in names], axis=1)
     found = wb.sobol(sample.design, outputs, names, factors=sample.factors)
     sources = tuple(sample_source(sample, name) for name in names)
     figure = sobol_bars("f", "Caption.", found, sources)

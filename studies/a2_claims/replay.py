@@ -151,7 +151,7 @@ def compared() -> Results:
 def beside(metric: str) -> dict[str, list[float]]:
     """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
     found = {one.case.name: one.measurement for one in compared().outcomes if metric in one.measurement.names}
-    return {name: [score.pair[0] for score in one.scores if score.metric == metric] for name, one in found.items()}
+    return {name: [score.pair[0] for score in one.scores_of(metric)] for name, one in found.items()}
 
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
@@ -183,5 +183,5 @@ def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
     found = measure(searches.on_path().ode(), late, until=until, h=STEP / 2)
-    pairs = {name: [score.pair for score in found.scores if score.metric == name] for name in found.names}
+    pairs = {name: [score.pair for score in found.scores_of(name)] for name in found.names}
     return {name: (max(v for v, _ in mine), max(e for _, e in mine)) for name, mine in pairs.items()}

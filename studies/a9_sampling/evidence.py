@@ -134,7 +134,7 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
 
 def _continuous(outcome: Outcome) -> Audit:
     found = outcome.measurement
-    pairs = {name: np.array([one.pair for one in found.scores if one.metric == name]).T for name in found.names}
+    pairs = {name: np.array([one.pair for one in found.scores_of(name)]).T for name in found.names}
     values, errors = ({name: both[i] for name, both in pairs.items()} for i in (0, 1))
     return Audit(values, errors, {})
 

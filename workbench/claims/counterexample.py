@@ -150,7 +150,7 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
     any other that diverges, the step itself may be what diverges, and it is not a number.
     """
     found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
-    scores, runs = [one for one in found.scores if one.metric == metric.name], found.trajectories
+    scores, runs = found.scores_of(metric.name), found.trajectories
     last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
     state = runs.step.states.unpack(runs.x[0, last])
     excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
@@ -183,10 +183,8 @@ def hypotheses_kept(
     """The names of those claims that a run keeps at every step, at the step h and at half of it."""
     violations = [violation(each.claim) for each in claims]
     found = measure(watching(ode, claims), violations, p, x0, until=until, h=h)
-    largest = {each.name: -np.inf for each in violations}
-    for score in found.scores:
-        largest[score.metric] = max(largest[score.metric], float((score.value + score.error).max()))
-    return tuple(each.claim.name for each, most in zip(claims, largest.values(), strict=True) if most <= 0)
+    largest = [max(float((s.value + s.error).max()) for s in found.scores_of(each.name)) for each in violations]
+    return tuple(each.claim.name for each, most in zip(claims, largest, strict=True) if most <= 0)
 
 
 @door

@@ -77,10 +77,9 @@ def measure(
     if h is None:
         choice = _choice(measured, p, x0, until, every, tolerance, seed, arithmetic)
         h, method = choice.h, choice.method
-    step = measured.step(h, method)
-    multiple("measure(until=...)", until, step.h, "the step")
-    rounding = arithmetic_for(step, arithmetic)
-    run = MeasuredRun(measured, h, until, every or step.h, until, seed, rounding, method, points_of(len(p)))
+    multiple("measure(until=...)", until, (step := measured.step(h, method)).h, "the step")
+    how = seed, arithmetic_for(step, arithmetic), method, points_of(len(p))
+    run = MeasuredRun(measured, h, until, every or step.h, until, *how)
     found, trajectories = run.march(p, x0, runs, runs, tell)
     return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept=trajectories)
 

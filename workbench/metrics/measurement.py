@@ -169,6 +169,12 @@ class Measurement:
         """The score of each column."""
         return tuple(map(self._score, range(len(self.columns))))
 
+    @door
+    def scores_of(self, metric: str) -> tuple[Score, ...]:
+        """The score of each signal of a metric."""
+        self.place(metric)
+        return tuple(score for score in self.scores if score.metric == metric)
+
     def _score(self, place: int) -> Score:
         column, errors = self.columns[place], np.full(len(self), np.nan)
         values, found = np.asarray(self.values[:, -1, place]), self.errors[:, -1, place]
@@ -243,7 +249,7 @@ class Measurement:
             return None
         found = []
         for name in self.names:
-            mine = [score for score in self.scores if score.metric == name]
+            mine = self.scores_of(name)
             errors, values = (
                 np.stack(parts, axis=1)[self.looked_at] for parts in ([s.error for s in mine], [s.value for s in mine])
             )

@@ -6,7 +6,7 @@ Each is made from an outcome and says which: its law and scenario, its metric or
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 

@@ -84,7 +84,7 @@ def calls() -> dict[str, Any]:
             room.Measurement,
             **{name: getattr(measurement, name)
                for name in ("columns", "t", "h", "values", "diverged_at", "looked_at", "errors", "half_diverged_at",
-                            "limits", "limited_at", "tolerance", "chosen", "metrics", "unseen", "kept")},
+                            "limits", "limited_at", "tolerance", "choice", "metrics", "unseen", "kept")},
         ),
         "Score": partial(room.Score, "own", "y", "m", np.ones(1), np.zeros(1)),
         "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),

@@ -147,8 +147,7 @@ def _loop(
             for m, program in zip(metrics, _programs(whole, metrics, run.t), strict=True)
         ],
         "scores": [
-            [plain(score.pair) for score in outcome.measurement.scores if score.metric == name]
-            for name in outcome.measurement.names
+            [plain(score.pair) for score in outcome.measurement.scores_of(name)] for name in outcome.measurement.names
         ],
     }
 

@@ -142,7 +142,7 @@ class LivePage {
     this.held = null;
     const wait = this.flight && this.flight.rough.size ? this.flight.began + HOLD - performance.now() : 0;
     if (wait > 0) return void (this.held = setTimeout(() => this.ask(), wait));
-    const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).known !== key);
+    const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key);
     const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key]));
     const places = left.map(([place]) => place);
     const runs = left.map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, printed: false }));
@@ -152,7 +152,7 @@ class LivePage {
       runs.push({ loop: before, p, x, seed, printed: true });
     }
     const began = performance.now();
-    this.flight = runs.length ? { began, keys, rough: new Set(places), half: new Set(places) } : null;
+    this.flight = runs.length ? { began, keys, rough: new Set(places), fine: new Set(places) } : null;
     this.report();
     if (this.pool || runs.length) this.crew().request(runs, this.inSight()).catch((error) => this.fail(error));
   }
@@ -170,13 +170,13 @@ class LivePage {
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
     const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
-    const shown = { ...this.views.get(place), ...(errors ? { phase } : view), known: null };
+    const shown = { ...this.views.get(place), ...(errors ? { phase } : view), fine: null };
     if (done) {
       if (!errors) shown.whole = ends;
-      else shown.known = flight.keys.get(place); // the inputs of which it is the last word
+      else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
       shown.scores = scoresOf(this.data.loops[place], shown.whole, errors ? ends : undefined);
       flight.rough.delete(place);
-      if (errors) flight.half.delete(place);
+      if (errors) flight.fine.delete(place);
       this.spent = (performance.now() - this.turnedAt) / 1000;
     }
     this.views.set(place, shown);
@@ -276,7 +276,7 @@ class LivePage {
     const { bench, data, wanted } = this, places = this.asked(this.state);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
     bench.report(first ? headOfMetric(first) : "", places.map((place) => this.line(place)));
-    if (this.flight && this.flight.half.size) return bench.tell("Running \u2026");
+    if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
     if (!wanted.size) return bench.tell(this.idleText());
     const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
