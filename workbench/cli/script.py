@@ -136,8 +136,8 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
 class Script:
     """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps compiled.
 
-    Sweeps have arithmetics by their names, and may follow from the chunks of the tunings: name, head and data of each.
-    With `works` it gives those instead.
+    Sweeps have arithmetics by their names, and may follow from records of tunings and works: name, head and data of
+    each. With `works` it gives those instead.
     """
 
     file: str
@@ -164,8 +164,9 @@ class Script:
         if not file.is_file() or _digest_of(file) != self.digest:
             raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
         study, arithmetic_of = load(file), dict(self.arithmetics).get
+        works = compile_works(() if callable(study.works) else study.works)
         if self.works:
-            return compile_works(() if callable(study.works) else study.works)
+            return works
         sweeps: Any = study.sweeps
         if callable(sweeps):
             chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
@@ -177,7 +178,11 @@ class Script:
                 tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            sweeps = study.resolved(tuned).sweeps
+            try:
+                answers = {one.work.name: one.answers(chunks.__getitem__) for one in works}
+            except KeyError as error:
+                raise ClusterError(f"A worker asks in a work for {error}, which is not here: it differs.") from None
+            sweeps = study.resolved({**tuned, **answers}).sweeps
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 
 

@@ -132,9 +132,9 @@ class CompiledWork:
         except AnswerError as error:
             raise WorkError(f"The work '{work.name}' must give plain data, and at {shown(item)} {error}.") from None
 
-    def answer(self, chunk: Chunk) -> Any:
-        """The answer in a record."""
-        return answer_of(chunk, self.work.classes)
+    def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
+        """The answers in the records that `read` gives by their names."""
+        return tuple(answer_of(read(name), self.work.classes) for name in self.names)
 
 
 def compile_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
