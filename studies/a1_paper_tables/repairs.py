@@ -112,7 +112,7 @@ def gain_table(name: str, caption: str, head: str, runs: Sequence[Outcome], note
     rows: list[tuple[Cell, ...]] = []
     several = len({run.case.scenario for run in runs}) > 1
     for run in runs:
-        named = f"{run.case.law}: {run.case.scenario}" if several else run.case.law  # a table in parts repeats it
+        named = f"{run.label}: {run.case.scenario}" if several else run.label  # a table in parts repeats it
         gone, places = run.diverged_at, [(metric, j) for metric in ("RMSE (43)", "late error") for j in (0, 1)]
         floor = float(np.nanmin(gain_floor(run))) if gone is None else None
         scores = (cell(run, *place) for place in places)

@@ -22,6 +22,7 @@ from studies.a7_sensitivity.results import (
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
 from workbench.metrics import measure
 from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table, Verdict
+from workbench.study.marks import sample_source
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results, Study
@@ -43,7 +44,7 @@ def indices_figure(one: LawResults, joint: int) -> Figure:
         f"aosmc_rgs_sobol_q{joint + 1}",
         f"Indices of {one.law}, joint {joint + 1}.",
         one.shares_of([(metric, joint) for metric in SHOWN]),
-        one.indices.note_of("RMSE", joint),
+        tuple(sample_source(one.indices, metric, joint, one.law) for metric in SHOWN),
         labels=labels(one.indices.factors),
     )
 
@@ -68,7 +69,7 @@ def proposed_section(one: LawResults) -> Section:
         "aosmc_rgs_tornado",
         f"The RMSE of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
         one.tornado_of("RMSE", 0),
-        one.swings.note_of("RMSE", 0),
+        sample_source(one.swings, "RMSE", 0, one.law),
         "rad",
         labels=labels(one.swings.factors),
     )
@@ -76,7 +77,7 @@ def proposed_section(one: LawResults) -> Section:
         "aosmc_rgs_morris",
         f"Elementary effects on the RMSE of {PROPOSED}.",
         effects,
-        one.screening.note_of("RMSE", 0),
+        tuple(sample_source(one.screening, "RMSE", joint, one.law) for joint in (0, 1)),
         "rad",
         labels=labels(effects.factors),
     )

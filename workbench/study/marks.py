@@ -6,7 +6,7 @@ Each is made from an outcome and says which: its law and scenario, its metric or
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from workbench.core import Entry, Ode
 from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
+from workbench.study.sample import Sample
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
@@ -47,6 +48,20 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
     """The source of the time of an outcome, in s, in some of the kept rows."""
     case, rows = outcome.case, rows or (0, len(outcome.t))
     return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
+
+
+@door
+def sample_source(sample: Sample, metric: str, signal: int | str = 0, law: str = "") -> Source:
+    """The source of a metric of one signal in the runs of a sweep, of a law; its note is that of the sample."""
+    found = {place: (unit, label) for (name, place, unit), label in _columns(sample) if name == metric}
+    place = place_of(tuple(label for _, label in found.values()), signal, f"numbers of '{metric}' in '{sample.name}'")
+    notes = sample.note, sample.note_of(metric, place).removeprefix(f"{sample.note}; ")
+    unit, label = found[place]
+    return Source(law, sample.name, "metric", metric, place, label, unit, sample.digest, None, 1.0, law, notes)
+
+
+def _columns(sample: Sample) -> Iterable[tuple[tuple[str, int, str], str]]:
+    return zip(sample.columns, sample.labels or ("",) * len(sample.columns), strict=True)
 
 
 @door

@@ -21,7 +21,7 @@ from workbench.study.uncertainty.factors import Factor
 from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
-IMPORTED = ("morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
+IMPORTED = ("least_base", "morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
             "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
 
 

@@ -13,8 +13,8 @@ from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.style import letter_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Points, Series
-from workbench.study.document.phrases import raised
-from workbench.study.document.source import Source, clean_text
+from workbench.study.document.phrases import head_of
+from workbench.study.document.source import Source
 from workbench.study.run_tables import spreadsheet_text
 from workbench.validation.refusals import Array
 
@@ -48,12 +48,6 @@ def figure_csv(figure: Figure) -> str:
     writer.writerow([spreadsheet_text(head) for head, _ in columns])
     writer.writerows(zip_longest(*(texts for _, texts in columns), fillvalue=""))
     return out.getvalue()
-
-
-def head_of(source: Source) -> str:
-    """A source as a head of a column: law, scenario, signal or metric with its unit, and run."""
-    unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
-    return clean_text(f"{source.law} | {source.scenario} | {source.words}{unit} | run {source.run[:16]}")
 
 
 def _heads(mark: Series | Band, panel: Panel) -> tuple[str, ...]:

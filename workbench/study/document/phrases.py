@@ -157,12 +157,17 @@ class Table:
         object.__setattr__(self, "notes", (*self.notes, *remarks))
 
     def _remarks(self) -> tuple[str, ...]:
-        """The notes of the results that its cells show, each once, with the laws that it concerns."""
+        """The notes of the results that its cells show, each once, with the laws that it concerns.
+
+        A law of which other things must be said in another scenario stands there with its scenario.
+        """
+        sources = [source for row in self.rows for cell in row if (source := source_of(cell))]
+        said = {(one.title or one.law, one.scenario): "; ".join(one.notes) for one in sources}
         laws: dict[str, dict[str, None]] = {}
-        for source in filter(None, (source_of(cell) for row in self.rows for cell in row)):
-            if source.notes:
-                laws.setdefault("; ".join(source.notes), {})[source.title or source.law] = None
-        return tuple(clean_text(f"{', '.join(titles)}: {said}.") for said, titles in laws.items())
+        for (law, scenario), words in said.items():
+            alike = {other for (name, _), other in said.items() if name == law} == {words}
+            laws.setdefault(words, {})[law if alike else f"{law} ({scenario})"] = None
+        return tuple(clean_text(f"{', '.join(names)}: {words}.") for words, names in laws.items() if words)
 
     def _check_number(self, column: Column, value: Value, row: int) -> None:
         """Refuse NaN, and a whole number that no float holds."""
@@ -184,6 +189,13 @@ def source_of(cell: Cell) -> Source | None:
     """The result that a cell shows; None for a number of another origin, and for text."""
     value = bare(cell)
     return value.source if isinstance(value, Measured | Diverged | Missing) else None
+
+
+def head_of(source: Source) -> str:
+    """A source as the head of a column: law, scenario, signal or metric with its unit, and run."""
+    unit = f" [{raised(source.unit)}]" if source.unit not in ("", "1") else ""
+    parts = (source.law, source.scenario, f"{source.words}{unit}", f"run {source.run[:16]}")
+    return clean_text(" | ".join(part for part in parts if part))
 
 
 def check_name(kind: str, name: str) -> None:

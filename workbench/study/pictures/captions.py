@@ -1,24 +1,27 @@
 """The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file.
 
-Of every picture the `note` says runs, failed runs, seed and step error, as `sample.note_of(metric, joint)` does; `unit`
-is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
+Of every picture the `note` says runs, failed runs, seed and step error. It is read from the source of what is shown,
+as `sample_source(sample, metric)` gives it, one for each output or law; or it is words, as `sample.note_of(metric)`.
+`unit` is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Literal, TypeAlias, TypeVar
+from typing import Literal, TypeAlias, TypeVar, cast
 
 import numpy as np
 
 from workbench.study.document.figure import Figure, Label, Panel
-from workbench.study.document.phrases import Cell, Column, Part, Phrase, Table, parts, raised
+from workbench.study.document.phrases import Cell, Column, Part, Phrase, Table, head_of, parts, raised
+from workbench.study.document.source import Source
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado
 from workbench.study.uncertainty.indices import SobolIndices
 from workbench.study.uncertainty.outputs import Estimate
-from workbench.validation.refusals import Array, Integers, refusal
+from workbench.validation.refusals import Array, Integers, described, refusal
 
 Labels: TypeAlias = Mapping[str, Label] | None
+Note: TypeAlias = Phrase | Source | tuple[Source, ...]  # words, or a source for each output or law
 DECADE = 10.0  # the ratio of the largest number to the least from which on an axis is logarithmic
 BEYOND = "An interval with an arrow goes on beyond the axes."
 Found = TypeVar("Found", SobolIndices, MorrisEffects, Tornado)
@@ -28,24 +31,56 @@ def picture(
     call: str,
     name: str,
     caption: Phrase,
-    note: Phrase,
+    note: Note,
     panels: Iterable[Panel],
     heads: Iterable[str | Column],
     rows: Iterable[tuple[Cell, ...]],
     remarks: Iterable[Phrase] = (),
     columns: int = 1,
     lead: bool = False,
+    names: Sequence[str] = ("",),
 ) -> Figure:
-    """The figure with its numbers, its caption followed by the remarks and, last, its note."""
-    if not any(part.strip() if isinstance(part, str) else True for part in parts(note)):
+    """The figure with its numbers, its caption followed by the remarks and, last, its note.
+
+    With sources each row of numbers, which begins with one of the names, ends with that of the name, or the only one.
+    """
+    sources = sources_of(call, names, note)
+    words = _words_of(sources) if sources else cast(Phrase, note)
+    if sources:
+        rows = [(*row, head_of(sources[str(row[0]) if len(sources) > 1 else names[0]])) for row in rows]
+        heads = (*heads, "of")
+    if not any(part.strip() if isinstance(part, str) else True for part in parts(words)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
-            "step error, as `sample.note_of(metric, joint)` does; got an empty one."
+            "step error, as `sample.note_of(metric)` does; got an empty one."
         )
-    said = [phrase for phrase in (caption, *remarks, note) if phrase]
-    words = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))
+    said = [phrase for phrase in (caption, *remarks, words) if phrase]
+    text = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))
     named = tuple(Column(head) if isinstance(head, str) else head for head in heads)
-    return Figure(name, words, tuple(panels), columns, Table(name, caption, named, tuple(rows)), lead)
+    return Figure(name, text, tuple(panels), columns, Table(name, caption, named, tuple(rows)), lead)
+
+
+def sources_of(call: str, names: Sequence[str], note: Note) -> dict[str, Source]:
+    """The sources of a picture by its outputs or laws; none if its note is in words."""
+    several = note if isinstance(note, tuple) else (note,)
+    found = [source for source in several if isinstance(source, Source)]
+    if found and len(found) != len(names):
+        raise ValueError(
+            f"`{call}(note=...)` must have a source for each of {described(list(names))}, in their order; got "
+            f"{len(found)}."
+        )
+    return dict(zip(names, found, strict=True)) if found else {}
+
+
+def _words_of(sources: Mapping[str, Source]) -> str:
+    """The notes of sources, each once, with their law where there are several."""
+    notes: dict[str, dict[str, None]] = {}
+    for source in sources.values():
+        notes.setdefault(source.law, {}).update(dict.fromkeys(source.notes))
+    several = len(notes) > 1
+    return "; ".join(
+        "; ".join([f"{law}: {said[0]}" if several else said[0], *said[1:]]) for law, (*said,) in notes.items()
+    )
 
 
 def _sentence(phrase: Phrase) -> tuple[Part, ...]:

@@ -10,7 +10,16 @@ import numpy as np
 
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Panel, Series
 from workbench.study.document.phrases import Column, Phrase
-from workbench.study.pictures.captions import number, picture, scale_of, stretches, times_of
+from workbench.study.document.source import Source
+from workbench.study.pictures.captions import (
+    Note,
+    number,
+    picture,
+    scale_of,
+    sources_of,
+    stretches,
+    times_of,
+)
 from workbench.study.uncertainty.quantiles import Quantiles
 from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
@@ -26,7 +35,7 @@ def quantile_bands(
     caption: Phrase,
     t: Array,
     bands: Mapping[str, Quantiles],
-    note: Phrase,
+    note: Note,
     ylabel: Label,
 ) -> Figure:
     """The bands between quantiles of an output of many runs over time, for one law or several.
@@ -48,7 +57,8 @@ def quantile_bands(
     held = dict(bands)
     first = next(iter(held.values()))
     times, levels = times_of("quantile_bands", t, len(first.names)), first.levels
-    marks = {law: _band(law, times, one, k % STYLES) for k, (law, one) in enumerate(held.items())}
+    sources = sources_of("quantile_bands", tuple(held), note)
+    marks = {law: _band(law, times, one, k % STYLES, sources.get(law)) for k, (law, one) in enumerate(held.items())}
     scale, limits = _scale(list(held.values()))
     if len(held) <= TOGETHER:
         panels = [Panel(ylabel, tuple(mark for law in marks.values() for mark in law), yscale=scale)]
@@ -63,15 +73,17 @@ def quantile_bands(
     )
     heads = ("law", Column("time", "s"), "level", "quantile", "from", "to", "failed runs")
     columns = 1 if len(panels) == 1 else 2
-    return picture("quantile_bands", name, caption, note, panels, heads, rows, said, columns)
+    return picture("quantile_bands", name, caption, note, panels, heads, rows, said, columns, names=tuple(held))
 
 
-def _band(law: str, t: Array, one: Quantiles, style: int) -> list[Series | Band]:
+def _band(law: str, t: Array, one: Quantiles, style: int, source: Source | None) -> list[Series | Band]:
     low, high = one.value[:, np.argmin(one.levels)], one.value[:, np.argmax(one.levels)]
     finite = np.where(np.isfinite(low + high), low + high, np.nan)
     drawn: list[Series | Band] = [Band("", t[k], low[k], high[k], style) for k in stretches(finite)]
     if len(one.levels) % 2 and np.isfinite(middle := one.value[:, _middle(one.levels)]).any():
-        drawn.insert(0, Series(law, t, np.where(np.isfinite(middle), middle, np.nan), style))
+        over = None if source is None else replace(source, kind="time", name="time", label="", unit="s")
+        pair = None if source is None or over is None else (over, source)
+        drawn.insert(0, Series(law, t, np.where(np.isfinite(middle), middle, np.nan), style, sources=pair))
     elif drawn:
         drawn[0] = replace(drawn[0], label=law)
     return drawn or [Series(law, t, np.full(len(t), np.nan), style)]
@@ -112,7 +124,7 @@ def pareto_fronts(
     name: str,
     caption: Phrase,
     fronts: Mapping[str, Array],
-    note: Phrase,
+    note: Note,
     xlabel: Label,
     ylabel: Label,
 ) -> Figure:
@@ -150,7 +162,7 @@ def pareto_fronts(
     panel = Panel(ylabel, tuple(marks), xlabel=xlabel, xscale=scales[0], yscale=scales[1])
     rows = ((law, float(x), float(y)) for law, front in found.items() for x, y in front)
     heads = ("law", Column(xlabel), Column(ylabel))
-    return picture("pareto_fronts", name, caption, note, (panel,), heads, rows, said)
+    return picture("pareto_fronts", name, caption, note, (panel,), heads, rows, said, names=tuple(fronts))
 
 
 def _front(points: Array) -> Array:
@@ -165,7 +177,7 @@ def budget_curves(
     name: str,
     caption: Phrase,
     curves: Mapping[str, tuple[Array, Array]],
-    note: Phrase,
+    note: Note,
     ylabel: Label,
 ) -> Figure:
     """The best so far against the evaluations that it cost, law by law.
@@ -202,7 +214,7 @@ def budget_curves(
         for k in range(len(spent))
     )
     heads = ("law", "search", "evaluations", Column(ylabel))
-    return picture("budget_curves", name, caption, note, (panel,), heads, rows, said)
+    return picture("budget_curves", name, caption, note, (panel,), heads, rows, said, names=tuple(curves))
 
 
 def _steps(spent: Array, low: Array, high: Array, style: int) -> Band:

@@ -9,15 +9,18 @@ import numpy as np
 from workbench.notation.formula import Relation, Symbol
 from workbench.study.document.figure import Bars, Figure, Label, Panel, Points, Series
 from workbench.study.document.phrases import Cell, Column, Phrase, parts
+from workbench.study.document.source import Source
 from workbench.study.pictures.captions import (
     BEYOND,
     DECADE,
     Labels,
+    Note,
     each,
     label_of,
     number,
     picture,
     refusals,
+    sources_of,
     with_unit,
 )
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado
@@ -38,7 +41,7 @@ LEVEL = 0.36  # of a row: the thickness of the bar of one level
 
 @door
 def morris_plane(
-    name: str, caption: Phrase, effects: MorrisEffects, note: Phrase, unit: str = "", *, labels: Labels = None
+    name: str, caption: Phrase, effects: MorrisEffects, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
     """The factors in the plane of mu* and sigma with their intervals, and the line sigma = mu*; a panel an output.
 
@@ -55,14 +58,19 @@ def morris_plane(
     names, key = _names(single[0], labels)
     titles = [label_of(one.names[0], labels) if len(effects.names) > 1 else "" for one in single]
     log = any(map(_uneven, single))
-    drawn = [_plane(one, unit, names, title, log) for one, title in zip(single, titles, strict=True)]
+    sources = sources_of("morris_plane", effects.names, note)
+    drawn = [
+        _plane(one, unit, names, title, log, sources.get(one.names[0]))
+        for one, title in zip(single, titles, strict=True)
+    ]
     panels, near, beyond = zip(*drawn, strict=True)
     where = f"Below {FLOOR:g} of the largest number" if log else "Next to 0"
     said = (*([LOGARITHMIC] * log), *_named_near(near, names, where), *([BEYOND] * any(beyond)))
     heads = [Column(head, unit) for kind in ("mu*", "sigma", "mu") for head in (kind, f"{kind} (half-interval)")]
     rows = (row for one in single for row in _moments(one))
     remarks = (*refusals(effects), *key, *said)
-    return picture("morris_plane", name, caption, note, panels, ("output", "factor", *heads), rows, remarks)
+    named: tuple[str | Column, ...] = ("output", "factor", *heads)
+    return picture("morris_plane", name, caption, note, panels, named, rows, remarks, names=effects.names)
 
 
 def _uneven(effects: MorrisEffects) -> bool:
@@ -87,7 +95,7 @@ def _names(effects: MorrisEffects, labels: Labels) -> tuple[tuple[Label, ...], t
 
 
 def _plane(
-    effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label, log: bool
+    effects: MorrisEffects, unit: str, names: tuple[Label, ...], title: Label, log: bool, source: Source | None
 ) -> tuple[Panel, list[int], bool]:
     """The panel, the factors that it does not name, and True if an interval reaches beyond its axes."""
     x, y = effects.mu_star, effects.sigma
@@ -104,7 +112,8 @@ def _plane(
         near = []
     beyond = (xlow < left) | (xhigh > right) | (ylow < bottom) | (yhigh > top)
     shown_names = tuple("" if i in near else name for i, name in enumerate(names))
-    points = Points("", across, up, shown_names, xlow=xlow, xhigh=xhigh, ylow=ylow, yhigh=yhigh)
+    sources = ((source, source),) * len(names)
+    points = Points("", across, up, shown_names, 0, xlow, xhigh, ylow, yhigh, sources)
     line = np.array([max(left, bottom), min(right, top)])
     scale: Literal["log", "linear"] = "log" if log else "linear"
     panel = Panel(
@@ -149,7 +158,7 @@ def _moments(one: MorrisEffects) -> list[tuple[Cell, ...]]:
 
 @door
 def tornado_figure(
-    name: str, caption: Phrase, tornado: Tornado, note: Phrase, unit: str = "", *, labels: Labels = None
+    name: str, caption: Phrase, tornado: Tornado, note: Note, unit: str = "", *, labels: Labels = None
 ) -> Figure:
     """Two bars a factor from the output of the base: its lowest level above, its highest below.
 
@@ -168,18 +177,20 @@ def tornado_figure(
         for one in single
         for i in one.order
     )
-    panels = (_bars(one, unit, labels) for one in single)
-    return picture("tornado_figure", name, caption, note, panels, heads, rows, refusals(tornado))
+    sources = sources_of("tornado_figure", tornado.names, note)
+    panels = (_bars(one, unit, labels, sources.get(one.names[0])) for one in single)
+    remarks = refusals(tornado)
+    return picture("tornado_figure", name, caption, note, panels, heads, rows, remarks, names=tornado.names)
 
 
-def _bars(tornado: Tornado, unit: str, labels: Labels) -> Panel:
+def _bars(tornado: Tornado, unit: str, labels: Labels, source: Source | None) -> Panel:
     order, base = tornado.order, float(tornado.base)
     lowest, highest = int(np.argmin(tornado.levels)), int(np.argmax(tornado.levels))
     rows, moved = np.arange(len(order), dtype=float), tornado.moved[order]
-    start = np.full(len(order), base)
+    start, sources = np.full(len(order), base), (source,) * len(order)
     both = ((lowest, -LEVEL / 2, 0.25), (highest, LEVEL / 2, 1.0))
     marks = tuple(
-        Bars(_level(tornado.levels[k]), rows + aside, moved[:, k], start, shade=shade, thick=LEVEL)
+        Bars(_level(tornado.levels[k]), rows + aside, moved[:, k], start, shade=shade, thick=LEVEL, sources=sources)
         for k, aside, shade in both[lowest == highest :]  # one level alone has one bar
     )
     return Panel(

@@ -8,15 +8,18 @@ import numpy as np
 
 from workbench.study.document.figure import Band, Bars, Figure, Panel, Series
 from workbench.study.document.phrases import Column, Phrase
+from workbench.study.document.source import Source
 from workbench.study.pictures.captions import (
     BEYOND,
     Labels,
+    Note,
     each,
     label_of,
     number,
     picture,
     refusals,
     scale_of_shares,
+    sources_of,
     stretches,
     times_of,
 )
@@ -36,7 +39,7 @@ HEADS = ("S1", "S1 (half-interval)", "ST", "ST (half-interval)")
 
 
 @door
-def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, *, labels: Labels = None) -> Figure:
+def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Note, *, labels: Labels = None) -> Figure:
     """S1 and ST of every factor with their intervals, the largest ST first; several outputs side by side.
 
     All panels have the factors in one order, that of the largest ST in any of them, and one scale. An interval that
@@ -59,17 +62,27 @@ def sobol_bars(name: str, caption: Phrase, indices: SobolIndices, note: Phrase, 
     order = np.argsort(-total, kind="stable")
     scale = scale_of_shares([part for one in single for part in (one.S1, one.ST)])
     rows = ((one.names[0], one.factors[i], *_cells(one, (i,))) for one in single for i in order)
-    panels = [_bars(one, order, scale, labels, titled=len(indices.names) > 1) for one in single]
+    sources = sources_of("sobol_bars", indices.names, note)
+    panels = [_bars(one, order, scale, labels, len(indices.names) > 1, sources.get(one.names[0])) for one in single]
     remarks = (*refusals(indices), *_intervals(single, scale))
     columns = 2 if len(single) == 4 else min(len(single), 3)
-    return picture("sobol_bars", name, caption, note, panels, ("output", "factor", *HEADS), rows, remarks, columns)
+    heads = ("output", "factor", *HEADS)
+    return picture("sobol_bars", name, caption, note, panels, heads, rows, remarks, columns, names=indices.names)
 
 
-def _bars(one: SobolIndices, order: Integers, scale: tuple[float, float], labels: Labels, titled: bool) -> Panel:
-    rows = np.arange(len(order), dtype=float)
-    start = np.zeros(len(order))
+def _bars(
+    one: SobolIndices,
+    order: Integers,
+    scale: tuple[float, float],
+    labels: Labels,
+    titled: bool,
+    source: Source | None,
+) -> Panel:
+    rows, start, sources = np.arange(len(order), dtype=float), np.zeros(len(order)), (source,) * len(order)
     bars = [
-        Bars(label, rows + aside, part.value[order], start, 0, shade, BAR, part.low[order], part.high[order])
+        Bars(
+            label, rows + aside, part.value[order], start, 0, shade, BAR, part.low[order], part.high[order], (), sources
+        )
         for label, part, aside, shade in ((S1, one.S1, -BAR / 2, 1.0), (ST, one.ST, BAR / 2, 0.25))
     ]
     return Panel(
@@ -97,7 +110,7 @@ def _cells(indices: SobolIndices, place: tuple[int, ...]) -> tuple[float | None,
 
 @door
 def indices_over_time(
-    name: str, caption: Phrase, t: Array, indices: SobolIndices, note: Phrase, *, labels: Labels = None
+    name: str, caption: Phrase, t: Array, indices: SobolIndices, note: Note, *, labels: Labels = None
 ) -> Figure:
     """S1 and ST of the factors over time; the indices have an output for each of the times t (T,) in s.
 

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.study.document.figure import Bars, Figure, Panel, Tiles
 from workbench.study.document.phrases import Cell, Phrase
 from workbench.study.evidence import Comparison, Intervals, Success
-from workbench.study.pictures.captions import number, picture
+from workbench.study.pictures.captions import Note, number, picture
 from workbench.validation.refusals import Array, known, refusal
 from workbench.validation.signatures import door
 
@@ -192,7 +192,7 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
 
 
 @door
-def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Phrase) -> Figure:
+def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Note) -> Figure:
     """A bar a law, cut into the probabilities of its ranks, the first the darkest; the least mean rank on top.
 
     By law, `ranks` are the probabilities of each rank from the first, (L,), which add up to 1.
@@ -222,7 +222,7 @@ def rank_figure(name: str, caption: Phrase, ranks: Mapping[str, Array], note: Ph
     panel = Panel("", bars, xlabel="probability", xlim=(0.0, 1.0), ynames=tuple(laws))
     rows = tuple((law, *map(float, row)) for law, row in zip(laws, held, strict=True))
     heads = ("law", *(f"rank {place + 1}" for place in range(held.shape[1])))
-    return picture("rank_figure", name, caption, note, (panel,), heads, rows, (ORDER,))
+    return picture("rank_figure", name, caption, note, (panel,), heads, rows, (ORDER,), names=tuple(ranks))
 
 
 def _checked(law: str, row: Array, ranks: Mapping[str, Array]) -> Array:
