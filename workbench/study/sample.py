@@ -60,6 +60,11 @@ class Sample:
         return self.measurement.t
 
     @property
+    def values(self) -> Array:
+        """The metrics in k columns from the start to each of the times, (N, T, k); NaN once a run has diverged."""
+        return self.measurement.values
+
+    @property
     def diverged_at(self) -> Array:
         """The time at which each run diverged, (N,), in s; NaN for a run that stayed finite."""
         return self.measurement.diverged_at
