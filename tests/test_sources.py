@@ -289,6 +289,7 @@ def test_a_source_says_what_a_mark_is_in_words():
     assert one.words == "e of joint 2"
     assert replace(one, name="omega", label="omega").words == "omega"
     assert replace(one, name="K", label="K[0,1]").words == "K[0,1]"
+    assert replace(one, name="RMSE of x", label="x").words == "RMSE of x"
     assert one.times(1e3, "mrad").times(2.0) == replace(one, scale=2e3, unit="mrad")
 
 
