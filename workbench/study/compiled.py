@@ -23,6 +23,7 @@ from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.job import Progress
 from workbench.simulate.stability import longest_steps, modes_at
 from workbench.simulate.step_size import change
+from workbench.study.chosen_steps import choice_of
 from workbench.study.contract import Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
@@ -273,7 +274,8 @@ def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool =
         points = sweep.design.points()
         p, x0 = space.rows(points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])])
         how: Any = {"until": run.until, "every": run.kept, "tolerance": run.tolerance, "seed": run.seed}
-        choice = choose_step(equation, run.metrics, p, x0, **how)
+        asked = (equation, metrics, p, x0, run.until, run.kept, run.tolerance, run.seed)
+        choice = choice_of(asked, lambda: choose_step(equation, run.metrics, p, x0, **how))
         run, method = replace(run, h=choice.h / (2 if search else 1)), choice.method
     h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
     assert h is not None

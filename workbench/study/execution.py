@@ -12,15 +12,15 @@ from typing import Any
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import threads
 from workbench.study import cost
+from workbench.study.chosen_steps import ChosenSteps, kept_in
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, Task, Tell
-from workbench.study.order import Order, check_options
+from workbench.study.order import ArithmeticOf, Order, arithmetics, check_options
 from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
@@ -31,7 +31,6 @@ from workbench.study.work import CompiledWork, compile_works
 
 NAMED = 3  # sweeps that a message names
 
-ArithmeticOf = Callable[[str], str | None]
 Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 Answers = dict[str, tuple[Any, ...]]
@@ -60,16 +59,19 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         _leave(study, out, order)
         yield study, Results(order.run_cases(study))
         return
-    arithmetic_of = _arithmetics(out, order)
-    searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+    arithmetic_of = arithmetics(out, order)
+    steps = ChosenSteps(() if order.fresh else store.steps_in(out))
+    with kept_in(steps):
+        searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+        sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
     searched = [one for search in searches for one in search.sweeps]
-    sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
     works = () if callable(study.works) else compile_works(study.works)
     _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop_tables()
+        ledger.add(steps.chunks.values())
         about = About.of(study.name, order.script, ledger.out, order.samples)
         about = replace(about, works=_about_works(works), more=callable(study.works))
         answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
@@ -77,10 +79,12 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         later = callable(study.sweeps)
         study = study.resolved({**tuned, **answers})
         if later:
-            sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
+            with kept_in(steps):
+                sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
+            ledger.add(steps.chunks.values())
             _afford(sweeps, works, out, order)
         about = replace(about, sweeps=tuned_about)
-        records = Records(tuple(searched), about.chunks) if later else Records()
+        records = Records(tuple(searched) if later else (), (*steps.chunks, *(about.chunks if later else ())))
         samples, about = _samples(sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
         for sample in results.all_samples:  # for those who only read the folder
@@ -107,26 +111,6 @@ def _leave(study: Study, out: Path, order: Order) -> None:
 def _say_unused(about: About, ledger: Ledger, order: Order) -> None:
     if unused := about.unused(ledger.names):
         order.say(UNUSED.format(count=unused, out=ledger.out))
-
-
-def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
-    """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
-    about = None if order.fresh else store.about_in(out)
-    kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
-
-    def arithmetic_of(name: str) -> str | None:
-        if name not in kept:
-            return order.arithmetic
-        chosen = order.arithmetic or kept[name].partition(" ")[0]
-        if signature(chosen) != kept[name]:
-            raise LedgerError(
-                f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
-                f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
-                "version, name another folder with `--out`, or begin anew with `--fresh`."
-            )
-        return chosen
-
-    return arithmetic_of
 
 
 def _compiled(name: str, sweeps: Sweeps, order: Order, arithmetic_of: ArithmeticOf) -> tuple[CompiledSweep, ...]:
