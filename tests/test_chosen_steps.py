@@ -32,8 +32,8 @@ study = wb.Study("chosen", "T", "Q?", "M.", sections, sweeps=(
 @pytest.fixture
 def asked(monkeypatch):
     """The number of times that a step is chosen."""
-    calls, choose = [], compiled.choose_step
-    monkeypatch.setattr(compiled, "choose_step", lambda *words, **how: calls.append(1) or choose(*words, **how))
+    calls, choose = [], compiled.step_for
+    monkeypatch.setattr(compiled, "step_for", lambda *words, **how: calls.append(1) or choose(*words, **how))
     return calls
 
 
