@@ -110,7 +110,7 @@ class Evidence:
         return Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
 
     def worst_step(self, metric: str, period: float) -> float:
-        """The largest relative change of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
+        """The largest error of a metric by half the substep, relative to it, of all runs of `ROWS` that stayed finite."""
         scores = (self.at(metric, period, way)(law, *place) for law, way, _ in ROWS for place in PLACES)
         return max(error / value for value, error in scores if np.isfinite(value))
 
@@ -169,29 +169,21 @@ class Search:
 
 def searches(results: Results) -> tuple[Search, ...]:
     """A search for each law, without delay and with it, held against its runs in continuous time."""
-    return tuple(
-        Search(
-            law, delay, tuple(tuple(QUIET * value for value in still(results, scenario, law)) for scenario in SCENARIOS)
-        )
-        for law in SEVEN
-        for delay in (False, True)
-    )
-
-
-def still(results: Results, scenario: str, law: str) -> list[float]:
-    """The total variation in continuous time, by joint."""
-    return [results[scenario, law].score(TV, joint).pair[0] for joint in (0, 1)]
+    made = []
+    for law in SEVEN:
+        runs = [results[scenario, law] for scenario in SCENARIOS]
+        most = tuple(tuple(QUIET * run.score(TV, joint).pair[0] for joint in (0, 1)) for run in runs)
+        made += [Search(law, delay, most) for delay in (False, True)]
+    return tuple(made)
 
 
 def longest_quiet(search: Search) -> LargestSetting:
     """The longest of the periods 10 ms / m that is quiet in both scenarios."""
-    limits = tuple(
-        LoopLimits(
-            partial(computed, search.law, scenario, search.delay), metrics, {TV: most}, HORIZON[scenario], SUBSTEP
-        )
-        for scenario, most in zip(SCENARIOS, search.most, strict=True)
-    )
-    return largest_setting(limits, [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
+    limits = []
+    for scenario, most in zip(SCENARIOS, search.most, strict=True):
+        loop = partial(computed, search.law, scenario, search.delay)
+        limits.append(LoopLimits(loop, metrics, {TV: most}, HORIZON[scenario], SUBSTEP))
+    return largest_setting(tuple(limits), [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
 
 
 def computed(law: str, scenario: str, delay: bool, period: float) -> DigitalLoop:
