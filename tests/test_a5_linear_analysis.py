@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies.a5_linear_analysis.pages import arm, observed, rest_points, shown
+from studies.a5_linear_analysis.pages import SEED, arm, arm_alone, shown
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import LEVEL, POSES, SEVEN, at_rest, holding, still
 from workbench.core import rk4
@@ -53,7 +53,7 @@ def test_nine_tenths_of_its_torque_make_the_proposed_law_leave_the_upright_arm()
     rest = at_rest(PROPOSED, "upright")
     assert rest.disk.alpha < 2 * 0.1 / 1.9 < 0.12  # (2 - a) / (2 + a) = 0.9 lies outside of the disk
     loop = still(PROPOSED, POSES["upright"])
-    pole = np.linalg.eigvals(rest.loop.A - 0.9 * rest.loop.B @ rest.loop.C).real.max()
+    pole = np.linalg.eigvals(rest.A - 0.9 * rest.B @ rest.Cy).real.max()
     # M qdd + ... = 0.9 tau is the motion of an arm that is heavier by 1 / 0.9
     heavier = tuple(replace(link, mass=link.mass / 0.9) for link in loop.plant.arm.links)
     later = []
@@ -95,11 +95,12 @@ def test_a_pole_is_printed_as_one_reads_it(value, text):
 
 
 def test_at_each_of_four_rest_points_positions_alone_show_the_modes_less_than_positions_and_velocities():
-    assert (len(rest_points().points), rest_points().complete) == (4, True)
+    alone = arm_alone(SEED)
+    points = alone.rest_points
+    assert (len(points.points), points.complete) == (4, True)
     z = [complex(a, b) for a in np.linspace(-7, 7, 141) for b in np.linspace(-7, 7, 141)]
-    for point in rest_points().points:
+    for point, (_, both, positions) in zip(points.points, alone.margins, strict=True):
         G = linearize(arm(), 0.0, point.x, at_rest=True)
-        both, positions = observed(G)
         for C, margin in ((np.eye(4), both), (np.eye(2, 4), positions)):
             pencil = np.array([np.vstack([value * np.eye(4) - G.A, C]) for value in z])
             least = np.linalg.svd(pencil, compute_uv=False)[:, -1].min() / np.linalg.norm(np.vstack([G.A, C]), 2)

@@ -1,28 +1,10 @@
-"""The accuracy of metrics, and the step that is chosen by halving."""
+"""The accuracy of metrics, and the pilots of a batch."""
 
 import numpy as np
 import pytest
-from equations import decay, explosion
 
-from workbench.core import rk4
 from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_size import Accuracy, accuracy, change, step_for_tolerance
-
-
-def test_the_step_for_a_tolerance_is_the_first_half_that_keeps_it():
-    def make(h):
-        return rk4(decay(), h)
-
-    p, x0 = np.array([[1.0], [5.0]]), np.ones((2, 1))
-    h = step_for_tolerance(make, p, x0, 1.0, 1e-6, 0.25)
-    halves = [0.25 / 2**k for k in range(12)]
-    # order four: the change from h to h / 2 is 15 / 16 of the error, which is a t h^4 a^4 / 120 exp(-a t) at most
-    assert h in halves
-    assert step_for_tolerance(make, p, x0, 1.0, 1e-8, 0.25) < h
-    with pytest.raises(ValueError, match="No step `h` keeps the tolerance of 1e-20: that of"):
-        step_for_tolerance(make, p, x0, 1.0, 1e-20, 0.25, halvings=3)
-    with pytest.raises(ValueError, match="none of the 1 pilot runs stays finite up to 2 s at steps down to"):
-        step_for_tolerance(lambda h: rk4(explosion(), h), np.zeros((1, 0)), np.ones((1, 1)), 2.0, 1e-3, 0.5)
+from workbench.simulate.step_size import Accuracy, accuracy, change
 
 
 def test_pilots_are_spread_over_the_numbers_of_a_batch_whatever_its_order():

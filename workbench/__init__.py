@@ -16,7 +16,7 @@ __version__ = "0.1.0"
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4",
     "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
-    "robots": "named paper_arm",
+    "robots": "base_parameters named paper_arm regressor",
     "robots.urdf": "read_urdf",
     "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
     "LinearPlant Manipulator OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit Saturation "

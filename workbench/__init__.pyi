@@ -51,7 +51,7 @@ from workbench.plants import (
 )
 from workbench.report.figures.runs import plot_runs as plot
 from workbench.report.loop_page import live
-from workbench.robots import named, paper_arm
+from workbench.robots import base_parameters, named, paper_arm, regressor
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
 from workbench.simulate import simulate
@@ -140,6 +140,7 @@ __all__ = [
     "UnscentedKalmanFilter",
     "WayPoints",
     "Work",
+    "base_parameters",
     "block",
     "c_code",
     "effort",
@@ -167,6 +168,7 @@ __all__ = [
     "plot",
     "read_urdf",
     "record",
+    "regressor",
     "replay",
     "rk4",
     "rmse",

@@ -1,7 +1,6 @@
 """The ledger's lines on the law, (30) to (34), and on section 4: (35), and what it concludes in (39) to (42)."""
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 
@@ -15,13 +14,14 @@ from studies.a2_claims.searches import (
     KEPT,
     V2_AT_START,
     on_path,
-    outcome,
     regulation,
 )
 from studies.paper.card import CARD
 from workbench.claims.claim_ledger import Finding
 from workbench.claims.counterexample import hypotheses_kept
+from workbench.claims.falsify import Found
 from workbench.controllers.aosmc_rgs import SHAPES as READINGS
+from workbench.core import Claim
 from workbench.loop import ClosedLoop
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
@@ -166,7 +166,6 @@ def strict_decrease() -> Finding:
     )
 
 
-@cache
 def kept_by(loop: Callable[[], ClosedLoop], h: float) -> tuple[str, ...]:
     """The hypotheses of Theorem 2 that a run of 20 s keeps at every step."""
     return hypotheses_kept(loop().ode(), KEPT, 20.0, h)
@@ -217,16 +216,16 @@ def convergence_10() -> Finding:
     )
 
 
-@judges(
+FINITE_TIME = Claim(
     "(42)",
     f"{ANY_WEIGHTS} |s(t)| <= sigma from t = V2(0) / (c sigma) on, for every precision sigma; C is derived.",
     "(42)",
-    ASSUMPTION_4,
-    ABOVE,
-    strict_decrease.claim,
+    (ASSUMPTION_4, ABOVE, strict_decrease.claim),
 )
-def finite_time() -> Finding:
-    found = outcome()
+
+
+def finite_time(found: Found) -> Finding:
+    """The finding on (42) from the worst run of its search."""
     sought: dict[str, list[float]] = {}
     for label, number in found.worst.sought.items():
         sought.setdefault(label.split("[")[0], []).append(number)
@@ -263,5 +262,6 @@ def bounded_signals() -> Finding:
 CHECKS = (
     *(rate_along_10, rate_along_35, second_line, rate_with_qd_r, layer_rate, shapes, gains),
     *(optimal_input, least_cost, estimate_rate, decrease, strict_decrease, convergence_35, convergence_10),
-    *(finite_time, bounded_signals),
+    bounded_signals,
 )
+CLAIMS = (*(one.claim for one in CHECKS[:-1]), FINITE_TIME, bounded_signals.claim)

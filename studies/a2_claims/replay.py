@@ -1,6 +1,5 @@
 """The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
-from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -76,7 +75,6 @@ def skewness(arm: Dynamics, q: Any, qd: Any) -> Array:
     return np.array(ca.Function("N", [arm.q, arm.qd, arm.symbols], [N + N.T])(q, qd, arm.p.default))
 
 
-@cache
 def false_rest(times: float = 1) -> RestPoint:
     """Where (10), with so many times the gains of section 5, rests beside the hanging arm: with errors, not at zero."""
     near = np.array([-2.65, 6.28])
@@ -88,7 +86,6 @@ def kept_by_drift() -> tuple[str, ...]:
     return hypotheses_kept(printed_filter(), [WITHIN_4], 10.0, 1e-2)
 
 
-@cache
 def drift(until: float = 10.0) -> tuple[Array, Array]:
     """D_hat of (24) as printed, in N m s, for D = (0.5, 0.4) N m held so long: by its closed form and by a run."""
     l, D, ode = CARD["l"], np.array(CONSTANT_D), printed_filter()
@@ -96,7 +93,6 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
     return D * (until - (1 - np.exp(-l * until)) / l), ode.states.unpack(end.x[0])["observer.disturbance.D_hat"]
 
 
-@cache
 def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
     """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
 
@@ -110,7 +106,6 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
 
 
-@cache
 def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
     """J of (32) for (31) with u = -R^-1 B^T P s by P(t) of (34), and the least J, both over an infinite horizon.
 
@@ -148,7 +143,6 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     return tuple(map(float, ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)))
 
 
-@cache
 def compared() -> Results:
     """The laws of a1 in both scenarios, each with all its metrics."""
     return run(Study("compared", "T", "Q?", "M.", lambda results: (), cases=(*comparison("FS"), *comparison("SS"))))
@@ -177,7 +171,6 @@ def share_astray(starts: Array, bound: float = 5.0, until: float = 2.0) -> float
     return float((~(np.linalg.norm(runs["q_error"][:, -1], axis=1) <= bound)).mean())
 
 
-@cache
 def offset(until: float = 20.0) -> tuple[Array, Array]:
     """q - q_d at the end of a long rest under D = (0.5, 0.4) N m, by the repaired law, and its change by h / 2."""
     ode = searches.regulation().ode()
@@ -186,7 +179,6 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
     return fine, np.abs(fine - coarse)
 
 
-@cache
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))

@@ -4,25 +4,22 @@ Runs in about half a minute on two cores.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 from typing import get_args
-
-import numpy as np
 
 from studies.a1_paper_tables.study import comparison
 from studies.a2_claims import arm, law, observer, rivals, searches
 from studies.a2_claims.checks import HORIZONS, numbers
 from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
-from studies.a2_claims.searches import D_MAX, FLOOR, HUNT, L_D, REACH, SEED, STEP, V2_AT_START, outcome
-from workbench.claims.claim_ledger import BROKEN, Kind, Ledger, Line
-from workbench.core import rk4
+from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
+from workbench.claims.claim_ledger import BROKEN, Finding, Kind, Ledger, Line
 from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee
-from workbench.simulate import simulate
+from workbench.study.contract import Run
 from workbench.study.document.document import Figure, Itemize, Panel, Paragraph, Section, Series, Verdict
 from workbench.study.document.phrases import Cell, Code, Column, Reference, Strong, Table
-from workbench.study.study import Results, Study
+from workbench.study.study import Case, Results, Study
+from workbench.study.work import Work
 
 # By verdict: how its box is marked, the sample, and what would reverse it, in terms of the fields of a finding.
 NOTHING = "Nothing, as the claim is worded; a further hypothesis that excludes the witness makes another claim."
@@ -80,10 +77,22 @@ WORTH = (
 )
 
 
-@cache
+CHECKS = {one.claim.name: one.check for one in (*arm.CHECKS, *observer.CHECKS, *law.CHECKS)}
+CLAIMS = (*(one.claim for one in (*arm.CHECKS, *observer.CHECKS)), *law.CLAIMS)
+FREE = Case("free swing", "observer (10)", Run(searches.free_loop(*ASTRAY), (), until=2.0, every=5e-3, h=5e-4))
+
+
+def checked(name: str) -> Finding:
+    """The finding on a claim, by its name."""
+    return CHECKS[name]()
+
+
 def ledger(results: Results) -> Ledger:
-    """Every claim checked, in the order of the paper."""
-    return Ledger.of([*arm.CHECKS, *observer.CHECKS, *law.CHECKS, *rivals.checks(results)])
+    """Every claim with its finding, in the order of the paper."""
+    findings: dict[str, Finding] = dict(zip(CHECKS, results.work("claims"), strict=True))
+    findings[law.FINITE_TIME.name] = law.finite_time(results.work("worst_run")[0].found)
+    ours = (Line(claim, findings[claim.name]) for claim in CLAIMS)
+    return Ledger((*ours, *Ledger.of(rivals.checks(results))))
 
 
 def grouped(ledger: Ledger) -> Mapping[str, Ledger]:
@@ -102,11 +111,9 @@ def tally(ledger: Ledger) -> str:
     return f"{len(ledger)}, of which {words.replace('does not hold under', 'not true under the numbers of a1')}"
 
 
-def swinging() -> Figure:
+def swinging(results: Results) -> Figure:
     """A free swing that the observer loses."""
-    ode = searches.free_arm()
-    x0 = ode.states.pack({"plant.q": ASTRAY[0], "plant.qd": ASTRAY[1]})
-    runs = simulate(rk4(ode, 5e-4), None, x0, until=2.0, every=5e-3)
+    runs = results[FREE.scenario, FREE.law].measurement.trajectories
     t, q = runs.t, runs["q"][0]
     lines = {"arm": q, "its estimate by (10)": q - runs["q_error"][0]}
     panels = tuple(
@@ -121,12 +128,9 @@ def swinging() -> Figure:
     return Figure("swinging_arm", caption, panels, 2)
 
 
-def finite_time() -> Figure:
+def finite_time(worst: WorstRun) -> Figure:
     """The sliding variable along the worst run, and the bound of (42)."""
-    worst = outcome().worst
-    p, x0 = worst.rows(HUNT.ode)
-    runs = simulate(rk4(HUNT.watched, STEP / 2), p, x0, until=worst.until, every=5e-3)
-    t, size = runs.t, np.linalg.norm(runs["s"][0], axis=1)
+    t, size = worst.t, worst.s
     after = t > 0.05
     allowed = Series("V2(0) / (c t), which (42) allows", t[after], V2_AT_START / (FLOOR * t[after]), style="bound")
     panel = Panel(
@@ -179,6 +183,7 @@ def sections(results: Results) -> Sequence[Section]:
     """Two runs to look at and the claims that matter most, the ledger, and the worth of its verdicts."""
     held = ledger(results)
     groups = grouped(held)
+    pictures = swinging(results), finite_time(*results.work("worst_run"))
     tallies = "; ".join(f"{name[0].lower()}{name[1:]}, {tally(group)}" for name, group in groups.items())
     counted = Paragraph((f"Claims are counted apart: {tallies}. The paper's are in ", Reference("ledger"), "."))
     columns = (Column("claim"), Column("source"), Column("verdict"), Column("evidence and witness"))
@@ -187,7 +192,7 @@ def sections(results: Results) -> Sequence[Section]:
         for name, group in groups.items()
     )
     return (
-        Section("What was found", (swinging(), finite_time(), counted, *(answer(held, held[name]) for name in FIRST))),
+        Section("What was found", (*pictures, counted, *(answer(held, held[name]) for name in FIRST))),
         Section("The ledger", (Paragraph(LEGEND), *tables)),
         Section("What these verdicts are worth", (Itemize(tuple(map(phrase, WORTH))),)),
     )
@@ -215,7 +220,8 @@ study = Study(
         "only a run can break, by a search for the worst run within the paper's assumptions; comparisons with the "
         "rivals twice, as published and on the numbers of a1."
     ),
-    cases=(*comparison("FS"), *comparison("SS")),
+    cases=(FREE, *comparison("FS"), *comparison("SS")),
+    works=(Work("claims", checked, tuple(CHECKS)), Work("worst_run", searches.worst_run, (SEED,))),
     sections=sections,
     headlines=headlines,
     seed=SEED,

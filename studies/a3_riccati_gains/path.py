@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -27,6 +26,24 @@ FORWARD, SDRE, AT_START = "P(t) of (34)", "SDRE: the CARE at each instant", "P =
 
 
 @dataclass(frozen=True, eq=False)
+class Motion:
+    """The gain K in N m and P of (34) in N m/rad, (N, 2, 2) each, and q_hat (N, 2) in rad, at times t (N,) of a run."""
+
+    t: Array
+    K: Array
+    P: Array
+    q_hat: Array
+
+
+def motion(outcome: Outcome) -> Motion:
+    """The first `WINDOW` seconds of a run."""
+    run = outcome.measurement.trajectories
+    inside = run.t <= WINDOW + 1e-9
+    names = "controller.K", "controller.P", "observer.state.q_hat"
+    return Motion(run.t[inside], *(run[name][0, inside] for name in names))
+
+
+@dataclass(frozen=True, eq=False)
 class Compared:
     """P of (34) and its rivals at times t (N,) of one run, all (N, 2, 2) in N m/rad, and the gain K in N m."""
 
@@ -47,13 +64,10 @@ class Compared:
         return median_in_time(far, self.t[late]), float(far.max())
 
 
-@cache
-def compared(outcome: Outcome) -> Compared:
-    """The comparison along the first `WINDOW` seconds of a run."""
-    run = outcome.measurement.trajectories
-    inside = run.t <= WINDOW + 1e-9
-    t, K, P = run.t[inside], run["controller.K"][0, inside], run["controller.P"][0, inside]
-    A = -np.linalg.solve(inertia(run["observer.state.q_hat"][0, inside]), K)
+def compared(run: Motion) -> Compared:
+    """P of (34) along a run, beside its rivals."""
+    t, K, P = run.t, run.K, run.P
+    A = -np.linalg.solve(inertia(run.q_hat), K)
     kept = instants(len(t))
     solved = [care(A[i], B, Q, R) for i in kept]
     X, path = np.array([found.X for found in solved]), CubicSpline(t, A)

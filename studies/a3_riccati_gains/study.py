@@ -11,7 +11,7 @@ import numpy as np
 
 from studies.a1_paper_tables.study import METRICS, PROPOSED_STEP, STEPS
 from studies.a3_riccati_gains import path
-from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared, compared
+from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared, compared, motion
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
 from workbench.loop import ClosedLoop
@@ -21,6 +21,7 @@ from workbench.study.document.document import Figure, Panel, Paragraph, Section,
 from workbench.study.document.phrases import Column, Table, raised
 from workbench.study.evidence.law_tables import order, side_by_side
 from workbench.study.study import Case, Results, Study
+from workbench.study.work import Work
 
 FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"
 CHOICES: dict[str, dict[str, Any]] = {  # the fields of the repaired law; (33) with P = 0 leaves the gain at K(0)
@@ -48,6 +49,11 @@ def cases(scenario: str) -> Iterator[Case]:
         yield Case(scenario, name, Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], every, h), style=style)
 
 
+def works(results: Results) -> tuple[Work, ...]:
+    """P of (34) beside its rivals, along the run of each scenario."""
+    return (Work("riccati", compared, tuple(motion(results[scenario, FORWARD]) for scenario in SCENARIOS)),)
+
+
 def changes(results: Results, variant: str, metric: str) -> list[float]:
     """The change of a metric against the law with (34), in %, at either joint in either scenario."""
     pairs = [[results[s, law].score(metric, j)[0] for law in (variant, FORWARD)] for s, j in PLACES]
@@ -56,7 +62,7 @@ def changes(results: Results, variant: str, metric: str) -> list[float]:
 
 def of_the_equations(results: Results) -> tuple[Verdict, ...]:
     """(34) beside the equations it could be exchanged for."""
-    paths = [compared(results[scenario, FORWARD]) for scenario in SCENARIOS]
+    paths: Sequence[Compared] = results.work("riccati")
     medians, largest = np.transpose([100 * np.array(one.gap(one.X)) for one in paths])
     memories, rises = [1e3 * one.memory for one in paths], [path.rise(one.K, one.t) for one in paths]
     costs = [100 * (one.ratios[path.FORWARD] - 1) for one in paths]
@@ -183,7 +189,7 @@ def loops(results: Results) -> Section:
 
 def sections(results: Results) -> Sequence[Section]:
     """The findings with P(t) over time, then the tables behind them."""
-    paths = {scenario: compared(results[scenario, FORWARD]) for scenario in SCENARIOS}
+    paths = dict(zip(SCENARIOS, results.work("riccati"), strict=True))
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
     return (
@@ -207,6 +213,7 @@ study = Study(
         "P solved for at each instant, left at P(0), without any adaptation, and with plain ASMC."
     ),
     cases=(*cases("FS"), *cases("SS")),
+    works=works,
     sections=sections,
     headlines=lambda results: [str(one.statement) for one in findings(results)],
 )

@@ -1,7 +1,6 @@
 """The gains that a4 compares, the audit of each, once, and their pictures and tables."""
 
-from collections.abc import Mapping
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,7 +8,7 @@ from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from workbench.core import Dynamics
 from workbench.design import observer_gains
-from workbench.design.observer_gains import Audit, Frozen, Gains, Lipschitz, Mismatch, RateCertificate, Region
+from workbench.design.observer_gains import Frozen, Gains, Lipschitz, Mismatch, RateCertificate, Region
 from workbench.notation.formula import symbol
 from workbench.proofs.interval import guarantee
 from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
@@ -18,6 +17,7 @@ from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.pictures.traces import Window, curve
 from workbench.study.provenance import written
 from workbench.study.study import Results
+from workbench.study.work import Work
 from workbench.validation.refusals import Array
 
 I, REST = np.eye(2), np.zeros(2)
@@ -26,11 +26,12 @@ MISMATCH = Mismatch.of(DYNAMICS)
 REGION = Region(np.array([5.0, 5.0]), np.array([30.0, 30.0]))  # rad/s, N m, at any position
 INNER = 0.8  # of the speeds are the arm's own, the rest is room for the error of its estimate
 SURFACE = float(min(CARD["Lambda"]))  # 1/s, as fast as which the estimate should at least be
+SMALL, WHOLE = 0.1, 1.0  # shares of the region
 MODEST = 0.1  # 1/s, the rate that is asked of the paper's gains, as they keep no more
 BOX = f"|qd_i| ≤ {REGION.speed[0]:g} rad/s, |tau_i| ≤ {REGION.torque[0]:g} N m, any position"
 SCENARIOS = ("first scenario", "first scenario, from y(0)", "second scenario")
 PAPER, CHOSEN, LMI = "paper", "double pole", "LMI"  # chosen: of those with a proof in the whole region
-POLES = np.array([22.0, 26.0, 30.0, 35.0, 40.0, 50.0, 60.0])  # 1/s, of the curve beside the gains
+POLES = (22.0, 26.0, 30.0, 35.0, 40.0, 50.0, 60.0)  # 1/s, of the curve beside the gains
 HOW = {
     PAPER: "section 5",
     CHOSEN: f"the least double pole that is proved to decay at {SURFACE:g} 1/s in the whole region",
@@ -43,68 +44,102 @@ CLOUD = 300  # states of the cloud of poles
 SHOWN = ("late error", "RMS qd_error", "peak torque")
 
 
-@cache
-def proved() -> Mapping[str, RateCertificate]:
-    """The gains that come with their certificate."""
-    return {
-        CHOSEN: observer_gains.least_double_pole(DYNAMICS, REGION, SURFACE),
-        LMI: observer_gains.by_lmi(DYNAMICS, REGION, SURFACE),
-    }
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """Gains L1 and L2, and all that is seen and proved of them.
+
+    Seen at `states` of the region: the share of them where a mode is `growing`, the decay of the `slowest` mode in 1/s,
+    and real and imaginary part of some poles, `cloud` (2, M) in 1/s; `path` is the decay of the slowest mode at
+    `instants` of the desired motion. Proved in a `share` of the region, of a `speed` and a `torque`: errors in rad that
+    are `admitted`, and a `bound` of the peak in 1/s; None where nothing is proved, for the reason `why`.
+    """
+
+    L1: Array
+    L2: Array
+    states: int
+    growing: float
+    slowest: float
+    cloud: Array
+    instants: int
+    path: float
+    share: float | None
+    speed: float | None
+    torque: float | None
+    admitted: float | None
+    bound: float | None
+    tolerated: float
+    noise: float
+    peaking: float
+    why: str
 
 
-@cache
-def gains() -> Mapping[str, Gains]:
-    """The gains by name, in the order of HOW."""
-    return {
-        PAPER: Gains(CARD["L1"], CARD["L2"]),
-        CHOSEN: proved()[CHOSEN].gains,
-        "high gain": observer_gains.high_gain(2, 3.0, 2.0, 0.025),
-        "Kalman": observer_gains.kalman(DYNAMICS, REST, REST, REST, 1e3 * I, 1e-4 * I),
-        LMI: proved()[LMI].gains,
-    }
+def design(name: str) -> tuple[Gains, RateCertificate | None]:
+    """The gains of a name of HOW, with their certificate in the whole region if they come with one."""
+    if name in (CHOSEN, LMI):
+        search = observer_gains.by_lmi if name == LMI else observer_gains.least_double_pole
+        one = search(DYNAMICS, REGION, SURFACE)
+        return one.gains, one
+    if name == PAPER:
+        return Gains(CARD["L1"], CARD["L2"]), None
+    if name == "high gain":
+        return observer_gains.high_gain(2, 3.0, 2.0, 0.025), None
+    return observer_gains.kalman(DYNAMICS, REST, REST, REST, 1e3 * I, 1e-4 * I), None
 
 
-@cache
-def audits() -> Mapping[str, Audit]:
-    """The audit of each: the paper's gains are asked for a modest rate, the others for the surface's."""
-    return {
-        name: observer_gains.audit(
-            DYNAMICS, mine, REGION, INNER, MODEST if name == PAPER else SURFACE, proved().get(name)
-        )
-        for name, mine in gains().items()
-    }
+def candidate(name: str) -> Candidate:
+    """The gains of a name of HOW: of the paper's a modest rate is asked, of the others that of the surface."""
+    mine, certificate = design(name)
+    rate = MODEST if name == PAPER else SURFACE
+    one = observer_gains.audit(DYNAMICS, mine, REGION, INNER, rate, certificate)
+    seen, along, region = one.frozen, followed(mine), one.certificate.region if one.certificate else None
+    cloud = seen.poles[:CLOUD].ravel()
+    return Candidate(
+        *(mine.L1, mine.L2, len(seen.rates), seen.unstable, seen.slowest, np.array([cloud.real, cloud.imag])),
+        *(len(along.rates), along.slowest, one.share),
+        *((float(region.speed[0]), float(region.torque[0])) if region else (None, None)),
+        *((one.reach.position, one.reach.peaking) if one.reach else (None, None)),
+        *(one.tolerated, one.noise.velocity, one.peaking, one.why),
+    )
 
 
-@cache
-def lipschitz(share: float) -> Lipschitz:
-    """The Lipschitz constants over a share of the region."""
-    return observer_gains.lipschitz(MISMATCH, REGION.scaled(share))
-
-
-@cache
-def followed() -> Mapping[str, Frozen]:
+def followed(gains: Gains) -> Frozen:
     """The frozen poles along the desired motion of the first scenario."""
     t = np.linspace(0, 2 * np.pi, 601)
     a, w = (np.array(CARD[f"FS: reference {name}"]) for name in ("amplitude", "frequency"))
     q, qd, qdd = a * np.sin(np.outer(t, w)), a * w * np.cos(np.outer(t, w)), -a * w**2 * np.sin(np.outer(t, w))
     tau = np.array([DYNAMICS.torque(*state) for state in zip(q, qd, qdd, strict=True)])
-    return {name: observer_gains.along(MISMATCH, mine, REGION, q, qd, tau) for name, mine in gains().items()}
+    return observer_gains.along(MISMATCH, gains, REGION, q, qd, tau)
 
 
-@cache
-def trade_off() -> tuple[Array, Array]:
-    """The slowest frozen rate seen in the region, and the noise of the velocity, over double poles."""
-    placed = [observer_gains.high_gain(2, 2.0, 1.0, 1 / p) for p in POLES]
+def lipschitz(share: float) -> Lipschitz:
+    """The Lipschitz constants over a share of the region."""
+    return observer_gains.lipschitz(MISMATCH, REGION.scaled(share))
+
+
+def trade_off(poles: tuple[float, ...]) -> Array:
+    """The slowest frozen rate seen in the region, and the noise of the velocity, of each double pole: (2, N)."""
+    placed = [observer_gains.high_gain(2, 2.0, 1.0, 1 / p) for p in poles]
     slowest = [observer_gains.over(MISMATCH, mine, REGION, 4000).slowest for mine in placed]
-    return np.array(slowest), np.array([observer_gains.noise(mine).velocity for mine in placed])
+    return np.array([slowest, [observer_gains.noise(mine).velocity for mine in placed]])
 
 
-def poles() -> Figure:
+WORKS = (
+    Work("gains", candidate, tuple(HOW)),
+    Work("lipschitz", lipschitz, (SMALL, WHOLE)),
+    Work("trade_off", trade_off, (POLES,)),
+)
+
+
+def candidates(results: Results) -> dict[str, Candidate]:
+    """The candidates by name, in the order of HOW."""
+    return dict(zip(HOW, results.work("gains"), strict=True))
+
+
+def poles(results: Results) -> Figure:
     """The frozen poles of the paper's gains and of the chosen ones, at states of the region."""
     panels = []
     for name in (PAPER, CHOSEN):
-        cloud = audits()[name].frozen.poles[:CLOUD].ravel()
-        marks = Series(name, cloud.real, cloud.imag, STYLES[name], look="marks")
+        marks = Series(name, *candidates(results)[name].cloud, STYLES[name], look="marks")
         panels.append(Panel("imaginary part [1/s]", (marks,), xlabel="real part [1/s]", vlines=(0.0,), title=name))
     caption = (
         f"Poles of the error with state and torque frozen, at {CLOUD} states of the region. Right of the line at zero "
@@ -113,12 +148,13 @@ def poles() -> Figure:
     return Figure("poles", caption, tuple(panels), columns=2)
 
 
-def noise_and_rate() -> Figure:
+def noise_and_rate(results: Results) -> Figure:
     """Noise against the slowest mode."""
-    line = Series("double poles", *trade_off(), "reference")
+    (curve,) = results.work("trade_off")
+    line = Series("double poles", *curve, "reference")
     marks = [
-        Series(name, [one.frozen.slowest], [one.noise.velocity], STYLES[name], look="marks")
-        for name, one in audits().items()
+        Series(name, [one.slowest], [one.noise], STYLES[name], look="marks")
+        for name, one in candidates(results).items()
     ]
     caption = (
         "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode seen in the region. The line "
@@ -163,7 +199,7 @@ def promise_section() -> Section:
     return Section("What a promise is, and how it is proved", (Paragraph(text),))
 
 
-def gains_section() -> Section:
+def gains_section(results: Results) -> Section:
     """The gains, and all that is seen and proved of each."""
     text = (
         "The admitted errors are small in all cases: high gains peak, and a peak takes the estimate out of the region. "
@@ -175,20 +211,18 @@ def gains_section() -> Section:
         "gains",
         "The paper's gains and four others.",
         (Column("gains"), Column("how"), Column(symbol("L1"), "1/s"), Column(symbol("L2"), "1/s^2")),
-        tuple((name, HOW[name], written(one.L1), written(one.L2)) for name, one in gains().items()),
+        tuple((name, HOW[name], written(one.L1), written(one.L2)) for name, one in candidates(results).items()),
     )
-    return Section("What the gains promise, and what they cost", (table, audits_table(), Paragraph(text)))
+    return Section("What the gains promise, and what they cost", (table, audits_table(results), Paragraph(text)))
 
 
-def audits_table() -> Table:
+def audits_table(results: Results) -> Table:
     """The frozen modes, the proof and the price of each."""
     rows: list[tuple[Cell, ...]] = []
-    for name, one in audits().items():
-        seen = 100 * one.frozen.unstable, one.frozen.slowest, followed()[name].slowest
-        proved, peak = (None, None), None
-        if one.certificate is not None:
-            proved, peak = (100 * one.share, 1e3 * one.reach.position), one.reach.peaking
-        rows.append((name, *seen, *proved, one.tolerated, one.noise.velocity, one.peaking, peak))
+    for name, one in candidates(results).items():
+        seen = 100 * one.growing, one.slowest, one.path
+        proved = (100 * one.share, 1e3 * one.admitted) if one.share and one.admitted else (None, None)
+        rows.append((name, *seen, *proved, one.tolerated, one.noise, one.peaking, one.bound))
     return Table(
         "audits",
         "What is seen, what is proved and what it costs. Growing, slowest: frozen modes at 20,000 states spread over "

@@ -3,10 +3,28 @@
 Runs in about half a minute on two cores.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
-from studies.a4_observer_gains import candidates
-from studies.a4_observer_gains.candidates import BOX, CHOSEN, INNER, MODEST, PAPER, SCENARIOS, STYLES, SURFACE
+from studies.a4_observer_gains.candidates import (
+    BOX,
+    CHOSEN,
+    HOW,
+    INNER,
+    MODEST,
+    PAPER,
+    SCENARIOS,
+    SMALL,
+    STYLES,
+    SURFACE,
+    WORKS,
+    candidates,
+    gains_section,
+    noise_and_rate,
+    poles,
+    promise_section,
+    tracking_section,
+)
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired
 from workbench.metrics import late_error, observer_error, peak_torque
@@ -18,46 +36,46 @@ from workbench.study.study import Case, Results, Study
 
 METRICS = (late_error(5.0), observer_error("qd_error"), peak_torque())
 UNTIL, EVERY, STEP = 10.0, 0.01, 1e-3 / 24  # s
-SMALL = 0.1  # a share of the region
 OBSERVER = "The observer: positions, the torque and the exact model. It knows of no disturbance, and here is none."
 
 
-def cases() -> Iterator[Case]:
+def cases(found: Mapping[str, Any]) -> tuple[Case, ...]:
     """The repaired law with each observer, started as in section 5 and at the measured positions."""
     starts = ("FS", CARD["q_hat(0)"]), ("FS", CARD["FS: q(0)"]), ("SS", CARD["q_hat(0)"])
+    made = []
     for name, (key, q) in zip(SCENARIOS, starts, strict=True):
-        for law, mine in candidates.gains().items():
+        for law, mine in zip(HOW, found["gains"], strict=True):
             state = Luenberger(ARM, mine.L1, mine.L2, q, CARD["qd_hat(0)"])
             loop = proposed_repaired(key, WithDisturbance(state, OracleFilter(2, CARD["l"])))
-            yield Case(name, law, Run(loop, METRICS, UNTIL, EVERY, STEP), style=STYLES[law])
+            made.append(Case(name, law, Run(loop, METRICS, UNTIL, EVERY, STEP), style=STYLES[law]))
+    return tuple(made)
 
 
-def theorem() -> Verdict:
+def theorem(results: Results) -> Verdict:
     """The frozen modes of the paper's gains."""
-    seen, along = candidates.audits()[PAPER].frozen, candidates.followed()[PAPER]
+    one = candidates(results)[PAPER]
     return Verdict(
         "found",
         f"With L1 = 30, L2 = 50 a mode of the observer's error, frozen at a state and a torque, grows at "
-        f"{100 * seen.unstable:.1f} % of the states of the region, by up to {max(-seen.slowest, 0.0):.1f} 1/s.",
-        f"Along the desired motion of the first scenario the slowest mode decays at {along.slowest:.2f} 1/s. Frozen "
+        f"{100 * one.growing:.1f} % of the states of the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
+        f"Along the desired motion of the first scenario the slowest mode decays at {one.path:.2f} 1/s. Frozen "
         "modes that grow do not disprove Theorem 1; the false rest point of a2 does.",
-        f"The share of {len(seen.rates):,} states and torques spread evenly over {BOX}, and {len(along.rates)} "
+        f"The share of {one.states:,} states and torques spread evenly over {BOX}, and {one.instants} "
         "instants of the desired motion.",
         OBSERVER,
         "A smaller region: the share is of this one.",
     )
 
 
-def region() -> Verdict:
+def region(results: Results) -> Verdict:
     """The region in which a decay is proved for the paper's gains."""
-    one = candidates.audits()[PAPER]
-    if one.certificate is None:
+    one = candidates(results)[PAPER]
+    if one.share is None or one.admitted is None:
         return Verdict("open", f"With the paper's gains no region is proved to decay at {MODEST:g} 1/s.", one.why)
-    speed, torque = one.certificate.region.speed[0], one.certificate.region.torque[0]
     return Verdict(
         "holds",
-        f"With the paper's gains the error decays at {MODEST:g} 1/s or faster where |qd_i| ≤ {speed:.2g} rad/s and "
-        f"|tau_i| ≤ {torque:.2g} N m, from first errors |q - q_hat| up to {1e3 * one.reach.position:.2g} mrad.",
+        f"With the paper's gains the error decays at {MODEST:g} 1/s or faster where |qd_i| ≤ {one.speed:.2g} rad/s and "
+        f"|tau_i| ≤ {one.torque:.2g} N m, from first errors |q - q_hat| up to {1e3 * one.admitted:.2g} mrad.",
         f"These are {100 * one.share:.2g} % of the speeds and torques asked ({BOX}). The first scenario of section 5 "
         "begins with errors of pi in each joint, of which the proof says nothing.",
         f"Proved for all states and torques of the region, an arm that keeps {100 * INNER:g} % of its speeds, "
@@ -66,14 +84,14 @@ def region() -> Verdict:
     )
 
 
-def mismatch() -> Verdict:
+def mismatch(results: Results) -> Verdict:
     """The mismatch that the paper's gains bear, beside that of the arm."""
-    small, rho = candidates.lipschitz(SMALL), candidates.lipschitz(1.0)
+    small, rho = results.work("lipschitz")
     return Verdict(
         "found",
         raised(
             f"With L1 = 30, L2 = 50 one quadratic form proves a decay for mismatches (15) up to rho = "
-            f"{candidates.audits()[PAPER].tolerated:.2f}; |df/dq| of the arm reaches {small.position.seen:.0f} 1/s^2 "
+            f"{candidates(results)[PAPER].tolerated:.2f}; |df/dq| of the arm reaches {small.position.seen:.0f} 1/s^2 "
             f"at {100 * SMALL:g} % of the region's speeds and torques."
         ),
         raised(
@@ -87,18 +105,19 @@ def mismatch() -> Verdict:
     )
 
 
-def better() -> Verdict:
+def better(results: Results) -> Verdict:
     """The gains that are proved in the whole region."""
-    whole = [name for name, one in candidates.audits().items() if one.share == 1.0 and name != PAPER]
-    ours, theirs, chosen = candidates.audits()[CHOSEN], candidates.audits()[PAPER], candidates.gains()[CHOSEN]
-    first = 1e3 * ours.reach.position if ours.reach else 0.0
+    every = candidates(results)
+    whole = [name for name, one in every.items() if one.share == 1.0 and name != PAPER]
+    ours, theirs = every[CHOSEN], every[PAPER]
+    first = 1e3 * (ours.admitted or 0.0)
     return Verdict(
         "holds" if CHOSEN in whole else "open",
-        f"With L1 = {chosen.L1[0, 0]:.3g} I and L2 = {chosen.L2[0, 0]:.3g} I the error decays as fast as the surface, "
+        f"With L1 = {ours.L1[0, 0]:.3g} I and L2 = {ours.L2[0, 0]:.3g} I the error decays as fast as the surface, "
         f"{SURFACE:g} 1/s, in the whole region, from first errors |q - q_hat| up to {first:.2g} mrad.",
         f"Proved for {', '.join(whole) or 'none'}, each for first errors of its own. The price: the H2 norm from the "
         f"noise of the positions to the estimate of the velocities is "
-        f"{ours.noise.velocity / theirs.noise.velocity:.0f} times that of the paper's gains, and |qd - qd_hat| peaks "
+        f"{ours.noise / theirs.noise:.0f} times that of the paper's gains, and |qd - qd_hat| peaks "
         f"at {ours.peaking:.0f} rad/s a rad of first error, with the paper's at {theirs.peaking:.1f}.",
         f"All states and torques of {BOX}, for arm and estimate; the arm keeps {100 * INNER:g} % of the speeds.",
         OBSERVER,
@@ -115,7 +134,7 @@ def tracking(results: Results) -> Verdict:
     late = {(s, law): worse(s, law, "late error") for s in (first, second) for law in (PAPER, CHOSEN)}
     turns = (late[first, CHOSEN] < late[first, PAPER]) != (late[second, CHOSEN] < late[second, PAPER])
     ours, theirs = (results[second, law].score("late error", 1)[0] for law in (CHOSEN, PAPER))
-    chosen = candidates.gains()[CHOSEN]
+    chosen = candidates(results)[CHOSEN]
     return Verdict(
         "depends" if turns else "found",
         f"With L1 = {chosen.L1[0, 0]:.3g} I and L2 = {chosen.L2[0, 0]:.3g} I the larger late error of the two joints "
@@ -134,16 +153,16 @@ def tracking(results: Results) -> Verdict:
 
 def verdicts(results: Results) -> tuple[Verdict, ...]:
     """The findings."""
-    return theorem(), region(), mismatch(), better(), tracking(results)
+    return (*(one(results) for one in (theorem, region, mismatch, better, tracking)),)
 
 
 def sections(results: Results) -> Sequence[Section]:
     """The findings with their pictures, then the tables behind them."""
     return (
-        Section("What was found", (candidates.poles(), candidates.noise_and_rate(), *verdicts(results))),
-        candidates.gains_section(),
-        candidates.tracking_section(results),
-        candidates.promise_section(),
+        Section("What was found", (poles(results), noise_and_rate(results), *verdicts(results))),
+        gains_section(results),
+        tracking_section(results),
+        promise_section(),
     )
 
 
@@ -157,7 +176,8 @@ study = Study(
         "in rational arithmetic; gains by pole placement, high gain, Kalman's filter and one inequality; then the "
         "repaired law of a1 with each observer, RK4 at a step and at half of it."
     ),
-    cases=tuple(cases()),
+    works=WORKS,
+    cases=cases,
     sections=sections,
     headlines=lambda results: [f"{one.kind}: {one.statement}" for one in verdicts(results)],
 )

@@ -1,6 +1,7 @@
 """The pictures and tables of a5: the arm by itself, each law at rest, and its path."""
 
-from functools import cache
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -8,50 +9,127 @@ import numpy as np
 from studies.a1_paper_tables.study import STYLES
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM
-from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, at_rest, on_path
+from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, OnPath, at_rest, loop_at_rest, motion, on_path
 from workbench.core import Ode
 from workbench.design import linear
-from workbench.design.linear import Equilibria, frequency_response, linearize, sensitivity
+from workbench.design.linear import Equilibria, LyapunovExponents, frequency_response, linearize, sensitivity
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
 from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.study import Results
+from workbench.study.work import Work
+from workbench.validation.refusals import Array
 
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
 DRAWN = (PROPOSED, "RBF-ASMC", "PID", "SMC")
 FREQUENCIES = np.geomspace(0.01, 1e5, 300)
 SEED = 1
 BOX = {"q": (-1.0, 4.0), "qd": (-5.0, 5.0)}
+LATE = "late K"
+STIFFER = 4.0  # of an observer, to see what its gain is to blame for
 
 
-@cache
 def arm() -> Ode:
     """The paper's arm, driven by its torque, from near the state of FS."""
     return open_loop(Manipulator(ARM, q=np.array([np.pi, -np.pi]) + 0.1))
 
 
-@cache
-def rest_points() -> Equilibria:
-    """Its rest points without torque."""
-    return linear.equilibria(arm(), BOX, seed=SEED)
+@dataclass(frozen=True, eq=False)
+class ArmAlone:
+    """The rest points of the arm without torque, and the Lyapunov exponents of its fall.
+
+    Of each rest point there are the margins by which it is controllable, observable by positions and velocities, and
+    observable by positions alone.
+    """
+
+    rest_points: Equilibria
+    margins: tuple[tuple[float, float, float], ...]
+    exponents: LyapunovExponents
 
 
-def learned(results: Results, law: str) -> AtRest:
-    """A loop at rest with the adaptive gain of the end of the first scenario."""
-    K = results["FS", law].measurement.trajectories["controller.K"][0][-1]
-    return at_rest(law, LEVEL, tuple(np.ravel(K).tolist()))
+def arm_alone(seed: int) -> ArmAlone:
+    """The rest points, from starts that are drawn with a seed, and the exponents."""
+    ode = arm()
+    found = linear.equilibria(ode, BOX, seed=seed)
+    models = [linearize(ode, 0.0, point.x, at_rest=True) for point in found.points]
+    margins = tuple((linear.controllability(G).margin, *observed(G)) for G in models)
+    return ArmAlone(found, margins, linear.lyapunov_exponents(ode, until=60.0, h=0.01, skip=20.0))
+
+
+@dataclass(frozen=True)
+class Law:
+    """A law, and its adaptive gain at the end of the first scenario, in N m; None if it has none."""
+
+    name: str
+    K: tuple[float, ...] | None
+
+
+def loops_at_rest(law: Law) -> dict[str, AtRest]:
+    """The loop of a law at rest by pose, at the level of SS with its late gain, and with a stiffer observer by pose."""
+    found = {pose: at_rest(law.name, pose) for pose in POSES}
+    if law.K is not None:
+        found[LATE] = at_rest(law.name, LEVEL, law.K)
+    if law.name == PROPOSED:
+        found |= {stiffer(pose): at_rest(law.name, pose, stiffer=STIFFER) for pose in POSES}
+    return found
+
+
+def stiffer(pose: str) -> str:
+    """The name of the loop with a stiffer observer at a pose."""
+    return f"{pose}, stiffer observer"
+
+
+def responses(laws: tuple[str, ...]) -> dict[str, dict[str, Array]]:
+    """By law: loop gain and phase of each joint with the other closed, and the largest gains of S and T."""
+    found: dict[str, dict[str, Array]] = {}
+    for law in laws:
+        loop = loop_at_rest(law)
+        S = frequency_response(sensitivity(loop), FREQUENCIES)
+        curves = found[law] = {}
+        for joint in (0, 1):
+            L = frequency_response(linear.one_loop(loop, joint), FREQUENCIES)[:, 0, 0]
+            phase = np.mod(np.degrees(np.angle(L)) + 275, 360) - 275
+            phase[1:][np.abs(np.diff(phase)) > 200] = np.nan  # a gap where it leaves at one end and comes back
+            curves[f"gain, joint {joint + 1}"] = np.abs(L)
+            curves[f"phase, joint {joint + 1} [deg]"] = phase
+        curves["largest gain of S"] = np.linalg.norm(S, 2, axis=(-2, -1))
+        curves["largest gain of T"] = np.linalg.norm(np.eye(2) - S, 2, axis=(-2, -1))
+    return found
+
+
+def works(results: Results) -> tuple[Work, ...]:
+    """The arm by itself, each law at rest, and each law along its run in the first scenario."""
+    outcomes = {law: results["FS", law] for law in SEVEN}
+    gains = {law: outcomes[law].measurement.trajectories["controller.K"][0][-1] for law in ADAPTIVE}
+    laws = (Law(law, tuple(np.ravel(gains[law]).tolist()) if law in gains else None) for law in SEVEN)
+    return (
+        Work("arm", arm_alone, (SEED,)),
+        Work("at_rest", loops_at_rest, tuple(laws)),
+        Work("responses", responses, (DRAWN,)),
+        Work("on_path", on_path, tuple(map(motion, outcomes.values()))),
+    )
+
+
+def rests(results: Results) -> Mapping[str, Mapping[str, AtRest]]:
+    """The loops at rest, by law and by name in `loops_at_rest`."""
+    return dict(zip(SEVEN, results.work("at_rest"), strict=True))
+
+
+def paths(results: Results) -> Mapping[str, OnPath]:
+    """The laws along their runs."""
+    return dict(zip(SEVEN, results.work("on_path"), strict=True))
 
 
 def along_path(results: Results) -> Figure:
     """The disk margin, the slowest and the fastest frozen pole over time."""
     margins, slow, fast = [], [], []
-    for law in SEVEN:
-        path, style = on_path(results["FS", law]), STYLES[law]
+    for law, path in paths(results).items():
+        style = STYLES[law]
         margins.append(Series(law, path.sparse, path.alpha, style))
         margins.append(Series(law, path.sparse, path.alpha, style, look="marks"))
-        slow.append(Series(law, path.t, path.eigenvalues.real.max(axis=1), style))
-        fast.append(Series(law, path.t, -path.eigenvalues.real.min(axis=1), style))
+        slow.append(Series(law, path.t, path.largest, style))
+        fast.append(Series(law, path.t, -path.least, style))
     panels = (
         Panel("disk margin", tuple(margins), ylim=(0.0, 2.05), title="margin"),
         Panel("largest real part [1/s]", tuple(slow), title="slowest pole"),
@@ -64,24 +142,13 @@ def along_path(results: Results) -> Figure:
     return Figure("frozen", caption, panels, columns=3)
 
 
-def responses() -> Figure:
-    """The loop gain of each joint with the other closed, and the largest singular values of S and T."""
+def responses_figure(results: Results) -> Figure:
+    """Loop gain and phase of each joint with the other closed, and the largest singular values of S and T."""
+    (found,) = results.work("responses")
     curves: dict[str, list[Series]] = {}
-
-    def draw(name: str, law: str, y: Any) -> None:
-        curves.setdefault(name, []).append(Series(law, FREQUENCIES, np.asarray(y), STYLES[law]))
-
-    for law in DRAWN:
-        loop = at_rest(law).loop
-        S = frequency_response(sensitivity(loop), FREQUENCIES)
-        for joint in (0, 1):
-            L = frequency_response(linear.one_loop(loop, joint), FREQUENCIES)[:, 0, 0]
-            phase = np.mod(np.degrees(np.angle(L)) + 275, 360) - 275
-            phase[1:][np.abs(np.diff(phase)) > 200] = np.nan  # a gap where it leaves at one end and comes back
-            draw(f"gain, joint {joint + 1}", law, np.abs(L))
-            draw(f"phase, joint {joint + 1} [deg]", law, phase)
-        draw("largest gain of S", law, np.linalg.norm(S, 2, axis=(-2, -1)))
-        draw("largest gain of T", law, np.linalg.norm(np.eye(2) - S, 2, axis=(-2, -1)))
+    for law, held in found.items():
+        for name, y in held.items():
+            curves.setdefault(name, []).append(Series(law, FREQUENCIES, y, STYLES[law]))
     panels = []
     for name, series in curves.items():
         yscale, line = ("linear", -180.0) if name.startswith("phase") else ("log", 1.0)
@@ -93,17 +160,17 @@ def responses() -> Figure:
     return Figure("responses", caption, tuple(panels), columns=2)
 
 
-def arm_section() -> Section:
+def arm_section(results: Results) -> Section:
     """Rest points and the motion of the arm by itself."""
-    exponents = linear.lyapunov_exponents(arm(), until=60.0, h=0.01, skip=20.0)
+    alone: ArmAlone
+    (alone,) = results.work("arm")
+    exponents = alone.exponents
     top, error = float(exponents.values[0]), float(exponents.error[0])
     rows: list[tuple[Cell, ...]] = []
-    for point in rest_points().points:
-        G = linearize(arm(), 0.0, point.x, at_rest=True)
+    for point, margins in zip(alone.rest_points.points, alone.margins, strict=True):
         name = next(words for words, pose in POSES.items() if np.allclose(pose, point.x[:2], atol=1e-6))
         angles = (float(np.round(angle, 12)) + 0.0 for angle in point.x[:2])
-        modes = ", ".join(sorted({shown(pole.value) for pole in linear.poles(G)}))
-        rows.append((name, *angles, modes, linear.controllability(G).margin, *observed(G)))
+        rows.append((name, *angles, ", ".join(sorted(set(map(shown, point.poles)))), *margins))
     columns = (
         Column("rest point"),
         Column("q1", "rad", digits=4),
@@ -119,8 +186,8 @@ def arm_section() -> Section:
         "[A, B] or [A; C], in rad, s and N m. Positions alone are all that observer (10) is given."
     )
     words = (
-        f"Without torque, for -1 to 4 rad in both joints: {rest_points()}. Falling freely from near the state at which "
-        f"FS begins, the arm has a largest Lyapunov exponent of {top:.2f} 1/s over {exponents.span:g} s, with an "
+        f"Without torque, for -1 to 4 rad in both joints: {alone.rest_points}. Falling freely from near the state at "
+        f"which FS begins, the arm has a largest Lyapunov exponent of {top:.2f} 1/s over {exponents.span:g} s, with an "
         f"estimated error of {error:.2f} 1/s."
     )
     caption = "The rest points of the arm without torque, and their modes."
@@ -144,7 +211,8 @@ def shown(value: complex) -> str:
 
 def at_rest_section(results: Results) -> Section:
     """Poles and margins at rest."""
-    loops = {law: at_rest(law) for law in SEVEN} | {f"{law}, late K": learned(results, law) for law in ADAPTIVE}
+    every = rests(results)
+    loops = {law: every[law][LEVEL] for law in SEVEN} | {f"{law}, {LATE}": every[law][LATE] for law in ADAPTIVE}
     words = (
         "L goes from the torque that moves the plant to minus the torque that the law commands, with the observer "
         "counting on the latter and the adaptive gains held. Margins of one joint are those with the other closed, the "
@@ -156,7 +224,7 @@ def at_rest_section(results: Results) -> Section:
         "poses",
         "The disk margin at rest, pose by pose, with first gains.",
         (Column("law"), *(Column(pose, digits=3) for pose in POSES)),
-        tuple((law, *(at_rest(law, pose).alpha or None for pose in POSES)) for law in SEVEN),
+        tuple((law, *(every[law][pose].alpha or None for pose in POSES)) for law in SEVEN),
     )
     return Section("The laws at rest", (Paragraph(words), poles_table(loops), margins_table(loops), poses))
 

@@ -9,21 +9,20 @@ import numpy as np
 
 from studies.a1_paper_tables.study import comparison
 from studies.a5_linear_analysis import pages
-from studies.a5_linear_analysis.pages import BOX, SEED, learned, rest_points
+from studies.a5_linear_analysis.pages import BOX, LATE, SEED, STIFFER, paths, rests, stiffer
 from studies.paper.card import CARD, PROPOSED
-from studies.paper.linearization import FINE, POSES, SEVEN, SLOW, at_rest, on_path
+from studies.paper.linearization import LEVEL, POSES, SEVEN, SLOW
 from workbench.study.document.document import Section, Verdict
-from workbench.study.study import Outcome, Results, Study
+from workbench.study.study import Results, Study
 
-STIFFER = 4.0  # of an observer, to see what its gain is to blame for
 WEAKER = 0.9  # of the torque that is commanded
 HERE = "at rest at the level of the second scenario"
 EXACT = "exact positions and velocities"
 
 
-def rests() -> Verdict:
+def rest_points(results: Results) -> Verdict:
     """The number of rest points."""
-    found = rest_points()
+    found = results.work("arm")[0].rest_points
     return Verdict(
         "holds" if found.complete else "open",
         f"The arm without torque has {len(found.points)} rest points with both joints between {BOX['q'][0]:g} and "
@@ -35,7 +34,7 @@ def rests() -> Verdict:
 
 def delays(results: Results) -> Verdict:
     """The delay that SMC stands, and ASMC with the gain that it has learned."""
-    first, late = at_rest("SMC").delay, learned(results, "ASMC").delay
+    first, late = rests(results)["SMC"][LEVEL].delay, rests(results)["ASMC"][LATE].delay
     return Verdict(
         "found",
         f"SMC stays stable with a delay of up to {first:.2f} ms at one torque, ASMC with the gain that it has "
@@ -47,12 +46,13 @@ def delays(results: Results) -> Verdict:
     )
 
 
-def observer() -> Verdict:
+def observer(results: Results) -> Verdict:
     """The margin that the observer of the repaired law leaves."""
-    rest, thin = at_rest(PROPOSED), thinnest()
-    weak = at_rest(PROPOSED, thin)
-    firm = {pose: at_rest(PROPOSED, pose, stiffer=STIFFER).alpha for pose in POSES}
-    pole = float(np.linalg.eigvals(weak.loop.A - WEAKER * weak.loop.B @ weak.loop.C).real.max())
+    ours = rests(results)[PROPOSED]
+    thin = min(POSES, key=lambda pose: ours[pose].alpha)
+    rest, weak = ours[LEVEL], ours[thin]
+    firm = {pose: ours[stiffer(pose)].alpha for pose in POSES}
+    pole = float(np.linalg.eigvals(weak.A - WEAKER * weak.B @ weak.Cy).real.max())
     return Verdict(
         "found",
         f"The disk margin of the repaired law at the torques is {weak.alpha:.3f} {thin}, the least of {len(POSES)} "
@@ -66,9 +66,9 @@ def observer() -> Verdict:
     )
 
 
-def slow() -> Verdict:
+def slow(results: Results) -> Verdict:
     """The gain of slow torques that no block is given."""
-    ours, pid, smc = (at_rest(law).slow_gain for law in (PROPOSED, "PID", "SMC"))
+    ours, pid, smc = (rests(results)[law][LEVEL].slow_gain for law in (PROPOSED, "PID", "SMC"))
     return Verdict(
         "found",
         f"The repaired law multiplies a slow torque on the joints that is not in its D_hat by {ours:.1f}, SMC by "
@@ -80,9 +80,9 @@ def slow() -> Verdict:
     )
 
 
-def twisting() -> Verdict:
+def twisting(results: Results) -> Verdict:
     """The linear model of super-twisting in its layer."""
-    rest = at_rest("super-twisting")
+    rest = rests(results)["super-twisting"][LEVEL]
     return Verdict(
         "found",
         "With its sign spread over the boundary layer, the linear model of super-twisting at rest has "
@@ -98,11 +98,11 @@ def twisting() -> Verdict:
 
 def frozen(results: Results) -> Verdict:
     """The frozen poles along the first scenario, and within the layer alone."""
-    rate, worst = max((growth(results["FS", law]), law) for law in SEVEN)
-    paths = {law: on_path(results["FS", law]) for law in SEVEN}
-    shares = ", ".join(f"{law} {100 * path.inside.mean():.1f} %" for law, path in paths.items() if law != "PID")
-    least = ", ".join(f"{law} {np.nanmin(path.alpha):.3g}" for law, path in paths.items())
-    left, within = max((growth(results["FS", law], within=True), law) for law in SEVEN)
+    every = paths(results)
+    rate, worst = max((path.largest.max(), law) for law, path in every.items())
+    shares = ", ".join(f"{law} {100 * path.share:.1f} %" for law, path in every.items() if law != "PID")
+    least = ", ".join(f"{law} {np.nanmin(path.alpha):.3g}" for law, path in every.items())
+    left, within = max((path.within, law) for law, path in every.items())
     return Verdict(
         "found",
         f"Along the first scenario the largest real part of a frozen pole is {rate:+.1f} 1/s, of {worst}; within the "
@@ -115,28 +115,16 @@ def frozen(results: Results) -> Verdict:
     )
 
 
-def growth(outcome: Outcome, within: bool = False) -> float:
-    """The largest real part of a frozen pole, of all instants or of those within the layer."""
-    path = on_path(outcome)
-    largest = path.eigenvalues.real.max(axis=1)
-    return float(largest[path.inside[::FINE]].max() if within else largest.max())
-
-
-def thinnest() -> str:
-    """The pose at which the proposed law has the least margin."""
-    return min(POSES, key=lambda pose: at_rest(PROPOSED, pose).alpha)
-
-
 def findings(results: Results) -> tuple[Verdict, ...]:
     """The verdicts on the arm, on the laws at rest and on their path."""
-    return rests(), delays(results), observer(), slow(), twisting(), frozen(results)
+    return (*(one(results) for one in (rest_points, delays, observer, slow, twisting, frozen)),)
 
 
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
-    pictures = pages.along_path(results), pages.responses()
+    pictures = pages.along_path(results), pages.responses_figure(results)
     first = Section("What was found", (*pictures, *findings(results)))
-    return (first, pages.arm_section(), pages.at_rest_section(results))
+    return (first, pages.arm_section(results), pages.at_rest_section(results))
 
 
 study = Study(
@@ -153,6 +141,7 @@ study = Study(
         "the equations are linearised at each kept state of its run."
     ),
     cases=comparison("FS"),
+    works=pages.works,
     sections=sections,
     headlines=lambda results: [str(one.statement) for one in findings(results)],
     seed=SEED,

@@ -7,7 +7,7 @@ a2 = 0.3741 rad, f = 0.7278 Hz. Then the amplitudes were moved by hand, by half 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, reduce
+from functools import reduce
 
 import numpy as np
 
@@ -146,7 +146,6 @@ def common_search(law: str) -> Tuning:
     return Tuning(slug("common", law), trials, factors_of(law, "FS"), objective, EVALUATIONS // 2, POPULATION, (SEED,))
 
 
-@cache
 def checked(law: str, tuned: Tuned, scenario: str) -> Integers:
     """The points of a search that are run again in a scenario, each once.
 
@@ -182,15 +181,20 @@ class Fit:
     of_search: int  # and of the points of the search
 
 
-@cache
-def fit(results: Results, law: str, target: str) -> Fit:
-    """The best of the points that were run again in the scenarios of a target, each scenario at its best horizon."""
+def fits_of(results: Results, law: str) -> dict[str, Fit]:
+    """The nearest to each target of a law."""
     tuned = results.tuned(slug("search", law))
+    again = {scenario: checked(law, tuned, scenario) for scenario in SCENARIOS}
+    return {target: fit(results, law, target, tuned, again) for target in TARGETS}
+
+
+def fit(results: Results, law: str, target: str, tuned: Tuned, again: Mapping[str, Integers]) -> Fit:
+    """The best of the points that were run `again` in the scenarios of a target, each scenario at its best horizon."""
     random = {scenario: at_draws(results, "random", law, scenario) for scenario in SCENARIOS}
-    places = reduce(np.intersect1d, (checked(law, tuned, scenario) for scenario in TARGETS[target]))
+    places = reduce(np.intersect1d, (again[scenario] for scenario in TARGETS[target]))
     samples, sizes = {}, {}
     for scenario, joints in TARGETS[target].items():
-        rows = np.isin(checked(law, tuned, scenario), places).nonzero()[0]
+        rows = np.isin(again[scenario], places).nonzero()[0]
         samples[scenario] = results.sample(slug("check", law, scenario)).only(rows)
         sizes[scenario] = checked_misses(law, scenario, samples[scenario], joints)
     worst = np.max([size.min(axis=1) for size in sizes.values()], axis=0)

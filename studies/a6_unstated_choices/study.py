@@ -4,7 +4,7 @@ Runs in about two minutes on two cores.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,44 +16,57 @@ from workbench.study.contract import Sweep
 from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table, Verdict
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
+from workbench.study.uncertainty import SobolIndices
 from workbench.study.uncertainty.factors import Space
 
 Fits = Mapping[tuple[str, str], Fit]  # by law and target
 COUNTED = (Column("of draws", align="right"), Column("of search", align="right"))
 
 
-def all_fits(results: Results) -> Fits:
-    return {(law, target): fits.fit(results, law, target) for law in LAWS for target in fits.TARGETS}
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """The rankings of the laws, the indices of what is open, and the nearest choices, from all runs."""
+
+    ranked: ranking.Ranked
+    indices: SobolIndices
+    fits: Fits
+    shared: Shared
 
 
-@cache
-def verdicts(results: Results) -> tuple[Verdict, ...]:
+def findings_of(results: Results) -> Findings:
+    """The findings, computed from the runs."""
+    met = {(law, target): one for law in LAWS for target, one in fits.fits_of(results, law).items()}
+    return Findings(ranking.ranked(results), ranking.indices(results), met, shared(results))
+
+
+def verdicts(results: Results, found: Findings) -> tuple[Verdict, ...]:
     """All of them, who is first before what fits."""
-    every, step = ranking.ranked(results), ranking.step_words(results)
+    step = ranking.step_words(results)
     return (
-        ranking.first_verdict(every, step),
-        ranking.pairs_verdict(every, step),
-        ranking.deciding_verdict(ranking.indices(results)),
-        *findings.fit_verdicts(all_fits(results)),
+        ranking.first_verdict(found.ranked, step),
+        ranking.pairs_verdict(found.ranked, step),
+        ranking.deciding_verdict(found.indices),
+        *findings.fit_verdicts(found.fits),
         findings.horizon_verdict(results),
-        findings.shared_verdict(shared(results)),
+        findings.shared_verdict(found.shared),
     )
 
 
 def headlines(results: Results) -> Sequence[str]:
-    return tuple(f"{one.kind}: {one.statement}" for one in verdicts(results))
+    return tuple(f"{one.kind}: {one.statement}" for one in verdicts(results, findings_of(results)))
 
 
 def sections(results: Results) -> Sequence[Section]:
-    every, met = ranking.ranked(results), all_fits(results)
+    found = findings_of(results)
+    every, met = found.ranked, found.fits
     pictures = (
         ranking.ranks_figure(results, every["of the card"]),
-        ranking.deciding_figure(results, ranking.indices(results)),
+        ranking.deciding_figure(results, found.indices),
     )
     return (
-        Section("What was found", (*pictures, *verdicts(results))),
+        Section("What was found", (*pictures, *verdicts(results, found))),
         Section("The rankings under four priors", (RANKING, ranking.priors_table(every))),
-        Section("The nearest fits", (FITTING, cells(met), together(met), shared_table(shared(results)))),
+        Section("The nearest fits", (FITTING, cells(met), together(met), shared_table(found.shared))),
         Section("What is open", (*OPEN, *map(open_table, LAWS))),
         Section("How far these numbers can be trusted", (TRUST, trust_table(results))),
     )

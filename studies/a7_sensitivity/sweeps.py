@@ -18,7 +18,7 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Phrase
 from workbench.study.provenance import Given
 from workbench.study.study import Case
-from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
+from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign, least_base
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -206,5 +206,6 @@ def sweeps(law: str) -> dict[str, Sweep]:
     for kind, (moved, design) in of.items():
         measured, times = ((*metrics(law), ise()), EVERY) if kind == "bands" else (metrics(law), None)
         run = Run(loop(law), measured, UNTIL, times, STEPS[law], seed=SEED)
-        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED)
+        least = least_base(len(some), ours) if kind == "indices" else None
+        made[kind] = Sweep(called(law, kind), run, moved, design, halved=HALVED, least=least)
     return made

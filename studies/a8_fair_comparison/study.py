@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, DRAWN, contenders, name_of, sweep
+from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, ASKED, DRAWN, OTHERS, contenders, name_of, sweep
 from studies.a8_fair_comparison.pages import headlines, sections
 from workbench.study.contract import Run, Sweep
+from workbench.study.evidence import least_draws
 from workbench.study.study import Case, Study
 from workbench.study.tuning import Trial, Tuned, Tuning, equal_budget
 
@@ -88,6 +89,7 @@ study = Study(
     tunings=tunings(),
     cases=cases,
     sweeps=sweeps,
+    least=least_draws((ASKED, *OTHERS)),
     sections=sections,
     headlines=headlines,
     seed=DRAWN,

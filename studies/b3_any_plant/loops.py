@@ -16,7 +16,7 @@ from workbench.loop import ClosedLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
-from workbench.study import Case, Factor, Results, Run, SobolDesign, Sweep, Uniform, sobol
+from workbench.study import Case, Factor, Results, Run, SobolDesign, Sweep, Uniform, least_base, sobol
 from workbench.study.uncertainty import SobolIndices
 from workbench.validation.refusals import Array
 
@@ -107,7 +107,8 @@ def sweeps() -> tuple[Sweep, ...]:
     for setting in SETTINGS:
         for law in LAWS:
             ends = replace(run(setting, law, computer=False, substeps=COARSE), every=None)
-            made.append(Sweep(called(setting, law), ends, factors(setting), design(setting), halved=HALVED))
+            moved, least = factors(setting), least_base(len(setting.spread))
+            made.append(Sweep(called(setting, law), ends, moved, design(setting), halved=HALVED, least=least))
     return tuple(made)
 
 

@@ -1,7 +1,6 @@
 """The linearization of each law's loop, cut at the torque: at rest, and along the first scenario."""
 
 from dataclasses import dataclass, replace
-from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -36,10 +35,16 @@ FINE, COARSE = 10, 100  # every which kept state, of one in 10 ms, has its poles
 
 @dataclass(frozen=True, eq=False)
 class AtRest:
-    """A loop at rest: L, the poles once closed, and the margins; None with the reason where there are none."""
+    """A loop at rest: A, B and Cy of L, the poles once closed, and the margins; None with the reason if there are none.
 
-    loop: Any  # a `StateSpace` of python-control
+    `slow_gain` is the largest singular value of S at the frequency `SLOW`.
+    """
+
+    A: Array
+    B: Array
+    Cy: Array
     poles: tuple[Pole, ...]
+    slow_gain: float
     channels: tuple[LoopMargins, ...] = ()
     disk: DiskMargin | None = None
     why: str = ""
@@ -53,11 +58,6 @@ class AtRest:
     def delay(self) -> float:
         """The delay that the loop stands at either torque, in ms."""
         return 1e3 * min((m.delay for m in self.channels), default=0.0)
-
-    @property
-    def slow_gain(self) -> float:
-        """The largest singular value of S at the frequency `SLOW`."""
-        return float(np.linalg.norm(np.asarray(linear.sensitivity(self.loop)(1j * SLOW)), 2))
 
 
 def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
@@ -81,9 +81,8 @@ def cut(loop: ClosedLoop, law: str) -> Ode:
     return linear.freeze(ode, HELD[law]) if law in HELD else ode
 
 
-@cache
-def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
-    """The loop at rest at a pose, its adaptive gain at K(0) or at K, L2 of its observer so many times stiffer."""
+def loop_at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> Any:
+    """L at rest at a pose, a `StateSpace`: the adaptive gain at K(0) or at K, L2 of the observer so much stiffer."""
     ode = cut(still(law, POSES[pose]), law)
     values: dict[str, Any] = {"drive": holding(POSES[pose])}
     if K is not None:
@@ -93,12 +92,19 @@ def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, sti
     x = ode.states.default.copy()
     if law == "PID":  # its integral holds the arm
         x[ode.states.slice("controller.integral")] = -values["drive"] / CARD["PID: Ki"]
-    loop = linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
-    closed = linear.poles(linear.sensitivity(loop))
+    return linear.broken_loop(ode, 0.0, x, ode.parameters.pack(values)[0])
+
+
+def at_rest(law: str, pose: str = LEVEL, K: tuple[float, ...] | None = None, stiffer: float = 1.0) -> AtRest:
+    """The poles and margins of `loop_at_rest`."""
+    loop = loop_at_rest(law, pose, K, stiffer)
+    S = linear.sensitivity(loop)
+    slow_gain = float(np.linalg.norm(np.asarray(S(1j * SLOW)), 2))
+    found = AtRest(loop.A, loop.B, loop.C, linear.poles(S), slow_gain)
     try:
-        return AtRest(loop, closed, linear.loop_margins(loop), disk_margin(loop))
+        return replace(found, channels=linear.loop_margins(loop), disk=disk_margin(loop))
     except ValueError as none:
-        return AtRest(loop, closed, why=str(none))
+        return replace(found, why=str(none))
 
 
 def holding(pose: tuple[float, ...]) -> Array:
@@ -107,30 +113,58 @@ def holding(pose: tuple[float, ...]) -> Array:
 
 
 @dataclass(frozen=True, eq=False)
+class Motion:
+    """The states (N, nx) and torques (N, 2) of a law along its run in the first scenario, at times t (N,).
+
+    `inside` (N,) is True within the layer, where all |s_i| < phi, and always for PID, which has none.
+    """
+
+    law: str
+    t: Array
+    x: Array
+    tau: Array
+    inside: Array
+
+
+def motion(outcome: Outcome) -> Motion:
+    """The run of an outcome."""
+    law, run = outcome.case.law, outcome.measurement.trajectories
+    inside = np.ones(len(run.t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
+    return Motion(law, run.t, states(outcome, outcome.ode), run["tau"][0], inside)
+
+
+@dataclass(frozen=True, eq=False)
 class OnPath:
-    """A law along its run: frozen poles of the whole loop at times t, and disk margins at sparse ones, NaN for none."""
+    """The frozen poles of a whole loop along its run: their `largest` and `least` real parts at times t, in 1/s.
+
+    At `sparse` times there is the disk margin `alpha`, NaN outside of the layer and where the loop has none. Of all
+    times `share` is the part within the layer, and `within` the largest real part of a pole there.
+    """
 
     t: Array
-    eigenvalues: np.ndarray[Any, np.dtype[np.complex128]]
-    inside: Array  # of each kept time, True where all |s_i| < phi
+    largest: Array
+    least: Array
     sparse: Array
     alpha: Array
+    share: float
+    within: float
 
 
-@cache
-def on_path(outcome: Outcome) -> OnPath:
-    """The linear models of a loop along its run; PID has no layer.
+def on_path(run: Motion) -> OnPath:
+    """The linear models of a loop along its run.
 
     A disk margin is asked for within the layer: outside of it the slope of the saturation is zero.
     """
-    law, ode, run = outcome.case.law, outcome.ode, outcome.measurement.trajectories
-    x, t = states(outcome, ode), run.t
-    inside = np.ones(len(t), dtype=bool) if law == "PID" else (np.abs(run["s"][0]) < CARD["phi"]).all(axis=1)
+    ode, t, inside = loop_of(run.law).ode(), run.t, run.inside
     chosen = np.flatnonzero(inside & (np.arange(len(t)) % COARSE == 0))
     alpha = np.full(len(t), np.nan)
-    alpha[chosen] = _margins(cut(loop_of(law), law), ode, t[chosen], x[chosen], run["tau"][0][chosen])
-    eigenvalues = linear.along(ode, t[::FINE], x[::FINE]).eigenvalues()
-    return OnPath(t[::FINE], eigenvalues, inside, t[::COARSE], alpha[::COARSE])
+    alpha[chosen] = _margins(cut(loop_of(run.law), run.law), ode, t[chosen], run.x[chosen], run.tau[chosen])
+    real = linear.along(ode, t[::FINE], run.x[::FINE]).eigenvalues().real
+    largest = real.max(axis=1)
+    return OnPath(
+        *(t[::FINE], largest, real.min(axis=1), t[::COARSE], alpha[::COARSE]),
+        *(float(inside.mean()), float(largest[inside[::FINE]].max())),
+    )
 
 
 def _margins(broken: Ode, ode: Ode, t: Array, x: Array, tau: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import lru_cache
 from statistics import median
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
@@ -16,16 +16,16 @@ from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
-from studies.performance.workload import HORIZON, STATES, VARIED_COLUMNS, H, loop, rmse, rows_of, run, workload
-from workbench.core import Step, rk4
+from studies.performance.steps_of_workload import chosen, through
+from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
+from workbench.core.methods import METHODS
 from workbench.simulate import simulate
-from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_size import step_for_tolerance
+from workbench.simulate.step_choice import Choice
 from workbench.validation.refusals import Array
 
-EQUAL = ((1e-3, 20.0), (3e-5, 10.0))  # the error of the RMSE, and how many times as fast we must be
-TOLERANCES, OURS = (1e-9, 1e-2), (1e-7, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
-STEPS_A_DECADE, CELLS = 24, 100  # settings that are tried; of the horizon, whose length is the longest step
+EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
+TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
+STEPS_A_DECADE = 24  # settings that are tried
 
 
 @dataclass(frozen=True)
@@ -151,37 +151,22 @@ def coarsest(error_of: Callable[[float], float], target: float, low: float, high
     raise ValueError(f"`coarsest(target={target:g})` has a larger error at every setting down to {low:g}.")
 
 
-@cache
-def stepped(h: float) -> Step:
-    """A step of W, with the integrals that score it, as CVODES has them, and no sum over steps."""
-    return rk4(loop(), h)
+def by_pilot(target: float, effort: Effort) -> tuple[Runner, Choice]:
+    """The fastest runner of W with that error of the RMSE, by a pilot in each call, and what the pilot chooses there.
 
-
-def through(h: float, p: Array, horizon: float) -> Array:
-    """The RMSE (B, 2) of runs by such a step of h [s]."""
-    return rmse(simulate(stepped(h), p, until=horizon, every=horizon).x[:, -1], horizon)
-
-
-def by_pilot(target: float, effort: Effort) -> tuple[Runner, float]:
-    """The fastest runner of W with that error of the RMSE, by a pilot in each call, and the tolerance of the pilot.
-
-    It is looked for with the runs of a timed call, which the pilot will see there.
+    The tolerance is looked for with the runs of a timed call, which the pilot will see there.
     """
     wanted, rows, horizon = reference(effort), rows_of(effort.batch), effort.horizon
 
-    def chosen(p: Array, tolerance: float) -> float:
-        few = pilot_runs(p, x0 := np.broadcast_to(STATES.default, (len(p), STATES.size)))
-        return step_for_tolerance(stepped, p[few], x0[few], horizon, tolerance, horizon / CELLS)
-
     def error_of(tolerance: float) -> float:
         try:
-            h = chosen(rows, tolerance)
+            choice = chosen(rows, tolerance, horizon)
         except ValueError:  # no step keeps it
             return np.inf
-        return error(through(h, rows[: effort.samples], horizon), wanted)
+        return error(through(choice, rows[: effort.samples], horizon), wanted)
 
     tolerance = coarsest(error_of, target, *OURS)
-    return lambda p: through(chosen(p, tolerance), p, horizon), tolerance
+    return lambda p: through(chosen(p, tolerance, horizon), p, horizon), chosen(rows, tolerance, horizon)
 
 
 def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
@@ -193,7 +178,8 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
     fast, slow = alternated(effort, lambda: rate(mine, many, effort), lambda: rate(theirs, p, effort))
     note = (
         f"tolerance {tolerance:.1e}; ours in calls of {effort.batch:,}, each with pilot runs, whose tolerance is "
-        f"{pilot:.1e}, {fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
+        f"{pilot.tolerance:.1e} and whose choice {1e3 * pilot.h:.3g} ms by {METHODS[pilot.method].about}: "
+        f"{fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
     )
     wrong = error(theirs(p), wanted)
     return Row(f"CasADi CVODES at error {target:.0e}", bar, fast / slow, runs_per_s=slow, error=wrong, note=note)

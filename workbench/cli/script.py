@@ -17,12 +17,13 @@ from typing import Any, NoReturn
 
 from workbench.study.compiled import CompiledSweep
 from workbench.study.execution import compile_sweeps
-from workbench.study.executors import ClusterError
+from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.order import Arithmetics, Record
 from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning
+from workbench.study.work import compile_works
 from workbench.validation.refusals import described, nearest
 from workbench.validation.signatures import door
 
@@ -135,7 +136,8 @@ def command(study: Path, out: Path | None, samples: int | None = None) -> str:
 class Script:
     """A study's file, at the same place on every worker, with its digest; called, it is loaded and its sweeps compiled.
 
-    Sweeps have arithmetics by their names, and may follow from the chunks of the tunings: name, head and data of each.
+    Sweeps have arithmetics by their names, and may follow from records of tunings and works: name, head and data of
+    each. With `works` it gives those instead.
     """
 
     file: str
@@ -143,20 +145,28 @@ class Script:
     samples: int | None
     arithmetics: Arithmetics = ()
     records: tuple[Record, ...] = ()
+    works: bool = False
 
     @staticmethod
     def of(
-        file: Path, samples: int | None = None, arithmetics: Arithmetics = (), records: tuple[Record, ...] = ()
+        file: Path,
+        samples: int | None = None,
+        arithmetics: Arithmetics = (),
+        records: tuple[Record, ...] = (),
+        works: bool = False,
     ) -> Script:
         """The script as it stands in a file here."""
-        return Script(str(file.resolve()), _digest_of(file), samples, arithmetics, records)
+        return Script(str(file.resolve()), _digest_of(file), samples, arithmetics, records, works)
 
-    def __call__(self) -> tuple[CompiledSweep, ...]:
-        """The sweeps, in the process of a worker."""
+    def __call__(self) -> Pieces:
+        """The sweeps, or the works, in the process of a worker."""
         file = Path(self.file)
         if not file.is_file() or _digest_of(file) != self.digest:
             raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
         study, arithmetic_of = load(file), dict(self.arithmetics).get
+        works = compile_works(() if callable(study.works) else study.works)
+        if self.works:
+            return works
         sweeps: Any = study.sweeps
         if callable(sweeps):
             chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
@@ -168,7 +178,11 @@ class Script:
                 tuned = {one.name: tune(compile_tuning(one, arithmetic_of), replay) for one in study.tunings}
             except KeyError as error:
                 raise ClusterError(f"A worker asks in a tuning for {error}, which is not here: it differs.") from None
-            sweeps = study.resolved(tuned).sweeps
+            try:
+                answers = {one.work.name: one.answers(chunks.__getitem__) for one in works}
+            except KeyError as error:
+                raise ClusterError(f"A worker asks in a work for {error}, which is not here: it differs.") from None
+            sweeps = study.resolved({**tuned, **answers}).sweeps
         return compile_sweeps(sweeps, self.samples, arithmetic_of)
 
 

@@ -15,7 +15,7 @@ from workbench.core.port import Roles, Signals, grouped, layout
 from workbench.core.sampled import Sampled
 from workbench.core.sampled_law import SampledLaw, Stage
 from workbench.core.shapes import Circle, Drawing, Line, Word
-from workbench.core.step import Rule, Step, rk4
+from workbench.core.step import Rule, Step, rk4, runge_kutta_step
 
 __all__ = [
     "AbstractArm",
@@ -45,6 +45,7 @@ __all__ = [
     "option",
     "parameter",
     "rk4",
+    "runge_kutta_step",
     "with_quadrature",
     "with_sensitivity",
 ]

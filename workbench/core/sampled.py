@@ -15,13 +15,16 @@ from workbench.core.crossing import Crossing, plain, refuse_strangers
 from workbench.core.expressions import refuse_misfit
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
+from workbench.core.methods import METHODS, runge_kutta
 from workbench.core.numbers import Bounds
 from workbench.core.ode import Ode
 from workbench.core.sampled_law import SampledLaw
+from workbench.core.segments import Segments
 from workbench.core.shapes import Drawing
-from workbench.core.step import RK4_AMPLIFICATION, Rule, Segments, Step, held_at, runge_kutta
+from workbench.core.state_corners import corners_of
+from workbench.core.step import Rule, Step, held_at
 from workbench.core.switches import Switches
-from workbench.validation.refusals import MOST, seconds, whole
+from workbench.validation.refusals import MOST, one_of, seconds, whole
 from workbench.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
@@ -162,30 +165,37 @@ class Sampled:
             )
         return round(count)
 
-    def step(self, substeps: int | Literal["chosen"] = "chosen") -> Step:
+    def step(self, substeps: int | Literal["chosen"] = "chosen", method: str = "rk4") -> Step:
         """One period as a `Step`: the jump at t_k, then `substeps` Runge-Kutta steps of the flow.
 
-        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state.
+        Without a number it is the step that `simulate` chooses for a hundred periods from the initial state. The
+        method of the substeps goes by its name, as in `runge_kutta_step`.
         """
         if isinstance(substeps, str) and substeps == "chosen":
             periods = max(1, int(min(PERIODS, self.flow.horizon / self.period)))
             chosen: Step = import_module("workbench").simulate(self, until=periods * self.period).step
             return chosen
         substeps = whole("Sampled.step(substeps=...)", substeps, most=MOST_SUBSTEPS)
+        by = METHODS[one_of("Sampled.step(method=...)", method, METHODS)]
         flow, h = self.flow, self.period / substeps
         t, p, switches = self.k * self.period, flow.p, flow.switches
         after = x = ca.vertcat(self.after, flow.x[self.jump.numel() :, 0])
         for i in range(substeps):
             f = held_at(t + i * h + h / 2, switches.m, flow.t, flow.x, p, switches.rate)
-            x = runge_kutta(f, t + i * h, x, p, h)
+            x = runge_kutta(f, t + i * h, x, p, h, by)
         output = ca.substitute(flow.output, ca.vertcat(flow.t, flow.x), ca.vertcat(t, after))
-        rule = Rule(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w, ca.SX(0, 1), x, output, self.crossings)
-        if switches.known:
-            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps)
+        rule = Rule(
+            *(ca.SX.sym("h"), self.k, flow.t, flow.x, p, self.w),
+            *(ca.SX(0, 1), x, output, self.crossings),
+            method=by,
+        )
+        corners = corners_of(flow) if by.corners else None
+        if switches.known or corners is not None:
+            segments = Segments.of(switches, t, ca.SX(self.period), flow.x, after, substeps, corners)
             rule = replace(rule, m=switches.m, segments=segments)
         layouts = (flow.states, flow.parameters, flow.outputs)
-        finer = partial(self.step, 2 * substeps) if 2 * substeps <= MOST_SUBSTEPS else None
-        return Step(self.period, *layouts, rule, flow, RK4_AMPLIFICATION, substeps, finer)
+        finer = partial(self.step, 2 * substeps, method) if 2 * substeps <= MOST_SUBSTEPS else None
+        return Step(self.period, *layouts, rule, flow, by.amplification, substeps, finer)
 
     @door
     def disturbed(self) -> Sampled:

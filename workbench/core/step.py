@@ -5,63 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar
 
 import casadi as ca
 
 from workbench.core.crossing import Crossing, plain, refuse_strangers
 from workbench.core.expressions import refuse_misfit
 from workbench.core.layout import Layout
+from workbench.core.methods import METHODS, RK4, Method, runge_kutta
 from workbench.core.ode import Ode
-from workbench.core.switches import NEAR, Switches
-from workbench.validation.refusals import Array, require, seconds, whole
+from workbench.core.segments import Segments
+from workbench.core.state_corners import corners_of
+from workbench.validation.refusals import one_of, require, seconds, whole
 from workbench.validation.signatures import door
-
-X = TypeVar("X", ca.SX, Array)
-Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
-
-# The classical Runge-Kutta method: its nodes c_j, the part of h k_j that leads from x to the next stage, and the
-# weights of k_j in x+, in parts of DIVISOR.
-NODES = (0.0, 0.5, 0.5, 1.0)
-AHEAD = (0.5, 0.5, 1.0, 0.0)
-WEIGHTS = (1.0, 2.0, 2.0, 1.0)
-DIVISOR = 6.0
-# Its amplification on x' = lambda x: R(z) = 1 + z + z^2/2 + z^3/6 + z^4/24, highest power first.
-RK4_AMPLIFICATION = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
-
-
-@dataclass(frozen=True, eq=False)
-class Segments:
-    """The parts of a step from switch to switch, each a classical Runge-Kutta step of the first n states.
-
-    A segment begins at the offset s [s] from t_k and ends at `end`; the first begins at 0 with the states `start`, the
-    last ends at `length`.
-    """
-
-    s: ca.SX  # symbol of the offset, (1, 1)
-    start: ca.SX  # (n, 1), in h, k, t, x, p and w
-    rate: ca.SX  # (n, 1), in t, m, x and p; m is the middle of the segment
-    end: ca.SX  # in s, (1, 1), in h, k, s, x and p; x is the state at s
-    length: ca.SX  # of the step in s, (1, 1), in h
-    first: ca.SX  # the offset of the first switch, or the length, (1, 1), in h, k, t, x, p and w
-    switches: Switches
-
-    @staticmethod
-    def of(switches: Switches, begin: ca.SX, length: ca.SX, x: ca.SX, start: ca.SX, substeps: int = 1) -> Segments:
-        """The segments of a step from `begin` on, which end at its switches and at its substeps."""
-        s = ca.SX.sym("s")
-        at = switches.after(begin, s, length)
-        first = ca.substitute(at, ca.vertcat(s, x), ca.vertcat(0, start))
-        if substeps > 1:
-            near, h = NEAR * (begin + length), length / substeps
-            grid = (ca.floor((s + near) / h) + 1) * h
-            at = ca.if_else(grid < at - near, grid, at)
-        return Segments(s, start, switches.rate, at, length, first, switches)
-
-    @property
-    def parts(self) -> list[ca.SX]:
-        """All that a kernel makes of them, as `graph.stepped` reads it."""
-        return [ca.densify(part) for part in (self.first, self.length, self.end, self.start, self.rate)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +25,7 @@ class Segments:
 class Rule:
     """x+ and y of a step of any length, as expressions in its symbols.
 
-    The rate is dx/dt of the first n entries, which take a classical Runge-Kutta step; n may be 0. The update is the
+    The rate is dx/dt of the first n entries, which take a Runge-Kutta step; n may be 0. The update is the
     next value of the other entries; the rate knows none of them. y holds from t_k on. Update and y may have symbols of
     `crossings`, as what a computer makes of its readings has; the rate may not. Where a switch lies within a step, the
     first entries are what the segments make instead.
@@ -92,6 +48,7 @@ class Rule:
     crossings: tuple[Crossing, ...] = ()  # in the order in which their values are made
     m: ca.SX = field(default_factory=lambda: ca.SX.sym("m"))  # of the middle of the step in s, (1, 1)
     segments: Segments | None = None  # None where no switch is known
+    method: Method = RK4  # by which the first entries move
 
     def __post_init__(self) -> None:
         for name in ("h", "k", "t"):
@@ -124,7 +81,8 @@ class Rule:
         """The parts of its segments as a CasADi function of `symbols` and s, if it has any."""
         if self.segments is None:
             return None
-        return ca.Function("workbench_segments", [*self.symbols, self.segments.s], self.segments.parts)
+        ends = [] if self.segments.e is None else [self.segments.e]
+        return ca.Function("workbench_segments", [*self.symbols, self.segments.s, *ends], self.segments.parts)
 
     @cached_property
     def next(self) -> ca.SX:
@@ -139,7 +97,7 @@ class Rule:
         if not n:
             return update
         f = held_at(t + self.h / 2, self.m, self.t, self.x[:n], self.p, self.rate)
-        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h), update)
+        return ca.vertcat(runge_kutta(f, t, self.x[:n], self.p, self.h, self.method), update)
 
     def plain(self, expression: ca.SX) -> ca.SX:
         """An expression with the values of the crossings in the place of their symbols, as for derivatives."""
@@ -154,7 +112,7 @@ class Rule:
     @property
     def operations(self) -> int:
         """The number of operations of a step, roughly."""
-        return int(self.parts.n_instructions()) * (len(NODES) if self.rate.numel() else 1)
+        return int(self.parts.n_instructions()) * (len(self.method.nodes) if self.rate.numel() else 1)
 
     @property
     def written_out(self) -> Rule:
@@ -261,16 +219,34 @@ def rk4(ode: Ode, h: float) -> Step:
     (0.001, ('omega', 'i'))
     """
     ode = require("rk4(ode=...)", ode, Ode)
-    return Step(seconds("rk4(h=...)", h), ode.states, ode.parameters, ode.outputs, _rk4(ode), ode, RK4_AMPLIFICATION)
+    return _step(ode, seconds("rk4(h=...)", h), RK4)
+
+
+@door
+def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
+    """The step of length h [s] for `ode` by a method by its name, as pilot runs choose it.
+
+    Raises
+    ------
+    ValueError
+        If there is no such method, or h is not a positive finite number.
+    """
+    one_of("runge_kutta_step(method=...)", method, METHODS)
+    return _step(ode, seconds("runge_kutta_step(h=...)", h), METHODS[method])
+
+
+def _step(ode: Ode, h: float, method: Method) -> Step:
+    return Step(h, ode.states, ode.parameters, ode.outputs, _rule(ode, method), ode, method.amplification)
 
 
 @lru_cache(maxsize=64)
-def _rk4(ode: Ode) -> Rule:
+def _rule(ode: Ode, method: Method) -> Rule:
     h, k, switches = ca.SX.sym("h"), ca.SX.sym("k"), ode.switches
-    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output)
-    if not switches.known:
+    rule = Rule(h, k, ode.t, ode.x, ode.p, ca.SX(0, 1), ode.rate, ca.SX(0, 1), ode.output, method=method)
+    corners = corners_of(ode) if method.corners else None
+    if not switches.known and corners is None:
         return rule
-    segments = Segments.of(switches, k * h, h, ode.x, ode.x)
+    segments = Segments.of(switches, k * h, h, ode.x, ode.x, corners=corners)
     return replace(rule, rate=switches.rate, m=switches.m, segments=segments)
 
 
@@ -280,14 +256,3 @@ def held_at(
     """A rate in t, m, x and p as a function of (t, x, p), with the middle of the step in the place of m."""
     f = ca.Function("f", [t, x, p, m], [rate])
     return lambda time, state, parameters: f(time, state, parameters, middle)
-
-
-def runge_kutta(f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float) -> X:
-    """x(t + h) from x(t), expressions or arrays, by the classical Runge-Kutta method, for x' = f(t, x, p)."""
-    stage: X = x
-    total: Any = 0.0
-    for node, ahead, weight in zip(NODES, AHEAD, WEIGHTS, strict=True):
-        rate = f(t + node * h, stage, p)
-        stage, total = x + ahead * h * rate, total + weight * rate
-    end: X = x + h / DIVISOR * total
-    return end

@@ -11,7 +11,7 @@ from typing import TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core import Layout, Ode, Sampled, Step, rk4, with_quadrature
+from workbench.core import Layout, Ode, Sampled, Step, runge_kutta_step, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
 from workbench.metrics.signal_choice import refuse_unknown
 from workbench.simulate import Trajectories
@@ -41,7 +41,7 @@ def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: floa
 
 
 @door
-def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callable[[float], Step]:
+def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], method: str = "rk4") -> Callable[[float], Step]:
     """The function that makes the steps of `measured` of length h [s], which share their rule."""
     metrics = resolved(equation, metrics)
     ode = _flow(equation)
@@ -59,7 +59,7 @@ def maker(equation: Ode | Sampled, metrics: Sequence[AbstractMetric]) -> Callabl
         for sample in filter(None, map(_grid, metrics)):
             multiple("metric(sample=...)", sample, span, "the step")
         if substeps not in made:
-            plain = sampled.step(substeps) if sampled else rk4(ode, span)
+            plain = sampled.step(substeps, method) if sampled else runge_kutta_step(ode, span, method)
             made[substeps] = _with_memories(plain, metrics)
         return replace(made[substeps], h=span)
 

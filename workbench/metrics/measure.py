@@ -12,13 +12,14 @@ import numpy as np
 from workbench.core import Ode, Sampled, Step, rk4
 from workbench.metrics.accumulators import final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.step_for_metrics import chosen_step, extended
+from workbench.metrics.step_for_metrics import choose_step, extended
 from workbench.metrics.unseen_pulses import unseen_pulses
 from workbench.simulate import StepLimit, Trajectories, simulate, step_limit, step_size
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import PILOTS, pilot_runs
 from workbench.simulate.stability import beyond, tightest
+from workbench.simulate.step_choice import Choice
 from workbench.simulate.step_size import POINTS, Check
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, positive, seconds
@@ -159,11 +160,12 @@ def measure(
     x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
     if tolerance is not None:
         tolerance = positive("measure(tolerance=...)", tolerance)
-    tell = progress_of("measure", progress)
+    tell, method = progress_of("measure", progress), "rk4"
     if h is None:
-        h = _step_of(equation, metrics, p, x0, until, every, tolerance, seed, arithmetic)
+        choice = _choice(equation, metrics, p, x0, until, every, tolerance, seed, arithmetic)
+        h, method = choice.h, choice.method
     how = {"p": p, "until": until, "every": every, "seed": seed, "arithmetic": arithmetic}
-    return _judged(metrics, *_both(maker(equation, metrics), h, x0, tell, how), tolerance)
+    return _judged(metrics, *_both(maker(equation, metrics, method), h, x0, tell, how), tolerance)
 
 
 def _both(
@@ -171,14 +173,15 @@ def _both(
 ) -> tuple[Trajectories, Trajectories]:
     coarse, fine = make(h), make(h / 2)
     every = coarse.h if how["every"] is None else how["every"]
-    call: Any = partial(simulate, x0=extended(x0, fine), **(how | {"every": every}))
+    x0 = None if x0 is None else extended(x0, fine)
+    call: Any = partial(simulate, x0=x0, **(how | {"every": every}))
     # the longer run first: from it the engine sees how good its code should be
     b = call(fine, progress=lambda done: tell(2 * done / 3))
     a = call(coarse, progress=lambda done: tell((2 + done) / 3))
     return a, b
 
 
-def _step_of(
+def _choice(
     equation: Ode | Sampled,
     metrics: Sequence[AbstractMetric],
     p: Array | None,
@@ -188,8 +191,8 @@ def _step_of(
     tolerance: float | None,
     seed: int,
     arithmetic: str | None,
-) -> float:
-    """The step, or the substep of a sampled loop, that keeps the tolerance in a few of the runs, in s."""
+) -> Choice:
+    """The step that keeps the tolerance in a few of the runs."""
     if tolerance is None:
         raise ValueError(
             "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
@@ -198,7 +201,8 @@ def _step_of(
     p, x0 = rows_of("measure", step, p, x0)
     few = pilot_runs(p, x0)
     every = None if every is None else seconds("measure(every=...)", every)
-    return chosen_step(equation, metrics, p[few], x0[few], until, every, tolerance, seed, arithmetic)
+    how: Any = {"until": until, "every": every, "tolerance": tolerance, "seed": seed, "arithmetic": arithmetic}
+    return choose_step(equation, metrics, p[few], x0[few], **how)
 
 
 def _judged(

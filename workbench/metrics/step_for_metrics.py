@@ -1,46 +1,87 @@
-"""The choice of a step for metrics: pilot runs of an equation with its metrics beside it."""
+"""The choice of a step for metrics: pilot runs of an equation with its metrics beside it, and the errors of these."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.metrics.accumulators import common_grid, maker, resolved
+from workbench.core.methods import METHODS
+from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
 from workbench.metrics.contract import AbstractMetric
-from workbench.simulate.step_choice import choose_step, longest_step
+from workbench.simulate import Trajectories
+from workbench.simulate.state_changes import state_change
+from workbench.simulate.step_choice import Choice, Errors, Pilots, search_step
+from workbench.simulate.step_size import NOTHING, change
 from workbench.validation.refusals import Array
 
+TIMED = 20_000  # steps of a run, up to which the step is shortened for the sake of a time
 
-def chosen_step(
+
+def choose_step(
     equation: Ode | Sampled,
     metrics: Sequence[AbstractMetric],
     p: Array,
     x0: Array,
+    *,
     until: float,
-    every: float | None,
+    every: float | None = None,
     tolerance: float,
     seed: int = 0,
     arithmetic: str | None = None,
-) -> float:
-    """The longest step h in s at which the pilot runs p, x0 change by no more than the tolerance to h / 2.
+) -> Choice:
+    """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `search_step`.
 
-    Of a sampled loop it is the period, its half, its quarter and so on; p and x0 are of the equation alone.
+    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h / 2)|, that of a time at least h, for which the step
+    is shortened to a 20,000th of the horizon at most. Without metrics it is the change of the states. p and x0 are of
+    the equation alone. The step divides the horizon, the kept times `every` [s] and the sample times of the metrics, or
+    the period of a sampled loop.
     """
-    make = cache(maker(equation, resolved(equation, metrics, until)))
-    unit = until
+    metrics = resolved(equation, metrics, until)
+    makers = {method: cache(maker(equation, metrics, method)) for method in METHODS}
+
+    def make(h: float, method: str) -> Step:
+        return makers[method](h)
+
+    unit = equation.period if isinstance(equation, Sampled) else until
     if isinstance(equation, Ode):
         unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
-    start = extended(x0, make(longest_step(equation, p, until, unit)))
-    assert start is not None
-    return choose_step(equation, make, p, start, until, unit, tolerance, seed, arithmetic)
+    start = extended(x0, make(unit, "rk4"))
+    errors: Errors = state_change  # where no metric is asked for
+    if metrics:
+        errors = partial(metric_error, metrics=metrics, sampled=isinstance(equation, Sampled))
+    pilots = Pilots(equation, make, errors, p, start, until, unit, seed, arithmetic)
+    return search_step(pilots, tolerance)
 
 
-def extended(rows: Array | None, step: Step) -> Array | None:
-    """Initial states of the loop with those of the metrics behind them."""
-    if rows is None:
-        return None
+def metric_error(
+    fine: Trajectories, coarse: Trajectories, metrics: Sequence[AbstractMetric], sampled: bool
+) -> tuple[float, str]:
+    """The largest error of a metric in the runs that last, relative to its value, and its name; NaN if none lasts."""
+    lasts, found = ~fine.diverged, (np.nan, "a metric")
+    if not lasts.any():
+        return found
+    values, rough = final_values(fine, metrics), final_values(coarse, metrics)
+    h, timed = coarse.step.h, fine.t[-1] / coarse.step.h <= TIMED
+    for metric in metrics:
+        value, other = values[metric.name][lasts], rough[metric.name][lasts]
+        if metric.is_time and not (sampled or timed):
+            continue
+        off = 2 * change(value, other, h / 2 if metric.is_time and not sampled else 0.0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            relative = np.where(off == 0, 0.0, off / np.maximum(np.abs(value), NOTHING))
+        relative[np.isnan(value) & np.isnan(other)] = 0.0  # it has no value at any step
+        if metric.is_time:
+            relative[value == 0] = 0.0  # of nothing no step is a small part
+        worst = float(np.nan_to_num(relative, nan=np.inf, posinf=np.inf).max(initial=0.0))
+        if not worst <= found[0]:
+            found = worst, f"'{metric.name}'"
+    return found
+
+
+def extended(rows: Array, step: Step) -> Array:
+    """Initial states of an equation with those of the metrics behind them, which a step has."""
     rest = step.states.default[rows.shape[1] :]
     return np.hstack([rows, np.tile(rest, (len(rows), 1))])

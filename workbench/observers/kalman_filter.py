@@ -10,9 +10,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Scalar
+from workbench.core.methods import runge_kutta
 from workbench.core.numbers import Bounds
 from workbench.core.port import ANY
-from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.observers.model import MOST_SUBSTEPS, AbstractModelObserver, jacobian, refuse_unfit, stacked, with_hats
 from workbench.validation.refusals import known, seconds, whole

@@ -8,8 +8,8 @@ import casadi as ca
 
 from workbench.core import Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Vector
+from workbench.core.methods import runge_kutta
 from workbench.core.port import ANY
-from workbench.core.step import runge_kutta
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.observers.model import (
     MOST_SUBSTEPS,

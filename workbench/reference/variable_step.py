@@ -10,7 +10,7 @@ import numpy as np
 from scipy.integrate import DOP853, Radau
 from scipy.optimize import brentq
 
-from workbench.core.step import runge_kutta
+from workbench.core.methods import runge_kutta
 from workbench.reference.smooth_pieces import SAMPLES, Guard, Piece
 from workbench.validation.refusals import Array
 

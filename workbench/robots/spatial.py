@@ -116,9 +116,12 @@ class SpatialLink:
         viscous = ca.SX(1, 1) if self.viscous is None else self.viscous * qd
         if self.coulomb is None:
             return viscous
-        direction = ca.sign(qd) if self.speed is None else ca.tanh(qd / self.speed)
-        friction: ca.SX = viscous + self.coulomb * direction
+        friction: ca.SX = viscous + self.coulomb * self.direction(qd)
         return friction
+
+    def direction(self, qd: Number) -> ca.SX:
+        """The sign of qd, spread over the `speed` where there is one."""
+        return ca.sign(qd) if self.speed is None else ca.tanh(qd / self.speed)
 
 
 def _frozen(value: Array) -> Array:

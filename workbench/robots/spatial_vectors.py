@@ -103,7 +103,11 @@ def spatial_inertia(mass: Any, com: Any, moments: Any) -> ca.SX:
     """The spatial inertia (6, 6) about the frame's origin, from mass, centre of mass and moments about that."""
     c = sparse(com)
     lever = skew(c)
-    first, second = mass * c, sparse(tensor(moments)) - mass * (lever @ lever)
+    return inertia_about_origin(mass, mass * c, sparse(tensor(moments)) - mass * (lever @ lever))
+
+
+def inertia_about_origin(mass: Any, first: ca.SX, second: ca.SX) -> ca.SX:
+    """The spatial inertia (6, 6) from mass, first moments m c (3, 1) and moments of inertia (3, 3) about the origin."""
     return ca.blockcat([[second, skew(first)], [-skew(first), ca.SX(mass) * ca.SX.eye(3)]])
 
 

@@ -3,8 +3,9 @@
 The room knows time, names and units; it knows no plant and no law. Read `signal.py` first, then `waveforms.py`.
 """
 
-from workbench.signals.profiles import Table, Trapezoid, WayPoints
+from workbench.signals.profiles import Trapezoid, WayPoints
 from workbench.signals.signal import AbstractSignal, Together
+from workbench.signals.table import Table
 from workbench.signals.waveforms import Chirp, Hold, PulseTrain, Ramp, Sines, SineTorque, SquareWave, Step
 
 __all__ = [

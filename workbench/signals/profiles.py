@@ -1,14 +1,13 @@
-"""Signals from point to point: trapezoidal velocities, way-points with the least jerk, and tables of numbers."""
+"""Signals from point to point: trapezoidal velocities, and way-points with the least jerk."""
 
 import casadi as ca
 import numpy as np
 
-from workbench.core import block, option, parameter
+from workbench.core import block, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
-from workbench.signals.signal import AbstractSignal, Motion, clock, shape_of
-from workbench.validation.refusals import Array, matrix
+from workbench.signals.signal import AbstractSignal, Motion, shape_of
+from workbench.validation.refusals import Array
 
-MOST_ROWS = 2000  # of a table: each is a comparison at each evaluation, and a part of what is compiled
 TINY = float(np.finfo(float).tiny)  # where there is no way to go, nothing is divided by 0
 
 
@@ -95,87 +94,6 @@ class WayPoints(AbstractSignal):
             xd += way * 30 * s**2 * (1 - s) ** 2 / span
             xdd += way * 60 * s * (1 - s) * (1 - 2 * s) / span**2
         return x, xd, xdd
-
-
-@block
-class Table(AbstractSignal):
-    """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
-
-    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
-    are no parameters. A run that goes on behind the last row is refused.
-
-    Raises
-    ------
-    ValueError
-        If a number is not finite, the times do not increase or begin after 0, there are fewer than two rows or more
-        than 2000, or times and values are not equally many.
-
-    Examples
-    --------
-    >>> wb.Table("h", "m", times=[0.0, 1.0, 2.0], values=[0.1, 0.2, 0.2]).at(0.5).h
-    SX(0.15)
-    """
-
-    signal: str
-    unit: str
-    times: Array
-    values: Array
-    interpolation: str = option(
-        {
-            "linear": "straight lines, whose corners have no second derivative",
-            "cubic": "a cubic spline with two continuous derivatives, whose outer two pieces are one at each end",
-            "hold": "each row until the next, as a computer's command is held",
-        },
-        default="linear",
-    )
-
-    def __post_init__(self) -> None:
-        times, values = np.array(self.times), np.array(self.values)
-        if times.ndim != 1 or values.ndim not in (1, 2) or len(values) != len(times):
-            raise ValueError(
-                f"`Table(times=..., values=...)` must have one row of values for each time, (m,) and (m, n); got "
-                f"shapes {times.shape} and {values.shape}."
-            )
-        refuse_times("Table(times=...)", times)
-        if times[0] > 0 or len(times) > MOST_ROWS:
-            raise ValueError(
-                f"`Table(times=...)` must begin at 0 s or before, as every run does, and have at most {MOST_ROWS} "
-                f"rows, each of which costs at every step; got {len(times)} from {times[0]:g} s on."
-            )
-        matrix("Table(values=...)", values.reshape(len(times), -1))
-        for name, numbers in (("times", times), ("values", values.reshape(len(times), -1))):
-            numbers.flags.writeable = False
-            object.__setattr__(self, name, numbers)
-
-    @property
-    def dof(self) -> int:
-        return int(self.values.shape[1])
-
-    @property
-    def ends(self) -> float:
-        return float(self.times[-1])
-
-    def motion(self, t: Number) -> Motion:
-        rows = self._pieces()
-        chosen = ca.SX(rows[0])
-        for row, time in zip(rows[1:], self.times[1:-1], strict=True):
-            chosen = ca.if_else(clock(t) >= time, ca.SX(row), chosen)
-        s = t - chosen[0]
-        a, b, c, d = ca.vertsplit(chosen[1:], self.dof)
-        return a + s * (b + s * (c + s * d)), b + s * (2 * c + s * 3 * d), 2 * c + 6 * d * s
-
-    def _pieces(self) -> Array:
-        """For each piece its begin and the coefficients of 1, s, s^2 and s^3: (m - 1, 1 + 4 n)."""
-        begins, zero = self.values[:-1], np.zeros_like(self.values[:-1])
-        slopes = np.diff(self.values, axis=0) / np.diff(self.times)[:, np.newaxis]
-        coefficients: tuple[Array, ...] = (begins, slopes, zero, zero)
-        if self.interpolation == "hold":
-            coefficients = (begins, zero, zero, zero)
-        elif self.interpolation == "cubic":
-            from scipy.interpolate import CubicSpline  # half a second, which only splines pay
-
-            coefficients = tuple(CubicSpline(self.times, self.values).c[::-1])
-        return np.hstack([self.times[:-1, np.newaxis], *coefficients])
 
 
 def refuse_times(call: str, times: Array) -> None:

@@ -51,7 +51,7 @@ class Job:
     def switched(self) -> bool:
         """True if some run may have a switch within a step."""
         segments = self.step.rule.segments
-        return segments is not None and segments.switches.come(self.p)
+        return segments is not None and segments.come(self.p)
 
     @property
     def fused(self) -> bool:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
-from workbench.core import Ode, Sampled, Step
+from workbench.core import Ode, Sampled, Step, rk4
 from workbench.core.equations import LOOP, Loop, equations_of, is_loop
+from workbench.core.methods import RK4
 from workbench.simulate.batch import progress_of, rows_of, run_step
 from workbench.simulate.job import Progress
 from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_choice import choose_step, step_of
+from workbench.simulate.state_changes import state_change
+from workbench.simulate.step_choice import Make, Pilots, search_step
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
 from workbench.validation.refusals import Array, Integers
@@ -91,15 +93,20 @@ def _at_chosen_step(
     until = refusals.seconds("simulate(until=...)", how["until"])
     (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)
     kept = _kept(equation, until, every)
-    make = cache(partial(step_of, equation))
-    longest = equation.period if isinstance(equation, Sampled) else kept
-    p_rows, x_rows = rows_of("simulate", make(longest), p, x0)
+    unit = equation.period if isinstance(equation, Sampled) else kept
+    p_rows, x_rows = rows_of("simulate", _step(equation, unit), p, x0)
     progress_of("simulate", how["progress"])  # one that fails costs no pilot
     few = pilot_runs(p_rows, x_rows)
-    asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "keep_lost": True}
-    h = choose_step(equation, make, p_rows[few], x_rows[few], until, kept, tolerance, **asked)
-    made = run_step(make(h), p, x0, every=kept, **how)
+    make: Make = cache(lambda h, method: _step(equation, h))
+    asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "methods": (RK4.name,)}  # as that of a page
+    pilots = Pilots(equation, make, state_change, p_rows[few], x_rows[few], until, unit, **asked)
+    made = run_step(make(search_step(pilots, tolerance).h, RK4.name), p, x0, every=kept, **how)
     return replace(made, tolerance=tolerance, chosen=True)
+
+
+def _step(equation: Ode | Sampled, h: float) -> Step:
+    """The step of length h [s] of an equation; of a sampled loop its period in substeps of that length."""
+    return equation.step(equation.substeps(h)) if isinstance(equation, Sampled) else rk4(equation, h)
 
 
 def _kept(equation: Ode | Sampled, until: float, every: float | None) -> float:

@@ -1,27 +1,18 @@
-"""The length of a step: its limit along a run, the step for a tolerance, and the accuracy of metrics."""
+"""The length of a step: its limit along a run, and the accuracy of metrics."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from workbench.core import Step
-from workbench.simulate.batch import run_step
-from workbench.simulate.stability import StepLimit, limit_along, longest_steps, modes_at
+from workbench.simulate.stability import StepLimit, limit_along
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation.refusals import Array, whole
 from workbench.validation.signatures import door
 
 POINTS = 400  # of a run, at which its Jacobian is looked at
 NOTHING = 1e-9  # a state or a value that stays below it, in its unit, is as good as zero
-STATES = 4  # of a run at which its modes are looked at
-HALVINGS = 12
-
-# h -> the step of length h [s], or that of a sampling period with substeps of length h.
-Make = Callable[[float], Step]
 
 
 @door
@@ -35,78 +26,6 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
     points = whole("step_limit(points=...)", points)
     run = whole("step_limit(run=...)", run, 0, len(trajectories) - 1)
     return limit_along(trajectories.step, trajectories.t, trajectories.x[run], trajectories.p[run], points)
-
-
-def step_for_tolerance(
-    make: Make,
-    p: Array,
-    x0: Array,
-    until: float,
-    tolerance: float,
-    longest: float,
-    *,
-    halvings: int = HALVINGS,
-    seed: int = 0,
-    arithmetic: str | None = None,
-    keep_lost: bool = False,
-) -> float:
-    """The first of `longest`, its half, its quarter and so on in s, at which RK4 keeps a tolerance.
-
-    The change of a state to half the step is taken at the multiples of `longest`, relative to the largest value that
-    the state has in the run; then the largest of all states, and the mean over the pilot runs p (R, np), x0 (R, nx).
-    The memory of sampled metrics is not asked. A run that diverges tells but the limit of stability, which no step
-    exceeds. With `keep_lost`, where every run diverges, the change is that of the times at which they do, in horizons.
-
-    Raises
-    ------
-    ValueError
-        If no pilot run stays finite, unless `keep_lost`, or none of the steps keeps the tolerance.
-    """
-    march = partial(run_step, p=p, x0=x0, until=until, every=longest, seed=seed, arithmetic=arithmetic)
-    rough, found = march(make(longest)), np.nan
-    for halving in range(halvings):
-        fine, h = march(make(longest / 2 ** (halving + 1))), longest / 2**halving
-        if keep_lost or not fine.diverged.all():
-            found = _lost_change(fine, rough, until) if fine.diverged.all() else _relative_change(fine, rough)
-            if found <= tolerance and h <= _limit(fine):
-                return float(h)
-        rough = fine
-    if np.isnan(found):
-        raise ValueError(
-            f"No step `h` can be chosen: none of the {len(p)} pilot runs stays finite up to {until:g} s at steps down "
-            f"to {longest / 2**halvings:.2g} s. The loop runs away, or one of its modes is too fast for these: name a "
-            "shorter `h`."
-        )
-    raise ValueError(
-        f"No step `h` keeps the tolerance of {tolerance:g}: that of {longest / 2 ** (halvings - 1):g} s still changes "
-        f"a state by {found:.1e}. Where a law switches, smaller steps help little: ask for less, or name the step."
-    )
-
-
-def _relative_change(fine: Trajectories, rough: Trajectories) -> float:
-    """The mean over the runs that last of the largest change of a state, relative to its largest value."""
-    lasts, flow = ~fine.diverged, fine.step.flow.states.size
-    x, other = (runs.x[lasts, :, :flow] for runs in (fine, rough))
-    size = np.maximum(np.abs(x).max(axis=1, keepdims=True), NOTHING)
-    with np.errstate(all="ignore"):
-        off = np.abs(x - other) / size
-    return float(np.nan_to_num(off, nan=np.inf).max(axis=(1, 2), initial=0.0).mean())
-
-
-def _lost_change(fine: Trajectories, rough: Trajectories, until: float) -> float:
-    """The mean change of the times at which runs diverge, in horizons; infinite if one lasts at the longer step."""
-    off = np.abs(fine.diverged_at - rough.diverged_at) / until
-    return float(np.nan_to_num(off, nan=np.inf).mean())
-
-
-def _limit(runs: Trajectories) -> float:
-    """The longest stable step at the start of every run, and at some states of those that last, in s."""
-    step, some = runs.step, np.unique(np.linspace(0, len(runs.t) - 1, STATES).round().astype(int))
-    lasts = np.flatnonzero(~runs.diverged)
-    run = np.concatenate([np.arange(len(runs.p)), np.repeat(lasts, len(some))])
-    at = np.concatenate([np.zeros(len(runs.p), dtype=int), np.tile(some, len(lasts))])
-    modes = modes_at(step.flow, runs.t[at], runs.x[run, at, : step.flow.states.size], runs.p[run])
-    return float(np.nanmin(longest_steps(modes[np.isfinite(modes).all(axis=1)], step.amplification), initial=np.inf))
 
 
 @dataclass(frozen=True)

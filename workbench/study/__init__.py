@@ -19,7 +19,8 @@ _FILES = {
     "pictures.traces": "Window components curve traces",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",
-    "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign morris quantiles sobol tornado",
+    "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign least_base morris quantiles sobol "
+    "tornado",
     "uncertainty.distributions": "LogNormal LogUniform Normal Triangular Uniform",
     "uncertainty.factors": "Factor",
     "work": "Work",

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics import AbstractMetric
 from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
-from workbench.metrics.step_for_metrics import chosen_step
+from workbench.metrics.step_for_metrics import choose_step
 from workbench.simulate import Trajectories, simulate
 from workbench.simulate.arithmetic import default_for, signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
@@ -106,6 +107,7 @@ class CompiledSweep:
             "seed": [sweep.run.seed, sweep.common],
             "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
             "rates": self.coarse.rule.rate.numel(),
+            "method": self.coarse.rule.method.name,
         }
         rule, head = self.coarse.rule, plain(parts)
         if rule.segment_parts is not None:
@@ -264,16 +266,18 @@ def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool =
     run = sweep.run
     equation: Ode | Sampled = equations_of(run.loop, sweep.name)
     metrics = resolved(equation, run.metrics, run.until)
-    make = maker(equation, metrics)
+    method = "rk4"
     space = Space(sweep.factors, equation.parameters, equation.states)
     if run.h is None:
         assert run.tolerance is not None
         points = sweep.design.points()
         p, x0 = space.rows(points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])])
-        step = chosen_step(equation, run.metrics, p, x0, run.until, run.kept, run.tolerance, run.seed)
-        run = replace(run, h=step / 2)
+        how: Any = {"until": run.until, "every": run.kept, "tolerance": run.tolerance, "seed": run.seed}
+        choice = choose_step(equation, run.metrics, p, x0, **how)
+        run, method = replace(run, h=choice.h / (2 if search else 1)), choice.method
     h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
     assert h is not None
+    make = maker(equation, metrics, method)
     coarse, fine = make(h), make(h / 2)
     multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.kept, coarse.h, "the step")
     chosen = sweep.run.h is None

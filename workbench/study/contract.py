@@ -115,6 +115,9 @@ class Sweep:
         One run of so many, those whose number it divides, is run again at h / 2, for the error of the step.
     runs_of_chunk
         The number of runs that are computed and kept together; by default as many as take a processor a second or two.
+    least
+        The least number of samples that its tables need, as `least_base` and `least_draws` give it: fewer, by
+        `--samples` or by the design, are refused before anything is computed.
 
     Examples
     --------
@@ -131,6 +134,7 @@ class Sweep:
     common: bool = False
     halved: int | None = HALVED
     runs_of_chunk: int | None = None
+    least: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Sweep", self.name)
@@ -145,9 +149,15 @@ class Sweep:
             )
         if not self.run.metrics:
             raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
-        for name in ("halved", "runs_of_chunk"):
+        for name in ("halved", "runs_of_chunk", "least"):
             if (count := getattr(self, name)) is not None:
                 whole(f"Sweep({name}=...)", count)
+        of = count_of(self)
+        if self.least is not None and of is not None and (count := getattr(self.design, of)) < self.least:
+            raise ValueError(
+                f"`Sweep({self.name!r}, design=...)` needs at least {self.least:,} samples, the `{of}` of its design, "
+                f"for the tables that follow; got {count:,}: take more, in the design or by `--samples`."
+            )
 
 
 def again(first: int, last: int, halved: int | None) -> Integers:

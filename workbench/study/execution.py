@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,6 @@ from workbench.simulate.job import threads
 from workbench.study import cost
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.definitions import Definitions
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
@@ -26,14 +25,24 @@ from workbench.study.run_tables import table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
-from workbench.study.tuning.checkpoint import tune_in_ledger
+from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
-from workbench.study.work import CompiledWork, Work, compile_work
+from workbench.study.work import CompiledWork, compile_works
 
 NAMED = 3  # sweeps that a message names
 
 ArithmeticOf = Callable[[str], str | None]
+Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
+Answers = dict[str, tuple[Any, ...]]
+
+
+@dataclass(frozen=True)
+class Records:
+    """The sweeps of tunings, and the names of records, from which workers of a cluster make other sweeps again."""
+
+    searched: tuple[CompiledSweep, ...] = ()
+    names: tuple[str, ...] = ()
 
 
 class Stopped(KeyboardInterrupt):
@@ -55,7 +64,7 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
     searched = [one for search in searches for one in search.sweeps]
     sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-    works = () if callable(study.works) else _compiled_works(study.works)
+    works = () if callable(study.works) else compile_works(study.works)
     _afford([*searched, *sweeps], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
@@ -63,19 +72,23 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         ledger.drop_tables()
         about = About.of(study.name, order.script, ledger.out, order.samples)
         about = replace(about, works=_about_works(works), more=callable(study.works))
+        answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later = callable(study.sweeps)
-        study = study.resolved(tuned)
+        study = study.resolved({**tuned, **answers})
         if later:
             sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
             _afford(sweeps, works, out, order)
-        records = searched if later else ()  # from which a worker makes the sweeps again
-        samples, about = _samples(sweeps, records, ledger, order, replace(about, sweeps=tuned_about))
-        results = Results(samples=samples, tunings=tuple(tuned.values()))
+        about = replace(about, sweeps=tuned_about)
+        records = Records(tuple(searched), about.chunks) if later else Records()
+        samples, about = _samples(sweeps, records, ledger, order, about)
+        results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
         results = replace(results, outcomes=order.run_cases(study))
-        yield study, replace(results, works=_answers(study, results, ledger, order, about))
+        if callable(study.works):
+            results = replace(results, works=_later_answers(study, results, ledger, order, about))
+        yield study, results
 
 
 def _leave(study: Study, out: Path, order: Order) -> None:
@@ -141,11 +154,6 @@ def compile_sweeps(
     return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
-def _compiled_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
-    definitions = Definitions()
-    return tuple(compile_work(work, definitions) for work in works)
-
-
 def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
     return tuple(WorkAbout(one.work.name, one.names) for one in works)
 
@@ -191,18 +199,14 @@ def _tuned(
 
 def _samples(
     sweeps: Sequence[CompiledSweep],
-    searched: Sequence[CompiledSweep],
+    records: Records,
     ledger: Ledger,
     order: Order,
     about: About,
 ) -> tuple[tuple[Sample, ...], About]:
     """The sample of each sweep, from chunks of which the missing are computed; and the state of the study with them."""
     tasks = tasks_of(sweeps)
-    own = [tuple(task.name for task in tasks if task.sweep == i) for i in range(len(sweeps))]
-    arithmetics = [signature(one.arithmetic) for one in sweeps]
-    each = zip(sweeps, arithmetics, own, strict=True)
-    abouts = (SweepAbout(one.sweep.name, one.size, bits, names) for one, bits, names in each)
-    tuned = [name for sweep in about.sweeps for name in sweep.chunks]
+    abouts = _about_sweeps(sweeps)
     now = replace(about, sweeps=(*about.sweeps, *abouts))
     ledger.describe(now)
     _say_unused(now, ledger, order)
@@ -217,19 +221,38 @@ def _samples(
         order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
         with order.bar(about.study, "runs") as tell:
             counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
-            execute = _executor(sweeps, searched, tuned, ledger, order)
+            execute = _executor(sweeps, records, ledger, order)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
-    return tuple(one.sample(map(ledger.read, names)) for one, names in zip(sweeps, own, strict=True)), now
+    each = zip(sweeps, abouts, strict=True)
+    return tuple(one.sample(map(ledger.read, mine.chunks)) for one, mine in each), now
 
 
-def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> dict[str, tuple[Any, ...]]:
-    """The answers of each work by its name, read from records of which the missing are computed."""
-    works = _compiled_works(study.works_from(results))
+def _all_sweeps(searches: Sequence[Search], sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
+    """The runs of all tunings and sweeps that are known before anything is computed."""
+    nothing: dict[str, list[str]] = {one.sweep.name: [] for search in searches for one in search.sweeps}
+    return (*about_of_searches(searches, nothing), *_about_sweeps(sweeps))
+
+
+def _about_sweeps(sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
+    """The sweeps with all of their chunks, as the ledger describes them."""
+    names = (tuple(one.name(*ends) for ends in one.chunks) for one in sweeps)
+    each = zip(sweeps, names, strict=True)
+    return tuple(SweepAbout(one.sweep.name, one.size, signature(one.arithmetic), held) for one, held in each)
+
+
+def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> Answers:
+    """The answers of the works that follow from the results of all else, by threads of this machine."""
+    works = compile_works(study.works_from(results))
+    _afford((), works, ledger.out, order)
     now = replace(about, works=_about_works(works), more=False)
-    if about.more:
-        _afford((), works, ledger.out, order)
-        ledger.describe(now)
-        _say_unused(now, ledger, order)
+    answers = _answers(works, ledger, replace(order, cluster=None), now)
+    _say_unused(now, ledger, order)
+    return answers
+
+
+def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about: About) -> Answers:
+    """The answers of each work by its name, read from records of which the missing are computed."""
+    ledger.describe(about)
     tasks = [Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names)]
     missing = sum(task.name not in ledger for task in tasks)
     if missing and order.only_report:
@@ -242,9 +265,11 @@ def _answers(study: Study, results: Results, ledger: Ledger, order: Order, about
         order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
         with order.bar(about.study, "items") as tell:
             counter = store.Counter(len(tasks), lambda: tell)
-            execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            execute: Execute = partial(on_threads, works, workers=order.workers, at_once=threads())
+            if order.cluster is not None and order.source is not None:
+                execute = partial(on_cluster, order.cluster, order.source(works=True), workers=order.workers)
             store.complete(tasks, ledger, execute, counter, order.acknowledge)
-    return {one.work.name: tuple(one.answer(ledger.read(name)) for name in one.names) for one in works}
+    return {one.work.name: one.answers(ledger.read) for one in works}
 
 
 def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
@@ -254,17 +279,16 @@ def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
 
 def _executor(
     sweeps: Sequence[CompiledSweep],
-    searched: Sequence[CompiledSweep],
-    tuned: Sequence[str],
+    records: Records,
     ledger: Ledger,
     order: Order,
-) -> Callable[[Sequence[Task]], Iterator[Chunk]]:
-    """Threads of this machine, or a cluster whose workers find the same sweeps from the chunks of the tunings."""
+) -> Execute:
+    """Threads of this machine, or a cluster whose workers find the same sweeps from some records."""
     if order.cluster is None or order.source is None:
         return lambda tasks: on_threads(sweeps, tasks, order.workers)
     address = order.cluster
-    chunks = [ledger.read(name) for name in tuned] if searched else []
-    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*searched, *sweeps))
+    chunks = [ledger.read(name) for name in records.names]
+    arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*records.searched, *sweeps))
     source = order.source(arithmetics, tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks))
     return lambda tasks: on_cluster(address, source, tasks, order.workers)
 

@@ -39,17 +39,16 @@ class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-# The source of a study's sweeps for another process, as plain data that is sent there and can be hashed.
-Source = Callable[[], tuple[CompiledSweep, ...]]
+Pieces = Sequence[CompiledSweep | CompiledWork]
+# The source of a study's sweeps or works for another process, as plain data that is sent there and can be hashed.
+Source = Callable[[], Pieces]
 
 
-def on_threads(
-    pieces: Sequence[CompiledSweep | CompiledWork], tasks: Sequence[Task], workers: int | None = None, at_once: int = 1
-) -> Iterator[Chunk]:
+def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None, at_once: int = 1) -> Iterator[Chunk]:
     """The chunks as they are done, `at_once` of them side by side, which share `workers` threads or one a processor.
 
-    A few are computed while one is written. When no more are wanted, marches under way end at their next look at
-    progress. What cannot be ended stays with a thread that holds up nothing: the process ends all the same.
+    One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their
+    next look at progress. What cannot be ended stays with a thread that holds up nothing: the process still ends.
     """
     side = workers or threads()
     at_once = max(1, min(at_once, side, len(tasks)))
@@ -73,7 +72,7 @@ def on_threads(
     try:
         for one in crew:
             one.start()
-        for task in islice(rest, at_once + AHEAD):
+        for task in islice(rest, at_once if at_once > 1 else 1 + AHEAD):
             waiting.put(task)
         for _ in tasks:
             yield _next(done)
@@ -107,8 +106,8 @@ def _next(done: SimpleQueue[Chunk | BaseException]) -> Chunk:
 def on_cluster(address: str, source: Source, tasks: Sequence[Task], workers: int | None = None) -> Iterator[Chunk]:
     """The chunks as the workers of a Dask cluster finish them; those of a lost worker are computed by another one.
 
-    Each worker makes the sweeps itself, and its samples from their seeds: only names travel there, and numbers
-    back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
+    Each worker makes the sweeps or works itself, and its samples from their seeds: only names travel there, and
+    numbers back. With the address "local", a scheduler and `workers` of one thread are started, which listen on this
     machine alone.
     """
     try:
@@ -222,7 +221,7 @@ def compute(source: Source, task: tuple[int, int, int, str], asked: str) -> tupl
     sweep, first, last, name = task
     with _ALONE:
         use_threads(int(distributed.get_worker().state.nthreads))
-        one = _sweeps(source)[sweep]
+        one = _pieces(source)[sweep]
         found = one.name(first, last)
         if found != name:
             raise ClusterError(
@@ -236,8 +235,8 @@ _ALONE = Lock()  # CasADi's expressions are not for several threads
 
 
 @lru_cache(maxsize=1)
-def _sweeps(source: Callable[[], tuple[CompiledSweep, ...]]) -> tuple[CompiledSweep, ...]:
-    """The sweeps in the process of a worker, or the refusal of a study that cannot be imported there."""
+def _pieces(source: Source) -> Pieces:
+    """The sweeps or works in the process of a worker, or the refusal of a study that cannot be imported there."""
     try:
         return source()
     except ImportError as error:

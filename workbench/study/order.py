@@ -49,8 +49,8 @@ class Order:
     only_report: bool = False  # computes nothing: what is missing is refused
     acknowledge: Callable[[Chunk], None] = _ignore  # told each chunk once it is durable
     say: Callable[[str], None] = _ignore
-    # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings
-    source: Callable[[Arithmetics, tuple[Record, ...]], Source] | None = None
+    # where the workers of a cluster find the same sweeps, from arithmetics and the chunks of the tunings, or works
+    source: Callable[..., Source] | None = None
     # a place, by the name of the study and of its pieces, where one is told how far they are
     bar: Callable[[str, str], AbstractContextManager[Tell]] = _no_bar
     run_cases: Callable[[Study], tuple[Outcome, ...]] = _no_cases
@@ -61,6 +61,11 @@ def check_options(study: Study, order: Order) -> None:
     for name in ("workers", "samples"):
         if (count := getattr(order, name)) is not None:
             whole(f"--{name}", count)
+    if order.samples is not None and study.least is not None and order.samples < study.least:
+        raise ValueError(
+            f"`--samples` must be at least {study.least:,} for the study '{study.name}', as its tables need them; got "
+            f"{order.samples:,}."
+        )
     searched, works = bool(study.tunings), bool(study.works)
     options = (
         ("--samples", order.samples, False),

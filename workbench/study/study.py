@@ -14,9 +14,9 @@ from workbench.study.live.knob import Knob
 from workbench.study.outcome import Case as Case
 from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
-from workbench.study.tuning import Tuned, Tuning
+from workbench.study.tuning import Tuning
 from workbench.study.work import Work
-from workbench.validation.refusals import seed, several
+from workbench.validation.refusals import seed, several, whole
 from workbench.validation.signatures import door
 
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
@@ -35,16 +35,19 @@ class Study:
         The sections of the report, and the findings that the command line prints, one a line.
     measures_time
         True if the report holds times, which differ from one run to the next.
+    least
+        The least number of samples that `--samples` may ask for, where sweeps that need it follow from tunings.
     seed
         Of what the study draws at random; None where nothing is.
     tunings, sweeps
-        Searches for the numbers of loops, which come first, and many runs of a loop each; the folder of the report
-        then keeps a ledger of them.
-    cases, sweeps
-        As they are, or a function that makes them from what the tunings found, by the tunings' names.
+        Searches for the numbers of loops, which come before them, and many runs of a loop each; the folder of the
+        report then keeps a ledger of them.
     works
-        Functions of the study's own, each computed once for some items, after all else; or a function that makes them
-        from the results so far. `results.work(name)` has the answers.
+        Functions of the study's own, each computed once for some items, before all else; or a function that makes them
+        from the results of all else. `results.work(name)` has the answers.
+    cases, sweeps
+        As they are, or a function that makes them from what came before, by name: what each tuning found, and the
+        answers of each work.
     live
         The numbers of its cases that a reader of the page can turn; without any, the factors of its sweeps are
         offered, and with None the page stays as it is printed.
@@ -61,23 +64,26 @@ class Study:
     method: str
     sections: Callable[[Results], Sequence[Section]]
     headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
-    cases: tuple[Case, ...] | Callable[[Mapping[str, Tuned]], tuple[Case, ...]] = ()
+    cases: tuple[Case, ...] | Callable[[Mapping[str, Any]], tuple[Case, ...]] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)
     measures_time: bool = False
     seed: int | None = None
-    sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Tuned]], tuple[Sweep, ...]] = ()
+    sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Any]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
+    least: int | None = None
 
     def __post_init__(self) -> None:
         check_name("Study", self.name)
         if self.seed is not None:
             seed("Study(seed=...)", self.seed)
+        if self.least is not None:
+            whole("Study(least=...)", self.least)
         for part in ("cases", "sweeps", "tunings"):
             if not callable(given := getattr(self, part)):
                 self._check_names(part, [one.name for one in given])
-            elif not self.tunings:
+            elif not self.tunings and (callable(self.works) or not self.works):
                 raise ValueError(
                     f"`Study({part}=...)` is a function of what the tunings found, and this study has none: give the "
                     f"{part} themselves."
@@ -95,8 +101,14 @@ class Study:
             raise ValueError(f"`Study({part}=...)` needs distinct {part}; {sorted(twice)} came more than once.")
 
     @door
-    def resolved(self, tuned: Mapping[str, Tuned]) -> Study:
-        """The study with the cases and sweeps that follow from the results of its tunings."""
+    def resolved(self, tuned: Mapping[str, Any]) -> Study:
+        """The study with the cases and sweeps that follow from its tunings and works.
+
+        Parameters
+        ----------
+        tuned
+            By name, what each tuning found, a `Tuned`, and the answers of each work that came first, a tuple.
+        """
         made: dict[str, Any] = {}
         for part, kind in (("cases", Case), ("sweeps", Sweep)):
             if callable(make := getattr(self, part)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
@@ -125,15 +125,22 @@ class CompiledWork:
         try:
             answer = work.function(item)
         except Exception as error:
-            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {raised(error)}.") from error
+            why = raised(error).removesuffix(".")
+            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {why}.") from error
         try:
             return chunk_of_answer(self.names[first], shown(item), answer, work.classes)
         except AnswerError as error:
             raise WorkError(f"The work '{work.name}' must give plain data, and at {shown(item)} {error}.") from None
 
-    def answer(self, chunk: Chunk) -> Any:
-        """The answer in a record."""
-        return answer_of(chunk, self.work.classes)
+    def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
+        """The answers in the records that `read` gives by their names."""
+        return tuple(answer_of(read(name), self.work.classes) for name in self.names)
+
+
+def compile_works(works: Sequence[Work]) -> tuple[CompiledWork, ...]:
+    """Works with the names of their records; each definition that they call is read once."""
+    definitions = Definitions()
+    return tuple(compile_work(work, definitions) for work in works)
 
 
 def compile_work(work: Work, definitions: Definitions | None = None) -> CompiledWork:

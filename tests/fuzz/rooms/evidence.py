@@ -133,6 +133,8 @@ def calls() -> dict[str, Any]:
             errors=1e-6 * outputs(PAIRS),
             confidence=0.9,
         ),
+        "least_base": partial(sensitivity.least_base, 12, True),
+        "least_draws": partial(evidence.least_draws, (evidence.Mean(), evidence.Tail(0.9))),
         "sobol_by_salib": partial(
             sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1
         ),

@@ -39,6 +39,10 @@ def calls() -> dict[str, Any]:
         "SpatialLink": partial(
             SpatialLink, "hinge", 1.0, zero, body, zero, (0.0, 0.0, 1.0), eye, -1, "revolute", 0.1, 0.1, 0.1, 2.0
         ),
+        "BaseParameters": robots.base_parameters(TREE),
+        "Regressor": robots.regressor(TREE),
+        "base_parameters": partial(robots.base_parameters, robots.paper_arm(), 1),
+        "regressor": partial(robots.regressor, robots.paper_arm()),
         "named": partial(robots.named, "pelican"),
         "paper_arm": partial(robots.paper_arm),
         "urdf": urdf,

@@ -22,8 +22,8 @@ from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
 # of these the other rooms hold a call
-IMPORTED = ("Panel", "Window", "components", "morris", "morris_plane", "quantile_bands", "quantiles", "sobol",
-            "sobol_bars", "tornado", "tornado_figure", "traces")  # fmt: skip
+IMPORTED = ("Panel", "Window", "components", "least_base", "morris", "morris_plane", "quantile_bands", "quantiles",
+            "sobol", "sobol_bars", "tornado", "tornado_figure", "traces")  # fmt: skip
 
 
 class Decay:

@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
-from workbench.core.step import runge_kutta
+from workbench.core.methods import runge_kutta
 from workbench.design.linear.corners import (
     FARTHER,
     Corners,

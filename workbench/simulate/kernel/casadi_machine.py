@@ -10,7 +10,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Step
-from workbench.core.step import held_at, runge_kutta
+from workbench.core.methods import runge_kutta
+from workbench.core.step import held_at
 from workbench.simulate.job import Job, Progress
 from workbench.validation.refusals import Array
 
@@ -84,11 +85,13 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
     def at_begin(value: ca.SX) -> ca.SX:
         return ca.substitute(rule.plain(value), ca.vertcat(*number), ca.vertcat(k * step.h, step.h))
 
-    end, length = at_begin(parts.end), at_begin(parts.length)
+    end, length, passed = at_begin(parts.end), at_begin(parts.length), parts.first
+    if parts.e is not None:
+        passed = ca.substitute(passed, parts.e, rule.next[: parts.e.numel()])
     begin, span = k * step.h + parts.s, end - parts.s
     f = held_at(begin + span / 2, rule.m, rule.t, x, p, parts.rate)
     held = ca.vertcat(k, p, parts.s, x)
-    moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span))
+    moved = ca.vertcat(k, p, end, runge_kutta(f, begin, x, p, span, rule.method))
     segment, wait = (ca.Function("segment", [held], [made], options) for made in (moved, held))
     v, place = ca.MX.sym("v", held.numel()), 1 + p.numel()
     many = segment
@@ -96,7 +99,7 @@ def _segmented(step: Step, shared: bool) -> ca.Function:
         goes_on = ca.Function.if_else("goes_on", many, wait)(v[place] < step.h, v)
         many = ca.Function("segments", [v], [goes_on]).fold(AT_ONCE)
     symbols = [k, rule.x, p, rule.w]
-    first = ca.Function("first", symbols, [ca.vertcat(at_begin(parts.first) < length)], options)
+    first = ca.Function("first", symbols, [ca.vertcat(at_begin(passed) < length)], options)
     start = ca.Function("start", symbols, [ca.vertcat(k, p, 0, at_begin(parts.start))], options)
     arguments = [ca.MX.sym(symbol, like.numel()) for symbol, like in zip("kxpw", symbols, strict=True)]
     last = many(start(*arguments))

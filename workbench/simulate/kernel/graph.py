@@ -35,9 +35,9 @@ class Node(NamedTuple):
     entry: int = 0
 
 
-# v is what an earlier part hands over, m the middle of a step or segment, s the offset at which a segment begins, and z
-# the state there.
-SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "s")
+# v is what an earlier part hands over, m the middle of a step or segment, s the offset at which a segment begins, z the
+# state there, and e the state at the end of the step without its segments.
+SOURCES = ("h", "k", "t", "x", "p", "w", "v", "m", "s", "e")
 LEVELS = {
     "const": Level.LENGTH,
     "h": Level.LENGTH,
@@ -47,6 +47,7 @@ LEVELS = {
     "m": Level.TIME,
     "s": Level.STATE,
     "z": Level.STATE,
+    "e": Level.STATE,
     "x": Level.STATE,
     "w": Level.STATE,
     "v": Level.STATE,

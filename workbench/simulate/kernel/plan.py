@@ -130,7 +130,8 @@ def graph_of(step: Step, segments: bool = True) -> Graph:
     Without its segments it serves runs that have no switch within a step, with the same bits.
     """
     parts = read_segments(step) if segments else None
-    return _stepped(pass_of(step), int(step.rule.rate.numel()), None if parts is None else _rewritten(parts))
+    parts = None if parts is None else _rewritten(parts)
+    return _stepped(pass_of(step), int(step.rule.rate.numel()), parts, step.rule.method)
 
 
 def pass_of(step: Step) -> Graph:

@@ -8,7 +8,7 @@ such as a mean or a tail, and tables of them; of loops it knows the equations al
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired, paired, same_draws
 from workbench.study.evidence.comparison_tables import ablation_table, comparison_table, statistics_table
-from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail
+from workbench.study.evidence.estimands import Mean, Median, Quantile, Success, Tail, least_draws
 from workbench.study.evidence.judgement import Judgement, Standings, judge
 from workbench.study.evidence.largest_setting import LargestSetting, LoopLimits, LoopTrial, largest_setting
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
@@ -40,6 +40,7 @@ __all__ = [
     "find_largest",
     "judge",
     "largest_setting",
+    "least_draws",
     "paired",
     "ranks",
     "same_draws",

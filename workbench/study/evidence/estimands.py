@@ -12,6 +12,7 @@ from scipy.special import ndtri
 
 from workbench.study.evidence import bootstrap
 from workbench.study.evidence.bootstrap import Intervals
+from workbench.study.evidence.common_draws import LEAST
 from workbench.study.uncertainty.outputs import LEAST_SPREAD, Flags
 from workbench.study.uncertainty.quantiles import share as share_of
 from workbench.validation.refusals import Array, finite
@@ -128,16 +129,29 @@ def unit_of(estimand: Estimand, unit: str) -> str:
 
 def flaw(estimand: Estimand, runs: int) -> str:
     """The reason why so many runs are too few for an estimand; empty if they are enough."""
-    match estimand:
-        case Quantile(share):
-            beyond, where = min(share, 1 - share), "beyond it"
-        case Tail(share):
-            beyond, where = 1 - share, "in the tail"
-        case _:
-            return ""
-    if (there := int(round(runs * beyond, 9))) >= BEYOND:
+    beyond, where = _beyond(estimand)
+    if (there := int(round(runs * beyond, 9))) >= BEYOND or not where:
         return ""
     return f"needs at least {BEYOND} draws {where} for an interval that holds; {runs} draws have {there}"
+
+
+def _beyond(estimand: Estimand) -> tuple[float, str]:
+    """The share of the draws that lies beyond an estimand, and where that is; 1 and no place if none is set apart."""
+    match estimand:
+        case Quantile(share):
+            return min(share, 1 - share), "beyond it"
+        case Tail(share):
+            return 1 - share, "in the tail"
+    return 1.0, ""
+
+
+@door
+def least_draws(estimands: tuple[Estimand, ...]) -> int:
+    """The least number of draws with which `compare` takes some estimands."""
+    runs = max([LEAST, *(round(BEYOND / _beyond(one)[0]) - 1 for one in estimands)])
+    while any(flaw(one, runs) for one in estimands):
+        runs += 1
+    return runs
 
 
 def blur(estimand: Estimand, values: Array, errors: Array) -> Array:

@@ -76,8 +76,8 @@ def watched(step: Step, expressions: ca.SX) -> Step:
 
 def may_switch(step: Step, p: Array, places: Sequence[int]) -> bool:
     """True if a run with the parameters p (np,), of which those at some places are turned, has switches in time."""
-    switches = step.flow.switches
-    return switches.known and (switches.come(p[np.newaxis]) or switches.depends_on(places))
+    segments = step.rule.segments
+    return segments is not None and (segments.come(p[np.newaxis]) or segments.switches.depends_on(places))
 
 
 def switches(equation: Ode | Sampled) -> bool:

@@ -13,7 +13,7 @@ from workbench.study.uncertainty.designs import (
     OneAtATime,
 )
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
-from workbench.study.uncertainty.indices import SobolIndices, sobol, sobol_by_salib
+from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol, sobol_by_salib
 from workbench.study.uncertainty.outputs import Estimate
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign
@@ -32,6 +32,7 @@ __all__ = [
     "SobolDesign",
     "SobolIndices",
     "Tornado",
+    "least_base",
     "morris",
     "quantiles",
     "share",

@@ -133,6 +133,21 @@ def sobol(
     return _indices(design, held, t, dict(groups or {}), control, confidence)
 
 
+@door
+def least_base(dimensions: int, second_order: bool = False) -> int:
+    """The least `base` of a `SobolDesign` whose runs are enough for `sobol(control=True)`: a power of two.
+
+    Examples
+    --------
+    >>> least_base(dimensions=12)
+    32
+    """
+    needed, base = EACH * (terms(dimensions) + 1), 2 * SCRAMBLES
+    while SobolDesign(dimensions, base, second_order).size < needed:
+        base *= 2
+    return base
+
+
 def _indices(
     design: SobolDesign, held: Outputs, t: float, groups: Mapping[str, Sequence[str]], control: bool, confidence: float
 ) -> SobolIndices:

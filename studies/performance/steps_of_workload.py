@@ -1,0 +1,36 @@
+"""The steps of W at equal error: by each method, chosen by pilot runs for a tolerance of the RMSE."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from studies.performance.workload import STATES, loop, rmse
+from workbench.core import Step, runge_kutta_step
+from workbench.simulate import Trajectories, simulate
+from workbench.simulate.pilots import pilot_runs
+from workbench.simulate.step_choice import Choice, Pilots, search_step
+from workbench.validation.refusals import Array
+
+
+@cache
+def stepped(h: float, method: str = "rk4") -> Step:
+    """A step of W, with the integrals that score it, as CVODES has them, and no sum over steps."""
+    return runge_kutta_step(loop(), h, method)
+
+
+def through(choice: Choice, p: Array, horizon: float) -> Array:
+    """The RMSE (B, 2) of runs at a chosen step."""
+    return rmse(simulate(stepped(choice.h, choice.method), p, until=horizon, every=horizon).x[:, -1], horizon)
+
+
+def chosen(p: Array, tolerance: float, horizon: float) -> Choice:
+    """The step that pilots among the runs choose for a tolerance of their RMSE."""
+    few = pilot_runs(p, x0 := np.broadcast_to(STATES.default, (len(p), STATES.size)))
+
+    def errors(fine: Trajectories, coarse: Trajectories) -> tuple[float, str]:
+        value, other = (rmse(runs.x[:, -1], horizon) for runs in (fine, coarse))
+        return float(np.nan_to_num(2 * np.abs(other / value - 1), nan=np.inf).max()), "the RMSE"
+
+    return search_step(Pilots(loop(), stepped, errors, p[few], x0[few], horizon, horizon), tolerance)
