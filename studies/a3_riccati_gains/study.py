@@ -51,7 +51,8 @@ def cases(scenario: str) -> Iterator[Case]:
 
 def works(results: Results) -> tuple[Work, ...]:
     """P of (34) beside its rivals, along the run of each scenario."""
-    return (Work("riccati", compared, tuple(motion(results[scenario, FORWARD]) for scenario in SCENARIOS)),)
+    runs = tuple(motion(results[scenario, FORWARD]) for scenario in SCENARIOS)
+    return (Work("riccati", compared, runs, seconds=3.0),)
 
 
 def changes(results: Results, variant: str, metric: str) -> list[float]:
