@@ -289,7 +289,7 @@ def test_bands_of_several_laws_have_a_source_for_each(sampled):
 def test_laws_in_the_same_draws_read_note_and_sources_from_their_samples(sampled):
     sample = sampled["draws"]
     held = {"a": sample, "b": replace(sample, name="other")}
-    values = {law: (1 + k) * one.outputs("RMSE") for k, (law, one) in enumerate(held.items())}
+    values = {law: (1 + k) * one.score("RMSE").value for k, (law, one) in enumerate(held.items())}
     both = paired(values, metric="RMSE", unit="rad/s", samples=held)
     assert both.note == same_draws(held)
     assert [(one.law, one.scenario, one.unit) for one in both.sources] == [
