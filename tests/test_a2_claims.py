@@ -77,7 +77,9 @@ class Rows(HTMLParser):
 
 @pytest.fixture(scope="module")
 def results():
-    return run(a2_claims.study)
+    study = a2_claims.study
+    answers = {work.name: tuple(map(work.function, work.over)) for work in study.works}
+    return replace(run(study), works=answers)
 
 
 @pytest.fixture(scope="module")

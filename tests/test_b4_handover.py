@@ -40,7 +40,7 @@ def test_every_loop_stays_near_what_is_wanted_in_its_computer(one):
 def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_on():
     one = BY_NAME[PID]
     sampled, until = one.digital(), 2.0
-    score = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2).scores[ERROR]
+    score = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2).score(ERROR)
     run = simulate(sampled.step(2), until=until)
     late = run.t > SETTLED * until
     # a sum over the instants in place of the integral, of an error that changes with some rad/s

@@ -221,7 +221,10 @@ study = Study(
         "rivals twice, as published and on the numbers of a1."
     ),
     cases=(FREE, *comparison("FS"), *comparison("SS")),
-    works=(Work("claims", checked, tuple(CHECKS)), Work("worst_run", searches.worst_run, (SEED,))),
+    works=(
+        Work("claims", checked, tuple(CHECKS), seconds=0.3),
+        Work("worst_run", searches.worst_run, (SEED,), seconds=0.6),
+    ),
     sections=sections,
     headlines=headlines,
     seed=SEED,

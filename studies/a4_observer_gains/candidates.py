@@ -124,9 +124,9 @@ def trade_off(poles: tuple[float, ...]) -> Array:
 
 
 WORKS = (
-    Work("gains", candidate, tuple(HOW)),
-    Work("lipschitz", lipschitz, (SMALL, WHOLE)),
-    Work("trade_off", trade_off, (POLES,)),
+    Work("gains", candidate, tuple(HOW), seconds=2.5),
+    Work("lipschitz", lipschitz, (SMALL, WHOLE), seconds=0.8),
+    Work("trade_off", trade_off, (POLES,), seconds=0.1),
 )
 
 

@@ -104,10 +104,10 @@ def works(results: Results) -> tuple[Work, ...]:
     gains = {law: outcomes[law].measurement.trajectories["controller.K"][0][-1] for law in ADAPTIVE}
     laws = (Law(law, tuple(np.ravel(gains[law]).tolist()) if law in gains else None) for law in SEVEN)
     return (
-        Work("arm", arm_alone, (SEED,)),
-        Work("at_rest", loops_at_rest, tuple(laws)),
-        Work("responses", responses, (DRAWN,)),
-        Work("on_path", on_path, tuple(map(motion, outcomes.values()))),
+        Work("arm", arm_alone, (SEED,), seconds=1.0),
+        Work("at_rest", loops_at_rest, tuple(laws), seconds=0.4),
+        Work("responses", responses, (DRAWN,), seconds=0.2),
+        Work("on_path", on_path, tuple(map(motion, outcomes.values())), seconds=0.4),
     )
 
 

@@ -46,6 +46,13 @@ class Bounds:
         right = f" {less} {self.high:g}" if self.high < np.inf else ""
         return f"finite, with {left}value{right}"
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest finite number that is allowed."""
+        low = np.nextafter(self.low, np.inf) if self.strict or np.isinf(self.low) else self.low
+        high = np.nextafter(self.high, -np.inf) if self.strict or np.isinf(self.high) else self.high
+        return float(low), float(high)
+
     @door
     def allow(self, value: Array) -> Array:
         """True for each number that is finite and within the bounds."""

@@ -44,6 +44,8 @@ def find_divergence(job: Job, x: Array, march: March) -> Divergence:
 
 
 def _losses(job: Job, x: Array, march: March) -> Iterator[Loss]:
+    if np.isfinite(x).all():
+        return
     finite = np.asarray(np.isfinite(x).all(axis=2))
     lost = np.flatnonzero(~finite.all(axis=1))
     last = np.argmin(finite[lost], axis=1) - 1

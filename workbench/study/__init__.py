@@ -11,10 +11,12 @@ from typing import Any
 
 _FILES = {
     "contract": "Run Sweep",
-    "document.document": "Figure Itemize Paragraph Section Table Verdict",
+    "document.document": "Column Figure Itemize Panel Paragraph Section Table Verdict",
     "evidence.law_tables": "side_by_side",
     "live.knob": "Knob",
+    "marks": "bars cell points sample_source",
     "pictures": "morris_plane quantile_bands sobol_bars tornado_figure",
+    "pictures.traces": "Window components curve traces",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",
     "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign least_base morris quantiles sobol "

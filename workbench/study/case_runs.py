@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import partial
 from threading import Event, Lock
-from typing import Any
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
-from workbench.metrics import Measurement, measure
 from workbench.simulate.job import Progress, ended
-from workbench.study.contract import Run
+from workbench.study.compiled import CompiledSweep, compile_case
+from workbench.study.ledger.chunk import Chunk
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
@@ -72,24 +73,32 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
 
 def _work(case: Case) -> float:
     # of steps that are not chosen yet, `every` is all that is known: they are no longer
-    return case.run.until / (2 * case.run.h if case.run.h else case.run.kept)
+    return case.run.until / (case.run.h or case.run.kept)
 
 
 def _outcome(case: Case, tell: Progress) -> Outcome:
-    """The equations and the measurement of a case; an error is raised with its name."""
+    with named(case):
+        one = compiled(case)
+        return outcome(case, one, one.chunk(0, 1, tell))
+
+
+@contextmanager
+def named(case: Case) -> Iterator[None]:
+    """An error is raised with the name of the case."""
     try:
-        ode: Ode | Sampled = equations_of(case.run.loop, case.name)
-        _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
-        return Outcome(case, ode, measurement(case.run, ode, f"Case({case.scenario!r}, {case.law!r}, run=...)", tell))
+        yield
     except Exception as error:
         kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
         raise CaseError(f"{case.name}: {kind}{error}") from error
 
 
-def measurement(
-    run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
-) -> Measurement:
-    """The measurement of a run, its values at the step and their change from twice the step, in the name of a call."""
-    h = None if run.h is None else run.doubled(equation, call)
-    asked: dict[str, Any] = {"until": run.until, "h": h, "every": run.every, "tolerance": run.tolerance}
-    return measure(equation, run.metrics, **asked, seed=run.seed, progress=progress)
+def compiled(case: Case, arithmetic: str | None = None) -> CompiledSweep:
+    """The case as a sweep of one row."""
+    equation: Ode | Sampled = equations_of(case.run.loop, case.name)
+    _ = equation.fingerprint  # the report needs it, and here the cases make theirs side by side
+    return compile_case(case.run, equation, arithmetic)
+
+
+def outcome(case: Case, one: CompiledSweep, chunk: Chunk) -> Outcome:
+    """The outcome of a case from the chunk of its run."""
+    return Outcome(case, one.equation, one.sample([chunk]).measurement)

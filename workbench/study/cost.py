@@ -54,8 +54,9 @@ def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None, works: 
     side = workers or threads()
     seconds = results = chunk = 0.0
     for one in sweeps:
-        values, factors = len(one.columns) * one.times, len(one.sweep.factors)
-        cells = one.times * (3 + factors) + 2 * values  # of the table
+        times = len(one.run.times)
+        values, factors = len(one.columns) * times, len(one.sweep.factors)
+        cells = times * (3 + factors) + 2 * values  # of the table
         results += 8 * one.size * (factors + 1 + values * (1 + 1 / (one.sweep.halved or inf)))
         seconds += one.size * (one.seconds_of_run * _slower(one) / side + SECONDS_OF_NUMBER * cells)
         seconds += SECONDS_OF_CHUNK * ceil(one.size / one.runs_of_chunk)
@@ -76,7 +77,7 @@ def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:
 
 
 def _slower(one: CompiledSweep) -> int:
-    return 1 if is_compiled(one.coarse, one.arithmetic) else SLOWER[one.arithmetic]
+    return 1 if is_compiled(one.run.step, one.arithmetic) else SLOWER[one.arithmetic]
 
 
 def check(cost: Cost, out: Path) -> None:

@@ -111,10 +111,12 @@ class Reader:
     def _of_equation(self, value: Any) -> str:
         numbers = [self.text(layout.default) for layout in (value.parameters, value.states)]
         if isinstance(value, Step):
-            rule = value.rule
+            rule, names = value.rule, [layout.labels for layout in (value.parameters, value.states)]
             parts = [fingerprint_of(b"", part) for part in (rule.parts, rule.segment_parts) if part is not None]
-            return f"Step {value.h.hex()} {parts} {numbers}"
-        return f"{type(value).__name__} {value.fingerprint} {numbers}"
+            return f"Step {value.h.hex()} {names} {parts} {numbers}"
+        flow = value.flow if isinstance(value, Sampled) else value
+        signals = (flow.inputs, flow.follows, flow.drives, flow.measures, flow.counts, flow.horizon)
+        return f"{type(value).__name__} {value.name} {signals} {value.fingerprint} {numbers}"
 
     def _of_callable(self, value: Any) -> str:
         """The text of whatever else can be called; empty if it cannot."""

@@ -208,9 +208,10 @@ def _samples(
     tasks = tasks_of(sweeps)
     abouts = _about_sweeps(sweeps)
     now = replace(about, sweeps=(*about.sweeps, *abouts))
-    ledger.describe(now)
-    _say_unused(now, ledger, order)
     missing = sum(task.name not in ledger for task in tasks)
+    if missing or not about.more or store.about_in(ledger.out) is None:  # else an earlier run has told more
+        ledger.describe(now)
+    _say_unused(now, ledger, order)
     if missing and order.only_report:
         raise LookupError(
             f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
@@ -245,6 +246,7 @@ def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order,
     works = compile_works(study.works_from(results))
     _afford((), works, ledger.out, order)
     now = replace(about, works=_about_works(works), more=False)
+    ledger.describe(now)
     answers = _answers(works, ledger, replace(order, cluster=None), now)
     _say_unused(now, ledger, order)
     return answers
@@ -252,7 +254,6 @@ def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order,
 
 def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about: About) -> Answers:
     """The answers of each work by its name, read from records of which the missing are computed."""
-    ledger.describe(about)
     tasks = [Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names)]
     missing = sum(task.name not in ledger for task in tasks)
     if missing and order.only_report:
@@ -262,6 +263,7 @@ def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about:
     if missing:
         there = len(tasks) - missing
         some = f"; {there} of {len(tasks)} items are there already." if there else "."
+        ledger.describe(about)
         order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
         with order.bar(about.study, "items") as tell:
             counter = store.Counter(len(tasks), lambda: tell)

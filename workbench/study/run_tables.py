@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.metrics import Measurement
+from workbench.metrics.measurement import Column
+from workbench.simulate.step_choice import Choice
 from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
 
 CASES = "runs/cases.csv"  # below the folder of a report
 BLOCK = 10_000  # rows of a table that are text at once
-WORDS = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic", "labels", "tolerance")  # of a record
+WORDS = ("name", "factors", "seed", "fingerprint", "arithmetic")  # of a record
 
 
 def tables(results: Results) -> dict[str, bytes]:
@@ -130,39 +133,41 @@ def _to_mat(held: Mapping[str, Any]) -> bytes:
 
 
 def _arrays(sample: Sample) -> dict[str, Any]:
-    """Arrays as `Sample` has them, and the names of their columns beside them."""
-    labels = [f"{head} [{unit}]" for head, (_, _, unit) in zip(sample.heads, sample.columns, strict=True)]
+    """Arrays as `Measurement` has them, and the names of their columns beside them."""
+    found = sample.measurement
+    labels = [f"{head} [{one.unit}]" for head, one in zip(found.heads, found.columns, strict=True)]
     return {
-        "t": sample.t,
+        "t": found.t,
         "factors": sample.drawn,
         "factor_names": np.array(sample.factors, dtype=object),
-        "metrics": sample.values,
+        "metrics": found.values,
         "metric_names": np.array(labels, dtype=object),
-        "errors": sample.errors,
-        "error_runs": sample.again,
-        "limits": sample.limits,
-        "diverged_at": sample.diverged_at,
+        "errors": found.errors,
+        "error_runs": found.looked_at,
+        "limits": found.limits,
+        "diverged_at": found.diverged_at,
         "seed": float(sample.seed),
-        "h": sample.h,
+        "h": found.h,
         "fingerprint": sample.fingerprint,
     }
 
 
 def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
-    runs, times = sample.values.shape[:2]
+    found = sample.measurement
+    runs, times = found.values.shape[:2]
     run, time, lost = COLUMNS
     yield run, np.repeat(np.arange(runs), times)
     if times > 1:
-        yield time, np.tile(sample.t, runs)
+        yield time, np.tile(found.t, runs)
     for name, column in zip(sample.factors, sample.drawn.T, strict=True):
         yield name, np.repeat(column, times)
-    errors = np.full(sample.values.shape, np.nan)
-    errors[sample.again] = sample.errors
-    for i, (head, (_, _, unit)) in enumerate(zip(sample.heads, sample.columns, strict=True)):
-        measured = f" [{unit}]" if unit else ""
-        yield f"{head}{measured}", sample.values[..., i].ravel()
+    errors = np.full(found.values.shape, np.nan)
+    errors[found.looked_at] = found.errors
+    for i, (head, one) in enumerate(zip(found.heads, found.columns, strict=True)):
+        measured = f" [{one.unit}]" if one.unit else ""
+        yield f"{head}{measured}", found.values[..., i].ravel()
         yield f"{head} (error){measured}", errors[..., i].ravel()
-    yield lost, np.repeat(sample.diverged_at, times)
+    yield lost, np.repeat(found.diverged_at, times)
 
 
 def _written(value: float) -> str:
@@ -171,9 +176,13 @@ def _written(value: float) -> str:
 
 def table_of(sample: Sample) -> Chunk:
     """The sample as a record, which can be read without its study."""
-    words = {name: getattr(sample, name) for name in WORDS}
-    arrays = {name: getattr(sample, name).astype(float) for name in ARRAYS}
-    return chunk_of(f"{TABLE}/{sample.name}", arrays, words)
+    found = sample.measurement
+    words: dict[str, Any] = {name: getattr(sample, name) for name in WORDS}
+    words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance}
+    words |= {"choice": None if found.choice is None else found.choice.record}
+    words |= {"unseen": found.unseen}
+    arrays = {name: getattr(found, name).astype(float) for name in ARRAYS}
+    return chunk_of(f"{TABLE}/{sample.name}", {"drawn": sample.drawn, **arrays}, words)
 
 
 def sample_of(table: Chunk) -> Sample:
@@ -181,28 +190,29 @@ def sample_of(table: Chunk) -> Sample:
     try:
         words, arrays = table.content, table.arrays()
         check_name("Sample", words["name"])
-        factors = tuple(map(str, words["factors"]))
-        columns = tuple((str(metric), int(joint), str(unit)) for metric, joint, unit in words["columns"])
-        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "again"))
-        shapes = ((times,), (runs, len(factors)), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,))
-        if tuple(arrays[name].shape for name in ARRAYS) != (*shapes, (runs,)):
+        columns = tuple(
+            Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"]
+        )
+        factors, drawn = tuple(map(str, words["factors"])), arrays.pop("drawn")
+        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "looked_at"))
+        shapes = ((times,), (runs, times, len(columns)), (runs,), (m,), (m, times, len(columns)), (m,), (m,))
+        if tuple(arrays[name].shape for name in ARRAYS) != shapes or drawn.shape != (runs, len(factors)):
             raise ValueError(table.name)
-        again = arrays.pop("again")
-        if not ((again >= 0) & (again < runs)).all():
+        looked_at = arrays.pop("looked_at")
+        if not ((looked_at >= 0) & (looked_at < runs)).all():
             raise ValueError(table.name)
-        tolerance = words.get("tolerance")  # an earlier version did not write it
-        return Sample(
-            words["name"],
-            factors,
+        found = Measurement(
             columns,
             h=float(words["h"]),
-            seed=int(words["seed"]),
-            fingerprint=str(words["fingerprint"]),
-            again=again.astype(int),
-            arithmetic=str(words["arithmetic"]),
-            labels=tuple(map(str, words.get("labels", ()))),
-            tolerance=None if tolerance is None else float(tolerance),
+            looked_at=looked_at.astype(int),
+            tolerance=None if words["tolerance"] is None else float(words["tolerance"]),
+            choice=None if words["choice"] is None else Choice.read(words["choice"]),
+            unseen=tuple(map(str, words["unseen"])),
             **arrays,
+        )
+        rounding = str(words["arithmetic"])
+        return Sample(
+            words["name"], factors, drawn, found, int(words["seed"]), str(words["fingerprint"]), arithmetic=rounding
         )
     except (LookupError, TypeError, ValueError, OverflowError):
         raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

@@ -39,11 +39,19 @@ def door(thing: Door) -> Door:
 
     @functools.wraps(thing)
     def opened(*args: Any, **kwargs: Any) -> Any:
-        call, signature, fits, axes = _plan(thing)
+        call, signature, fits, axes, plain = _plan(thing)
+        if plain is not None:  # as `bind` does it, which takes longer than many a function
+            named = dict(zip(plain, args, strict=False)) | kwargs
+            if len(named) < len(args) + len(kwargs) or not named.keys() <= fits.keys():
+                return thing(*args, **kwargs)  # whose own error names the function
+            named = {name: fit(named[name]) for name, fit in fits.items() if name in named}
+            if axes:
+                _refuse_misshapen(call, named.get("self"), axes, named)
+            return thing(**named)
         try:
             bound = signature.bind(*args, **kwargs)
         except TypeError:
-            return thing(*args, **kwargs)  # whose own error names the function
+            return thing(*args, **kwargs)
         given = bound.arguments
         for name in given:
             given[name] = fits[name](given[name])
@@ -117,8 +125,13 @@ def _fits(cls: Any) -> dict[str, tuple[Any, str, Fit]]:
 
 
 @functools.cache
-def _plan(function: Any) -> tuple[str, inspect.Signature, dict[str, Fit], list[tuple[str, str]]]:
-    """The name of a function in messages, its signature, the fit of each argument, and the axes that hints declare."""
+def _plan(
+    function: Any,
+) -> tuple[str, inspect.Signature, dict[str, Fit], list[tuple[str, str]], tuple[str, ...] | None]:
+    """The name of a function in messages, its signature, the fit of each argument, and the axes that hints declare.
+
+    The last are the names of arguments by place, None where some have no name.
+    """
     hints, call = _hints(function), function.__qualname__.rpartition("<locals>.")[2].removesuffix(".__init__")
     signature, axes = inspect.signature(function), []
     fits: dict[str, Fit] = {}
@@ -130,7 +143,10 @@ def _plan(function: Any) -> tuple[str, inspect.Signature, dict[str, Fit], list[t
         if parameter.kind is parameter.VAR_KEYWORD:
             fits[name] = fit_of(Any)
         axes += [(name, axis) for axis in _axes(hint)]
-    return call, signature, fits, axes
+    kinds = {parameter.kind for parameter in signature.parameters.values()}
+    by_place = (p.name for p in signature.parameters.values() if p.kind is p.POSITIONAL_OR_KEYWORD)
+    unnamed = kinds - {inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY}
+    return call, signature, fits, axes, None if unnamed else tuple(by_place)
 
 
 @functools.cache

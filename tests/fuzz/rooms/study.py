@@ -21,8 +21,9 @@ from workbench.study.uncertainty.factors import Factor
 from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
-IMPORTED = ("least_base", "morris", "morris_plane", "quantile_bands", "quantiles", "sobol", "sobol_bars",
-            "tornado", "tornado_figure")  # fmt: skip  # of these the other rooms hold a call
+# of these the other rooms hold a call
+IMPORTED = ("Panel", "Window", "components", "least_base", "morris", "morris_plane", "quantile_bands", "quantiles",
+            "sobol", "sobol_bars", "tornado", "tornado_figure", "traces")  # fmt: skip
 
 
 class Decay:
@@ -44,7 +45,7 @@ TRIAL = tuning.Trial("step", RUN)
 
 
 def objective(runs: Any) -> Any:
-    return runs["step"].outputs("IAE")
+    return runs["step"].score("IAE").value
 
 
 TUNING = tuning.Tuning("pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1))
@@ -106,6 +107,7 @@ def calls() -> dict[str, Any]:
         **{name: getattr(study, name) for name in IMPORTED},
         **{name: getattr(study, name) for name in ("Figure", "Itemize", "Paragraph", "Section", "Table", "Verdict")},
         "AbstractDesign": MonteCarlo(1, 24),
+        "Column": partial(study.Column, "RMSE", "rad", "right", 3),
         "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
         "Factor.of": partial(Factor.of, given, ("k",), True),
@@ -180,6 +182,11 @@ def calls() -> dict[str, Any]:
         "ranking": partial(law_tables.ranking, published, {"law": outcomes()[0]}, 0.02),
         "run": partial(case_runs.run, STUDY, workers=1),
         "Sample": partial(sample),
+        "bars": partial(study.bars, "ours", outcomes(), "IAE", 0, [0.5], 1, 0.35),
+        "cell": partial(study.cell, outcomes()[0], "IAE", "e", 1e3, "ms"),
+        "curve": partial(study.curve, outcomes()[0], "e", 0, None, "law", 1, look="steps", unit=(1e3, "m")),
+        "points": partial(study.points, "", outcomes(), "IAE", "ISE", 0, ("law",), 1),
+        "sample_source": partial(study.sample_source, sample(), "IAE", 0, "law"),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
         **functions(),
@@ -198,7 +205,7 @@ def functions() -> dict[str, Any]:
             lambda given: case_runs.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
             LOOP.ode(),
         ),
-        "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
+        "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).run.times, LOOP.ode()),
         "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }
 

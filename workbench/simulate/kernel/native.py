@@ -6,6 +6,7 @@ import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from math import prod
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -113,7 +114,7 @@ def _constants(plan: Plan, h: float) -> Array:
 
 def _room(*shape: int, kind: type[Any] = float) -> Array:
     """Memory of a shape, of numbers of 8 bytes, that begins at a multiple of the alignment."""
-    size = int(np.prod(shape))
+    size = prod(shape)
     room = np.empty(size + ALIGNMENT // 8, dtype=kind)
     start = (-room.ctypes.data % ALIGNMENT) // 8
     return room[start : start + size].reshape(shape)

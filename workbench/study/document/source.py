@@ -50,11 +50,10 @@ class Source:
     @property
     def words(self) -> str:
         """The signal or metric in words, with its number: 'e of joint 1'."""
-        return (
-            (self.label or self.name)
-            if self.label.startswith(self.name) or not self.label
-            else f"{self.name} of {self.label}"
-        )
+        if self.label.startswith(f"{self.name}["):
+            return self.label
+        named = not self.label or self.label == self.name or self.name.endswith(f" of {self.label}")
+        return self.name if named else f"{self.name} of {self.label}"
 
     @door
     def times(self, scale: float, unit: str = "") -> Source:
