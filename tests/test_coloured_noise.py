@@ -187,6 +187,29 @@ def test_a_plant_under_noise_has_the_variance_that_lyapunov_s_equation_says():
     assert_moment(x**2, P[0, 0], np.sqrt(2) * P[0, 0])
 
 
+@pytest.mark.parametrize(
+    "noise", [wb.GaussMarkov("v", [0.5, 2.0], 0.4), wb.SecondOrderNoise("v", [0.5, 2.0], 3.0, 0.2)]
+)
+def test_a_path_has_the_law_of_the_noise_and_a_table_holds_it_in_continuous_time(noise):
+    period, count = 0.1, 60_000
+    x = noise.path(period, count, np.random.default_rng(3))
+    assert x.shape == (count, 2)
+    if len(noise.states) == 1:
+        r = np.exp(-period / 0.4)
+    else:
+        damped = 3.0 * np.sqrt(1 - 0.2**2)
+        wave = np.cos(damped * period) + 0.2 * 3.0 / damped * np.sin(damped * period)
+        r = np.exp(-0.2 * 3.0 * period) * wave
+    # some 6000 correlation times: a variance within 5 % is five standard deviations
+    np.testing.assert_allclose(x.var(axis=0), [0.25, 4.0], rtol=0.1)
+    np.testing.assert_allclose((x[1:] * x[:-1]).mean(axis=0) / x.var(axis=0), r, atol=0.02)
+    assert abs(np.corrcoef(x.T)[0, 1]) < 0.1
+    one = wb.GaussMarkov("v", 0.5, 0.4).path(period, 50, np.random.default_rng(3))
+    gust = wb.Table("v", "V", period * np.arange(50), one, "hold")
+    run = wb.simulate(wb.rk4(wb.ClosedLoop(wb.Disturbed(MOTOR, by=gust), controller=Still()).ode(), period), until=4.9)
+    np.testing.assert_array_equal(run["d_v"][0, :-1], one[:-1])
+
+
 # In a loop
 
 

@@ -19,6 +19,7 @@ from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.core.port import ANY, per_second
 from workbench.loop.signal_units import fitted
+from workbench.validation.refusals import Array, seconds, whole
 
 TINY = float(np.finfo(float).tiny)
 Parts = Mapping[str, ca.SX]
@@ -49,6 +50,19 @@ class AbstractNoise(ABC):
     @abstractmethod
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
         """The states a period in s after z."""
+
+    def path(self, period: float, count: int, rng: np.random.Generator) -> Array:
+        """The noise at `count` instants a period in s apart, (count, k), as a `Table` in continuous time holds it."""
+        instants, length = whole("path(count=...)", count, 2), seconds("path(period=...)", period)
+        n, k = len(self.states), self.size
+        z, w = ca.SX.sym("z", k, n), ca.SX.sym("w", k, n)
+        columns = self.start(ca.horzsplit(w)), self.after(ca.horzsplit(z), ca.horzsplit(w), length)
+        start, after = (ca.densify(ca.horzcat(*part)) for part in columns)
+        draws = rng.standard_normal((instants, k, n))
+        first = np.array(ca.Function("start", [w], [start])(draws[0]))
+        march = ca.Function("after", [z, w], [after]).mapaccum(instants - 1)
+        later = np.array(march(first, np.hstack([*draws[1:]])))
+        return np.vstack([first[:, 0], later[:, ::n].T])
 
 
 @block
