@@ -144,7 +144,7 @@ def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
     other = solve_ivp(rate, (0.0, 5.0), start, rtol=1e-10, atol=1e-12, dense_output=True)
     t = np.linspace(0.0, 5.0, 20_001)
     own = run(setting, LQG, computer=False)
-    score = measure(own.loop.ode(), own.metrics, until=5.0, h=own.h, every=5.0).scores["RMSE of x"]
+    score = measure(own.loop.ode(), own.metrics, until=5.0, h=own.h, every=5.0).score("RMSE of x")
     # the mean of squares on a grid of 0.25 ms is off by some (h / 0.02 s)^2 / 12
     assert score.value.item() == pytest.approx(np.sqrt(np.trapezoid(other.sol(t)[0] ** 2, t) / 5.0), rel=1e-4)
 

@@ -87,7 +87,7 @@ class LawResults:
     def tornado_of(self, metric: str, joint: int) -> Tornado:
         """The swing of an output with each factor by itself."""
         sample = self.swings
-        return tornado(sample.design, sample.outputs(metric, joint), [named(metric, joint)], factors=sample.factors)
+        return tornado(sample.design, sample.score(metric, joint).value, [named(metric, joint)], factors=sample.factors)
 
     def bands(self, joint: int) -> Quantiles:
         """Quantiles over random runs of the decimal logarithm of the root mean square error of each window of time."""
@@ -98,8 +98,8 @@ class LawResults:
 
 
 def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output]) -> Any:
-    values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
-    errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+    values = np.stack([sample.score(*output).value for output in outputs], axis=1)
+    errors = np.stack([sample.score(*output).error for output in outputs], axis=1)
     names = [named(*output) for output in outputs]
     return call(sample.design, values, names, factors=sample.factors, errors=errors)
 

@@ -199,14 +199,14 @@ def stress(one: LawResults) -> tuple[float, float]:
     There gains have grown most, chattering is worst and the limit of stability nearest.
     """
     sample = one.indices
-    values = np.stack([sample.outputs("TV", joint) for joint in (0, 1)], axis=1)
+    values = np.stack([sample.score("TV", joint).value for joint in (0, 1)], axis=1)
     worst = np.unique(np.argsort(-values, axis=0)[:WORST])
     ode = loop(one.law).ode()
     points = np.concatenate([sample.design.points(run, run + 1) for run in worst.tolist()])
     p, x0 = Space(sweeps.free(one.law), ode.parameters, ode.states).rows(points)
     again = measure(ode, sweeps.metrics(one.law), p, x0, until=sweeps.UNTIL, h=sweeps.STEPS[one.law], every=KEPT)
-    error = float((again.scores["TV"].error / values.std(axis=0)).max())
-    return min(limit.limit for limit in again.limits), error
+    errors = np.stack([again.score("TV", joint).error for joint in (0, 1)], axis=1)
+    return again.limit.limit, float((errors / values.std(axis=0)).max())
 
 
 @cache

@@ -99,8 +99,9 @@ def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost"
 
 def step_error(sample: Sample, metric: str) -> float:
     """The largest change of a metric of both joints from h to h / 2; NaN if all that were run again diverged."""
-    places = [i for i, (name, _, _) in enumerate(sample.columns) if name == metric]
-    errors = sample.errors[:, -1, places][np.isnan(sample.diverged_at[sample.again])]
+    found = sample.measurement
+    places = [i for i, one in enumerate(found.columns) if one.metric == metric]
+    errors = found.errors[:, -1, places][np.isnan(sample.diverged_at[found.looked_at])]
     return float(np.hypot(*np.where(np.isnan(errors), np.inf, errors).T).max()) if len(errors) else float("nan")
 
 

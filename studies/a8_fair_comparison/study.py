@@ -23,7 +23,7 @@ TRAINING_SEED = 80  # of the noise of the first training scenario: no law is jud
 def trials(entrant: Entrant) -> tuple[Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD / 2, seed=seed))
+        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 

@@ -133,8 +133,9 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
 
 
 def _continuous(outcome: Outcome) -> Audit:
-    scores = outcome.measurement.scores.items()
-    values, errors = ({name: getattr(s, kind).reshape(-1) for name, s in scores} for kind in ("value", "error"))
+    found = outcome.measurement
+    pairs = {name: np.array([one.pair for one in found.scores_of(name)]).T for name in found.names}
+    values, errors = ({name: both[i] for name, both in pairs.items()} for i in (0, 1))
     return Audit(values, errors, {})
 
 

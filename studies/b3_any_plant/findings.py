@@ -24,11 +24,11 @@ def findings(results: Results) -> tuple[Verdict, ...]:
 def error_findings(results: Results) -> tuple[Verdict, Verdict]:
     """The errors of the runs, in continuous time and in a computer."""
     pairs = [(setting, law) for setting in SETTINGS for law in LAWS]
-    ends = [results[s.name, f"{law} {COMPUTER}"].score(f"settling time of {s.main}", 0)[0] for s, law in pairs]
+    ends = [results[s.name, f"{law} {COMPUTER}"].score(f"settling time of {s.main}").pair[0] for s, law in pairs]
     # the RMSE with its error, of a plant and a law: in continuous time, in a computer
     rms = {
         (s.name, law): [
-            results[s.name, f"{law}{where}"].score(f"RMSE of {s.main}", 0) for where in ("", f" {COMPUTER}")
+            results[s.name, f"{law}{where}"].score(f"RMSE of {s.main}").pair for where in ("", f" {COMPUTER}")
         ]
         for s, law in pairs
     }
@@ -63,7 +63,7 @@ def error_findings(results: Results) -> tuple[Verdict, Verdict]:
 
 def command_finding(results: Results) -> Verdict:
     """The total variation of the commands in a computer."""
-    busy = {s.name: [results[s.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS] for s in SETTINGS}
+    busy = {s.name: [results[s.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS] for s in SETTINGS}
     ratio = {name: other / one for name, (one, other) in busy.items()}
     most, least = max(ratio, key=ratio.__getitem__), min(ratio, key=ratio.__getitem__)
     return Verdict(

@@ -126,7 +126,7 @@ def design(setting: Setting) -> SobolDesign:
 
 def errors(results: Results, setting: Setting, law: str) -> Array:
     """The RMSE of each run of the sweep of a plant and a law."""
-    return results.sample(called(setting, law)).outputs(f"RMSE of {setting.main}")
+    return results.sample(called(setting, law)).score(f"RMSE of {setting.main}").value
 
 
 def indices(setting: Setting, results: Results) -> SobolIndices:

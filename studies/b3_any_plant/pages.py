@@ -106,7 +106,7 @@ def computers_table(results: Results) -> Table:
         noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
         period = f"{1e3 * setting.period:g} ms" if setting.period < 1 else f"{setting.period:g} s"
         limits = f"{port.name} {low:g} to {high:g} {port.unit}".strip().replace("-", "\N{MINUS SIGN}")
-        moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS)
+        moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS)
         rows.append((setting.name, period, ", ".join(noise), limits, *moves))
     plain = (Column("plant"), Column("period", align="right"), Column("noise"), Column("limits"))
     columns = (*plain, *(Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))

@@ -15,8 +15,8 @@ from shlex import join
 from types import ModuleType
 from typing import Any, NoReturn
 
+from workbench.study.compilation import compile_sweeps
 from workbench.study.compiled import CompiledSweep
-from workbench.study.execution import compile_sweeps
 from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.order import Arithmetics, Record

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.methods import METHODS
-from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
+from workbench.metrics.accumulators import final_values
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate import Trajectories
 from workbench.simulate.state_changes import state_change
 from workbench.simulate.step_choice import Choice, Errors, Pilots, search_step
@@ -21,8 +22,14 @@ TIMED = 20_000  # steps of a run, up to which the step is shortened for the sake
 
 
 def choose_step(
-    equation: Ode | Sampled,
-    metrics: Sequence[AbstractMetric],
+    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], p: Array, x0: Array, *, until: float, **how: Any
+) -> Choice:
+    """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `step_for`."""
+    return step_for(MeasuredEquation.of(equation, metrics, until), p, x0, until=until, **how)
+
+
+def step_for(
+    measured: MeasuredEquation,
     p: Array,
     x0: Array,
     *,
@@ -39,15 +46,10 @@ def choose_step(
     the equation alone. The step divides the horizon, the kept times `every` [s] and the sample times of the metrics, or
     the period of a sampled loop.
     """
-    metrics = resolved(equation, metrics, until)
-    makers = {method: cache(maker(equation, metrics, method)) for method in METHODS}
-
-    def make(h: float, method: str) -> Step:
-        return makers[method](h)
-
+    equation, metrics, make = measured.equation, measured.metrics, cache(measured.step)
     unit = equation.period if isinstance(equation, Sampled) else until
     if isinstance(equation, Ode):
-        unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
+        unit = measured.grid(until, *([] if every is None else [every])) or every or until
     start = extended(x0, make(unit, "rk4"))
     errors: Errors = state_change  # where no metric is asked for
     if metrics:

@@ -137,7 +137,7 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
     steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
     step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
-    again = min(len(sample.again) for sample in samples.values())
+    again = min(len(sample.measurement.looked_at) for sample in samples.values())
     beyond = "".join(f"; {law}: {said[2:]}" for law, sample in samples.items() if (said := sample.beyond))
     return f"{runs}{seed}; {step}, and half of it in {again:,} runs{beyond}."
 

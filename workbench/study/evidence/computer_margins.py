@@ -203,8 +203,8 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
             f"`computer_margins(sample, effects)` needs the sample of `computer_sweep` for the effects "
             f"{', '.join(names)}; got '{sample.name}' of {', '.join(sample.factors)}."
         )
-    numbers = [number for name, number, _ in sample.columns if name == metric] or [0]
-    values = np.stack([sample.outputs(metric, number) for number in numbers], axis=-1)
+    numbers = [one.number for one in sample.measurement.columns if one.metric == metric] or [0]
+    values = np.stack([sample.score(metric, number).value for number in numbers], axis=-1)
     values = np.where(np.isnan(values), np.inf, values).reshape(kinds, draws, len(numbers))
     ratios, margins, first = worst_ratio(values, values[0]), [], 1
     for effect in effects:

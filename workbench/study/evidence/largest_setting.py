@@ -86,9 +86,9 @@ class LoopLimits:
         span = equation.period if isinstance(equation, Sampled) else self.longest_step
         h = span / max(int(np.ceil(span / self.longest_step - ROUNDING)), 1)
         until = span * max(round(self.until / span), 1)
-        scores = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed).scores
-        each = ((name, scores[name], limit) for name, limit in self.limits.items())
-        parts = {name: (score.value[0] / limit, score.error[0] / limit) for name, score, limit in each}
+        found = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed)
+        pairs = {name: np.array([one.pair for one in found.scores_of(name)]).T for name in self.limits}
+        parts = {name: pairs[name] / limit for name, limit in self.limits.items()}
         return LoopTrial(*({name: part[i] for name, part in parts.items()} for i in (0, 1)))
 
 
