@@ -40,11 +40,13 @@ def test_every_loop_stays_near_what_is_wanted_in_its_computer(one):
 def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_on():
     one = BY_NAME[PID]
     sampled, until = one.digital(), 2.0
-    score = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2).score(ERROR)
+    found = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2)
     run = simulate(sampled.step(2), until=until)
     late = run.t > SETTLED * until
     # a sum over the instants in place of the integral, of an error that changes with some rad/s
-    np.testing.assert_allclose(score.value[0], np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3)
+    np.testing.assert_allclose(
+        [one.value[0] for one in found.scores_of(ERROR)], np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3
+    )
 
 
 def test_a_longer_period_chatters_where_the_rule_of_thumb_of_a9_is_broken():
@@ -232,7 +234,9 @@ def short():
 def test_an_error_is_told_beside_the_step_of_its_reading(short):
     error, step, unit = findings.sizes(short, PID)
     assert (step, unit) == (2 * np.pi / 2**16, "rad")
-    assert error == pytest.approx(max(short.sample("pid_double").outputs(ERROR, joint)[:3].mean() for joint in (0, 1)))
+    assert error == pytest.approx(
+        max(short.sample("pid_double").score(ERROR, joint).value[:3].mean() for joint in (0, 1))
+    )
 
 
 def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
@@ -241,7 +245,7 @@ def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
     double, single = (short.sample(f"{one.key}_{way}") for way in ("double", "single"))
 
     def errors(sample, rows):
-        return np.stack([sample.outputs(ERROR, joint)[rows] for joint in (0, 1)], axis=1)
+        return np.stack([sample.score(ERROR, joint).value[rows] for joint in (0, 1)], axis=1)
 
     start, last = slice(0, 3), slice(-3, None)
     ratio = (errors(single, start) / errors(double, start)).max(axis=1)

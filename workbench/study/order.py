@@ -7,19 +7,14 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
-from workbench.simulate.arithmetic import signature
 from workbench.study.executors import LOCAL, Source
-from workbench.study.ledger import store
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Tell
-from workbench.study.outcome import Outcome
 from workbench.study.study import Study
 from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
-ArithmeticOf = Callable[[str], str | None]
 
 
 def _ignore(*told: object) -> None:
@@ -31,12 +26,6 @@ def _no_bar(name: str, unit: str) -> AbstractContextManager[Tell]:
     """A bar that shows nothing."""
     del name, unit
     return nullcontext(_ignore)
-
-
-def _no_cases(study: Study) -> tuple[Outcome, ...]:
-    """The outcomes for one who asks for sweeps and works alone."""
-    del study
-    return ()
 
 
 @dataclass(frozen=True)
@@ -57,7 +46,6 @@ class Order:
     source: Callable[..., Source] | None = None
     # a place, by the name of the study and of its pieces, where one is told how far they are
     bar: Callable[[str, str], AbstractContextManager[Tell]] = _no_bar
-    run_cases: Callable[[Study], tuple[Outcome, ...]] = _no_cases
 
 
 def check_options(study: Study, order: Order) -> None:
@@ -73,7 +61,7 @@ def check_options(study: Study, order: Order) -> None:
     searched, works = bool(study.tunings), bool(study.works)
     options = (
         ("--samples", order.samples, False),
-        ("--workers", order.workers, searched or works),
+        ("--workers", order.workers, searched or works or bool(study.cases)),
         ("--cluster", order.cluster, searched or works),
     )
     for option, value, used in options:
@@ -84,23 +72,3 @@ def check_options(study: Study, order: Order) -> None:
         raise ValueError(
             f"`--workers` is for this machine, and the cluster at '{order.cluster}' has its own workers; leave it out."
         )
-
-
-def arithmetics(out: Path, order: Order) -> ArithmeticOf:
-    """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
-    about = None if order.fresh else store.about_in(out)
-    kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
-
-    def arithmetic_of(name: str) -> str | None:
-        if name not in kept:
-            return order.arithmetic
-        chosen = order.arithmetic or kept[name].partition(" ")[0]
-        if signature(chosen) != kept[name]:
-            raise LedgerError(
-                f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
-                f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
-                "version, name another folder with `--out`, or begin anew with `--fresh`."
-            )
-        return chosen
-
-    return arithmetic_of

@@ -5,7 +5,7 @@ A record whose digest does not match when it is read is computed again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,9 +108,9 @@ class Ledger:
         if about_in(self.out) != about:
             self.write_durably(about.chunk)
 
-    def drop_tables(self) -> None:
-        """Remove the tables of an earlier run."""
-        for name in [name for name in self.names if name.startswith(f"{TABLE}/")]:
+    def drop(self, start: str, kept: Container[str] = ()) -> None:
+        """Remove the records whose names begin so, but those that are to be kept."""
+        for name in [name for name in self.names if name.startswith(f"{start}/") and name not in kept]:
             (self.folder / file_of(name)).unlink(missing_ok=True)
             self.names.remove(name)
 
