@@ -84,9 +84,8 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         if later or later_cases:
             _afford([*sweeps, *(one.sweep for one in cases)], works, out, order)
         about = replace(about, sweeps=tuned_about)
-        records = Records(names=tuple(steps.chunks))
-        if later:
-            records = Records(tuple(searched), (*steps.chunks, *replace(about, cases=None).chunks))
+        before = replace(about, cases=None).chunks if later else ()
+        records = Records(tuple(searched) if later else (), (*steps.chunks, *before))
         about = replace(about, cases=case_runs.about_cases(cases))
         samples, about = _samples(sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
