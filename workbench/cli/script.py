@@ -16,11 +16,11 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from workbench.study.chosen_steps import ChosenSteps, kept_in
-from workbench.study.compilation import ArithmeticOf, compile_sweeps
+from workbench.study.compilation import compile_sweeps
 from workbench.study.compiled import CompiledSweep
 from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.order import Arithmetics, Record
+from workbench.study.order import ArithmeticOf, Arithmetics, Record
 from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning

@@ -71,8 +71,8 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         ledger.drop(store.TABLE)
         ledger.add(steps.chunks.values())
         about = About.of(study.name, order.script, ledger.out, order.samples)
-        about = replace(about, works=_about_works(works), cases=case_runs.about_cases(cases))
-        about = replace(about, more=callable(study.works))
+        about = replace(about, works=_about_works(works), more=callable(study.works))
+        about = replace(about, cases=case_runs.about_cases(cases))
         answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later, later_cases = callable(study.sweeps), callable(study.cases)
@@ -80,12 +80,12 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         with kept_in(steps):
             cases = compiled_cases(study, out, order) if later_cases else cases
             sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of) if later else sweeps
-        ledger.add(steps.chunks.values())
         if later or later_cases:
+            ledger.add(steps.chunks.values())
             _afford([*sweeps, *(one.sweep for one in cases)], works, out, order)
         about = replace(about, sweeps=tuned_about)
-        before = replace(about, cases=None).chunks if later else ()
-        records = Records(tuple(searched) if later else (), (*steps.chunks, *before))
+        own = (*steps.chunks, *(replace(about, cases=None).chunks if later else ()))
+        records = Records(tuple(searched) if later else (), own)
         about = replace(about, cases=case_runs.about_cases(cases))
         samples, about = _samples(sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
