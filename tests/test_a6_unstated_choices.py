@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import casadi as ca
 import numpy as np
 import pytest
-from samples import made_sample
+from samples import made_sample, with_measurement
 
 from studies.a6_unstated_choices import findings, fits, loops, ranking
 from studies.a6_unstated_choices.blocks import chosen
@@ -210,7 +210,8 @@ def test_the_step_that_moves_one_draw_of_the_second_scenario_most_is_told_with_i
     def run(name):
         one, again = sampled(t, values), np.arange(2)
         error = np.full((2, 1, 2), errors["SS" if "_ss_" in name else "FS"])
-        return made_sample(**{**vars(one), "again": again, "errors": error, "limits": np.full(2, np.inf)})
+        lost, limits = np.full(2, np.nan), np.full(2, np.inf)
+        return with_measurement(one, looked_at=again, errors=error, half_diverged_at=lost, limits=limits)
 
     words = ranking.step_words(SimpleNamespace(sample=run))
     # two priors of the first scenario and four of the second share their runs: 6 samples, 2 runs, 2 joints

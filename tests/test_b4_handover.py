@@ -46,7 +46,7 @@ def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_
     run = simulate(sampled.step(2), until=until)
     late = run.t > SETTLED * until
     # a sum over the instants in place of the integral, of an error that changes with some rad/s
-    values = [one.value[0] for one in found.scores]
+    values = [one.value[0] for one in found.scores_of(ERROR)]
     np.testing.assert_allclose(values, np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3)
 
 

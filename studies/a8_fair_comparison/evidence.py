@@ -24,7 +24,6 @@ from workbench.study.evidence import (
     Tail,
     judge,
     paired,
-    same_draws,
 )
 from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
@@ -94,7 +93,7 @@ def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost"
     """The cost of each run; its error is the largest of the runs that were run again."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
     errors = {law: sum(step_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
-    return paired(values, metric=metric, unit=unit, errors=errors, note=same_draws(held))
+    return paired(values, metric=metric, unit=unit, errors=errors, samples=held)
 
 
 def step_error(sample: Sample, metric: str) -> float:

@@ -110,7 +110,7 @@ class Evidence:
         return Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
 
     def worst_step(self, metric: str, period: float) -> float:
-        """The largest error of a metric by half the substep, as a share of it, of all runs of `ROWS` that stayed finite."""
+        """The largest relative error of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
         scores = (self.at(metric, period, way)(law, *place) for law, way, _ in ROWS for place in PLACES)
         return max(error / value for value, error in scores if np.isfinite(value))
 

@@ -69,7 +69,7 @@ def check_gains(gains: tuple[tuple[str, float], ...]) -> dict[str, float]:
     ode = LOOP.ode()
     p = ode.parameters.pack({f"controller.{name}": np.full((160, 1), gain) for name, gain in gains})
     scores = wb.measure(ode, METRICS, p, until=20.0, h=1e-3).scores
-    return {name: float(score.value.max()) for name, score in scores.items()} | {"none": float("nan")}
+    return {score.metric: float(score.value.max()) for score in scores} | {"none": float("nan")}
 
 
 def works(results):

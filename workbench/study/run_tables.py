@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -36,7 +36,7 @@ WORDS = ("name", "factors", "seed", "fingerprint", "arithmetic")  # of a record
 def tables(results: Results) -> dict[str, bytes]:
     """The tables of all results as CSV, by their places below the folder of a report."""
     files = {f"runs/{sample.name}.csv": to_csv(sample) for sample in results.all_samples}
-    return files | ({CASES: cases_to_csv(results)} if results.rows else {})
+    return files | ({CASES: cases_to_csv(results.rows)} if results.rows else {})
 
 
 def to_csv(sample: Sample) -> bytes:
@@ -51,9 +51,9 @@ def to_csv(sample: Sample) -> bytes:
     return out.getvalue()
 
 
-def cases_to_csv(results: Results) -> bytes:
-    """The values of single cases after RFC 4180, one row a metric and number; missing values are empty."""
-    rows, out = results.rows, io.StringIO()
+def cases_to_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """The values of single cases after RFC 4180, one row a metric and signal; missing values are empty."""
+    out = io.StringIO()
     writer = csv.writer(out)
     writer.writerow(rows[0] if rows else ())
     writer.writerows([_cell(value) for value in row.values()] for row in rows)
@@ -101,9 +101,18 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     return file
 
 
-def write_cases(folder: Path, form: str) -> Path:
-    """Write the table of the single cases of a report, which stands there as CSV, in another form."""
+def case_table_of(results: Results) -> Chunk:
+    """The values of single cases as a record, which can be read without their study."""
+    return chunk_of(f"{TABLE}/cases", {}, {"rows": results.rows})
+
+
+def write_cases(folder: Path, form: str, table: Chunk | None = None) -> Path:
+    """Write the table of the single cases, from its record or else from the CSV of a report, in a form."""
     file = (folder / CASES).with_suffix(f".{form}")
+    if table is not None:
+        refuse_links(folder, CASES)
+        (folder / CASES).parent.mkdir(parents=True, exist_ok=True)
+        write_durably(folder / CASES, cases_to_csv(_rows_of(table)))
     if form == "csv":
         return file
     refuse_links(folder, str(file.relative_to(folder)))
@@ -113,6 +122,13 @@ def write_cases(folder: Path, form: str) -> Path:
     held = {str(name): column.to_numpy() for name, column in frame.items()}
     write_durably(file, _to_parquet(frame) if form == "parquet" else _to_mat(held))
     return file
+
+
+def _rows_of(table: Chunk) -> list[dict[str, Any]]:
+    rows = table.content.get("rows")
+    if not (isinstance(rows, list) and all(isinstance(row, dict) and row.keys() == rows[0].keys() for row in rows)):
+        raise LedgerError(f"The record '{table.name}' is no table of cases: `workbench run` writes it again.")
+    return rows
 
 
 def _to_parquet(frame: pd.DataFrame) -> bytes:
