@@ -14,7 +14,6 @@ from workbench.core import Entry, Ode
 from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
-from workbench.study.sample import Sample
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
@@ -44,14 +43,6 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
     """The source of the time of an outcome, in s, in some of the kept rows."""
     case, rows = outcome.case, rows or (0, len(outcome.t))
     return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
-
-
-@door
-def sample_source(sample: Sample, metric: str, signal: int | str = 0, law: str = "") -> Source:
-    """The source of a metric of one signal in the runs of a sweep, of a law; its note is that of the sample."""
-    _, place, unit, label = sample.measurement.column(metric, signal)
-    notes = sample.note, sample.note_of(metric, place).removeprefix(f"{sample.note}; ")
-    return Source(law, sample.name, "metric", metric, place, label, unit, sample.digest, None, 1.0, law, notes)
 
 
 @door
