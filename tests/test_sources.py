@@ -181,6 +181,15 @@ def test_a_signal_or_a_metric_that_is_not_there_is_refused_by_name(results):
         metric_source(outcome, "RMSE", "omgea")
     with pytest.raises(LookupError, match="There is no 'speed'"):
         curve(outcome, "speed")
+    for number in (1, -1):
+        with pytest.raises(
+            LookupError, match=rf"signal 'omega' of 'speed: first'` has the numbers 0 to 0, omega; got {number}"
+        ):
+            curve(outcome, "omega", number)
+    with pytest.raises(
+        ValueError, match=r"must hold a kept time of 'speed: first', which are from 0 s to 1 s; got 2 s to 3 s"
+    ):
+        curve(outcome, "omega", window=Window(2.0, 3.0))
 
 
 def test_a_table_that_a_study_makes_of_cells_says_below_what_must_be_said_of_their_laws(results):
