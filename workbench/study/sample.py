@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.metrics import Measurement, Score
 from workbench.study.document.phrases import raised
+from workbench.study.document.source import Source
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
@@ -136,6 +137,13 @@ class Sample:
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
         unit = f" {raised(score.unit)}" if score.unit not in ("", "1") else ""
         return f"{self.note}; {of} at most {_plain(error)}{unit}"
+
+    @door
+    def source(self, metric: str, signal: int | str = 0, law: str = "") -> Source:
+        """The source of marks that show a metric of one signal in these runs; its notes are those of `note_of`."""
+        _, place, unit, label = self.measurement.column(metric, signal)
+        notes = self.note, self.note_of(metric, place).removeprefix(f"{self.note}; ")
+        return Source(law, self.name, "metric", metric, place, label, unit, self.digest, None, 1.0, law, notes)
 
 
 def _plain(number: float) -> str:
