@@ -2,7 +2,20 @@
 
 from workbench.cli.script import load
 from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
-from workbench.core import Layout, Ode, Sampled, SampledLaw, Signals, block, initial, layout, option, parameter, rk4
+from workbench.core import (
+    Layout,
+    Ode,
+    Sampled,
+    SampledLaw,
+    Signals,
+    block,
+    initial,
+    layout,
+    option,
+    parameter,
+    rk4,
+    runge_kutta_step,
+)
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
@@ -175,6 +188,7 @@ __all__ = [
     "replay",
     "rk4",
     "rmse",
+    "runge_kutta_step",
     "settling_time",
     "side_by_side",
     "simulate",

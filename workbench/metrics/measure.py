@@ -48,7 +48,7 @@ def measure(
         Horizon, step of the values (of a sampled loop the substep) and distance of the kept states, in s. Without h,
         `every` bounds the step too.
     tolerance
-        Of the error of each metric relative to its value; without h, also of the states in the pilot runs.
+        Of the error of each metric relative to its value; where none is asked for, of the change of the states.
     seed, arithmetic
         Of the noise and of all runs, as `simulate` takes them.
 

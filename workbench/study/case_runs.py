@@ -24,7 +24,6 @@ from workbench.study.study import Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
 
-
 SAID = 10.0  # s: what takes longer is said before it begins
 
 
