@@ -29,6 +29,8 @@ from studies.a8_fair_comparison.evidence import (
     OTHERS,
     RESAMPLES,
     Evidence,
+    LostRuns,
+    cause_of,
     cost_of,
     half_budget,
     judge_laws,
@@ -291,3 +293,10 @@ def test_a_part_matters_only_where_the_cost_rises_without_it(less, count, words)
     verdict = findings.parts_matter(replace(evidence(standings(a=WINS)), parts={"a": (judgement,)}))
     assert verdict.statement.startswith(f"{count} parts")
     assert words in verdict.evidence
+
+
+def test_runs_that_are_asked_for_again_are_run_in_both_ways_and_a_run_that_lasts_is_lost_by_nothing():
+    found = cause_of(LostRuns(HELD_OUT[0].name, PROPOSAL.key, (0, 3), ()))
+    assert {way: lost.tolist() for way, lost in found.lost.items()} == {"declared": [0, 0], "fine": [0, 0]}
+    assert found.by_integrator == 2
+    assert found.by_law == found.unsettled == 0

@@ -26,11 +26,13 @@ from workbench.study.document.document import (
 )
 from workbench.study.document.phrases import bare
 from workbench.study.document.source import Source
+from workbench.study.evidence import compare, paired, same_draws
+from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
 from workbench.study.marks import bars, cell, labels_of, metric_source, points, sample_source, signal_source
-from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
 from workbench.study.pictures.traces import Window, components, curve, traces
 from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty.designs import MonteCarlo, MorrisDesign, OneAtATime
@@ -282,6 +284,28 @@ def test_bands_of_several_laws_have_a_source_for_each(sampled):
     assert [line.sources[1].law for line in lines] == ["a", "b"]
     assert {(row["law"], row["of"].split(" | ")[0]) for row in numbers(figure)} == {("a", "a"), ("b", "b")}
     assert "a: 40 runs" in "".join(figure.caption)
+
+
+def test_laws_in_the_same_draws_read_note_and_sources_from_their_samples(sampled):
+    sample = sampled["draws"]
+    held = {"a": sample, "b": replace(sample, name="other")}
+    values = {law: (1 + k) * one.score("RMSE").value for k, (law, one) in enumerate(held.items())}
+    both = paired(values, metric="RMSE", unit="rad/s", samples=held)
+    assert both.note == same_draws(held)
+    assert [(one.law, one.scenario, one.unit) for one in both.sources] == [
+        ("a", "draws", "rad/s"),
+        ("b", "other", "rad/s"),
+    ]
+    judged = compare(both)
+    shown = [bare(row[1]) for row in comparison_table("t", "T.", [judged]).rows]
+    assert [value.source.law for value in shown if isinstance(value, Measured)] == ["a", "b"][: len(shown)]
+    rows = numbers(standings_figure("f", "F.", {"s": {"median": judged}}, "median"))
+    assert [row["of"].split(" | ")[:3] for row in rows] == [
+        ["a", "draws", "RMSE [rad/s]"],
+        ["b", "other", "RMSE [rad/s]"],
+    ]
+    with pytest.raises(ValueError, match=r"one sample for each of \['a', 'b'\]; got \['a'\]"):
+        paired(values, metric="RMSE", samples={"a": sample})
 
 
 def test_a_source_says_what_a_mark_is_in_words():

@@ -28,7 +28,7 @@ from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
 from workbench.loop import AbstractReference as Reference
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
+from workbench.loop import ClosedLoop, DigitalLoop, GaussMarkov, Instruments, RandomWalk, SecondOrderNoise, open_loop
 from workbench.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.observers import (
     ExtendedKalmanFilter,
@@ -102,6 +102,7 @@ __all__ = [
     "FirstOrder",
     "FullState",
     "FurutaPendulum",
+    "GaussMarkov",
     "Hold",
     "Instruments",
     "Knob",
@@ -126,6 +127,7 @@ __all__ = [
     "QuadrupleTank",
     "Quantiser",
     "Ramp",
+    "RandomWalk",
     "RateLimit",
     "Reference",
     "Regulator",
@@ -133,6 +135,7 @@ __all__ = [
     "Sampled",
     "SampledLaw",
     "Saturation",
+    "SecondOrderNoise",
     "Section",
     "Signals",
     "Sines",

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, cut, errors, indices, margins
+from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, all_margins, errors, indices
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS
-from workbench.design.linear import sensitivity
 from workbench.study import Results, Verdict
 from workbench.study.evidence.law_tables import order
 
@@ -18,7 +17,7 @@ GIVEN = "Both laws: the same outputs. LQG: the linear model with its true number
 def findings(results: Results) -> tuple[Verdict, ...]:
     """All findings: of the runs, then of the linear loops, then over the parameters."""
     runs = (*error_findings(results), command_finding(results))
-    return (*runs, margin_finding(), parameter_finding(results), tank_finding(), mass_finding())
+    return (*runs, margin_finding(results), parameter_finding(results), tank_finding(results), mass_finding(results))
 
 
 def error_findings(results: Results) -> tuple[Verdict, Verdict]:
@@ -79,9 +78,10 @@ def command_finding(results: Results) -> Verdict:
     )
 
 
-def margin_finding() -> Verdict:
+def margin_finding(results: Results) -> Verdict:
     """The disk margin with all states read, behind a filter, and under PID."""
-    disks = {s.name: [margins(s, law)[0] for law in (LQR, LQG, PID)] for s in SETTINGS}
+    by = all_margins(results)
+    disks = {s.name: [by[s.name, law].disk for law in (LQR, LQG, PID)] for s in SETTINGS}
     worst = min(disks, key=lambda name: disks[name][1] / disks[name][0])
     return Verdict(
         "found",
@@ -121,10 +121,10 @@ def parameter_finding(results: Results) -> Verdict:
     )
 
 
-def tank_finding() -> Verdict:
+def tank_finding(results: Results) -> Verdict:
     """The slowest pole of the four tanks at both settings of the valves."""
     tanks = [BY_NAME[name] for name in (EASY, HARD)]
-    slow = [-sensitivity(cut(tank, PID)).poles().real.max() for tank in tanks]
+    slow = [all_margins(results)[tank.name, PID].decay for tank in tanks]
     optimal = [-tank.design.poles.real.max() for tank in tanks]
     return Verdict(
         "found",
@@ -139,9 +139,9 @@ def tank_finding() -> Verdict:
     )
 
 
-def mass_finding() -> Verdict:
+def mass_finding(results: Results) -> Verdict:
     """The two masses, which no PID with a simple filter makes stable."""
-    pd, filtered = (margins(BY_NAME["two masses"], law)[0] for law in (PID, LQG))
+    pd, filtered = (all_margins(results)["two masses", law].disk for law in (PID, LQG))
     return Verdict(
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses stable.",

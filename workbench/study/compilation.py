@@ -11,12 +11,11 @@ from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import about_in
-from workbench.study.order import Order
+from workbench.study.order import ArithmeticOf, Order
 from workbench.study.study import Study
 
 NAMED = 3  # sweeps that a message names
 
-ArithmeticOf = Callable[[str], str | None]
 Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 
 

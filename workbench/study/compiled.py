@@ -24,6 +24,7 @@ from workbench.simulate.batch import SECONDS_PER_OPERATION
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Progress
 from workbench.simulate.step_choice import Choice
+from workbench.study.chosen_steps import choice_of
 from workbench.study.contract import Run, Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
@@ -223,7 +224,9 @@ def _compiled(sweep: Sweep, equation: Ode | Sampled, arithmetic: str | None) -> 
         points = sweep.design.points()
         ends = np.unique([points.argmin(axis=0), points.argmax(axis=0)]) if sweep.factors else [0]
         how: Any = {"until": run.until, "every": run.kept, "tolerance": run.tolerance, "seed": run.seed}
-        choice = step_for(measured, *space.rows(points[ends]), **how)
+        p, x0 = space.rows(points[ends])
+        asked = (equation, measured.metrics, p, x0, run.until, run.kept, run.tolerance, run.seed)
+        choice = choice_of(asked, lambda: step_for(measured, p, x0, **how))
         h, method = choice.h, choice.method
     rounding = arithmetic_for(measured.step(h, method), arithmetic)
     made = MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding, method)

@@ -12,6 +12,7 @@ from typing import Any
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import threads
 from workbench.study import case_runs, cost
+from workbench.study.chosen_steps import ChosenSteps, kept_in
 from workbench.study.compilation import arithmetics_of, compiled_cases, compiled_sweeps
 from workbench.study.compiled import CompiledSweep
 from workbench.study.executors import on_cluster, on_threads
@@ -56,30 +57,35 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         yield study, Results()
         return
     arithmetic_of = arithmetics_of(out, order)
-    searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+    steps = ChosenSteps(() if order.fresh else store.steps_in(out))
+    with kept_in(steps):
+        searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+        sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of)
+        cases = compiled_cases(study, out, order)
     searched = [one for search in searches for one in search.sweeps]
-    sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of)
     works = () if callable(study.works) else compile_works(study.works)
-    cases = compiled_cases(study, out, order)
     _afford([*searched, *sweeps, *(one.sweep for one in cases)], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
         ledger.drop(store.TABLE)
+        ledger.add(steps.chunks.values())
         about = About.of(study.name, order.script, ledger.out, order.samples)
-        about = replace(about, works=_about_works(works), cases=case_runs.about_cases(cases))
-        about = replace(about, more=callable(study.works))
+        about = replace(about, works=_about_works(works), more=callable(study.works))
+        about = replace(about, cases=case_runs.about_cases(cases))
         answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
         later, later_cases = callable(study.sweeps), callable(study.cases)
         study = study.resolved({**tuned, **answers})
-        cases = compiled_cases(study, out, order) if later_cases else cases
-        if later:
-            sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of)
+        with kept_in(steps):
+            cases = compiled_cases(study, out, order) if later_cases else cases
+            sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of) if later else sweeps
         if later or later_cases:
+            ledger.add(steps.chunks.values())
             _afford([*sweeps, *(one.sweep for one in cases)], works, out, order)
         about = replace(about, sweeps=tuned_about)
-        records = Records(tuple(searched), replace(about, cases=None).chunks) if later else Records()
+        own = (*steps.chunks, *(replace(about, cases=None).chunks if later else ()))
+        records = Records(tuple(searched) if later else (), own)
         about = replace(about, cases=case_runs.about_cases(cases))
         samples, about = _samples(sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)

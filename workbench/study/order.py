@@ -15,6 +15,7 @@ from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
+ArithmeticOf = Callable[[str], str | None]
 
 
 def _ignore(*told: object) -> None:
