@@ -104,9 +104,10 @@ class Sample:
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
         choice = found.choice
+        by = "" if choice is None else choice.by
         chosen = "" if choice is None else f"; chosen by pilot runs for a tolerance of {choice.tolerance:g}"
         unseen = "".join(f"; {sentence}" for sentence in found.unseen)
-        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{chosen}{unseen}"
+        return f"{runs}{seed}; step {_duration(self.h)}{by}{half}{self.beyond}{chosen}{unseen}"
 
     @property
     def seeds(self) -> str:
