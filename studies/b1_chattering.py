@@ -3,6 +3,8 @@
 Runs in about ten seconds on two cores.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -10,7 +12,6 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS
-from workbench.core import Step
 from workbench.design.chattering import (
     Balance,
     BoundaryLayer,
@@ -24,16 +25,18 @@ from workbench.design.chattering import (
     record_oscillation,
     relay_cycles,
 )
-from workbench.loop import ClosedLoop
+from workbench.loop import ClosedLoop, DigitalLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
 from workbench.plants.manipulator import DirectDrive, FirstOrderLag
 from workbench.signals import Hold
-from workbench.simulate import simulate
+from workbench.study import Case, Results, Run, Study, Work
 from workbench.study.document.document import Column, Figure, Panel, Paragraph, Section, Series, Table, Verdict
-from workbench.study.study import Results, Study
+from workbench.study.study import Outcome
 
 LAGS, PERIODS = (0.0, 2e-3, 1e-2, 2e-2), (1e-3, 2e-3, 5e-3)  # s
+PAIRS = tuple((lag, period) for lag in LAGS for period in PERIODS)
+SWITCHES = {"relay": "sign", "layer": "clip"}
 FOLDED = np.array([0.0, np.pi])  # here M is diagonal: each joint chatters by itself
 PUSH = np.array([0.3, -0.2])  # rad/s, from which a run starts
 UNTIL, LATE = 6.0, 4.0  # s: what is measured is after `LATE`
@@ -41,6 +44,17 @@ QUIET = 1e-6  # rad/s: s at rest, but for what still decays
 REGULAR = 1e-6  # of the scatter of an oscillation
 NEARLY = 1.001  # the run meets an exact cycle to a thousandth
 K, PHI = float(CARD["SMC: K"][0]), float(CARD["phi"])
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """The predictions of one lag and one period: the balance of a relay, its exact cycles, and the balance of the
+    layer.
+    """
+
+    relay: Oscillation
+    cycles: tuple[Cycle, ...]
+    layer: Balance
 
 
 @dataclass(frozen=True)
@@ -56,6 +70,17 @@ class Row:
     cycle: Cycle | None
     layer: tuple[Balance, RecordedOscillation]
 
+    @staticmethod
+    def of(
+        pair: tuple[float, float], foreseen: Prediction, relay: RecordedOscillation, layer: RecordedOscillation
+    ) -> Row:
+        """The predictions of a lag and a period beside both runs."""
+        lag, period = pair
+        samples = round(np.pi / (relay.frequency or np.inf) / period)
+        regular = (relay.scatter or 0) < REGULAR
+        cycle = next((c for c in foreseen.cycles if regular and c.samples == samples), None)
+        return Row(lag, period, (foreseen.relay, relay), cycle, (foreseen.layer, layer))
+
     @property
     def agreed(self) -> bool:
         """The layer comes to rest where it is wider than the least of the balance, and oscillates where it is not."""
@@ -63,45 +88,63 @@ class Row:
         return (balance.least_phi < PHI) is (run.amplitude <= QUIET)
 
 
-def sampled(lag: float, period: float, saturation: str) -> Step:
-    """The first joint's loop: SMC of the card at the folded rest point."""
+def loop(lag: float, period: float, switch: str) -> DigitalLoop:
+    """The first joint's loop: SMC of the card, pushed off the folded rest point."""
     actuator = FirstOrderLag(lag) if lag else DirectDrive()
-    plant = Manipulator(ARM, q=FOLDED, actuator=actuator)
-    loop = ClosedLoop(plant, FullState(2), replace(RIVALS["SMC"], saturation=saturation), Hold(FOLDED))
-    return loop.digital(period).step(int(np.ceil(2 * period / lag)) if lag else 1)
+    plant = Manipulator(ARM, q=FOLDED, qd=PUSH, actuator=actuator)
+    law = replace(RIVALS["SMC"], saturation=SWITCHES[switch])
+    return DigitalLoop(ClosedLoop(plant, FullState(2), law, Hold(FOLDED)), period)
+
+
+def substeps(lag: float, period: float) -> int:
+    """The number of Runge-Kutta steps in a period."""
+    return int(np.ceil(2 * period / lag)) if lag else 1
 
 
 def linear_part(lag: float, period: float) -> LinearPart:
     """From the switched torque of the first joint to its s, where the second joint switches nothing."""
-    step = sampled(lag, period, "clip")
+    step = loop(lag, period, "layer").ode().step(substeps(lag, period))
     p = step.parameters.default.copy()
     p[step.parameters.labels.index("controller.K[1]")] = 0.0
-    return cut(step, step.states.default, p)
+    return cut(step, step.states.pack({"plant.qd": np.zeros(2)}), p)
 
 
-def seen(lag: float, period: float, saturation: str) -> RecordedOscillation:
-    """The oscillation of s of the first joint in a run."""
-    step = sampled(lag, period, saturation)
-    run = simulate(step, x0=step.states.pack({"plant.qd": PUSH}), until=UNTIL, every=period)
-    late = run.t >= LATE
-    return record_oscillation(run.t[late], run["s"][0, late, 0])
-
-
-def row(lag: float, period: float) -> Row:
-    """Both predictions beside both runs."""
-    W, run = linear_part(lag, period), seen(lag, period, "sign")
+def predict(pair: tuple[float, float]) -> Prediction:
+    """The predictions of a lag and a period, in s."""
+    W = linear_part(*pair)
     balance = next(o for o in harmonic_balance(W, Relay(K)).oscillations if o.stable)
-    samples = round(np.pi / (run.frequency or np.inf) / period)
-    regular = (run.scatter or 0) < REGULAR
-    cycle = next((c for c in relay_cycles(W, K) if regular and c.samples == samples), None)
-    layer = harmonic_balance(W, BoundaryLayer(K, PHI)), seen(lag, period, "clip")
-    return Row(lag, period, (balance, run), cycle, layer)
+    return Prediction(balance, relay_cycles(W, K), harmonic_balance(W, BoundaryLayer(K, PHI)))
+
+
+def case(lag: float, period: float, switch: str) -> Case:
+    """A run with a switch, whose s is kept at each instant of the computer."""
+    run = Run(loop(lag, period, switch), (), UNTIL, period, period / substeps(lag, period))
+    return Case(words(lag, period), switch, run)
+
+
+def words(lag: float, period: float) -> str:
+    """A lag and a period in words."""
+    return f"lag of {1e3 * lag:g} ms, period of {1e3 * period:g} ms"
+
+
+def recorded(outcome: Outcome) -> RecordedOscillation:
+    """The oscillation of s of the first joint in a run."""
+    late = outcome.t >= LATE
+    return record_oscillation(outcome.t[late], outcome.signal("s", 0)[late])
+
+
+def rows_of(results: Results) -> list[Row]:
+    """A row for each lag and period."""
+    rows = []
+    for pair, foreseen in zip(PAIRS, results.work("predictions"), strict=True):
+        runs = (recorded(results[words(*pair), switch]) for switch in SWITCHES)
+        rows.append(Row.of(pair, foreseen, *runs))
+    return rows
 
 
 def sections(results: Results) -> Sequence[Section]:
     """The picture with the findings, then the table."""
-    del results
-    rows = [row(lag, period) for lag in LAGS for period in PERIODS]
+    rows = rows_of(results)
     about = Paragraph(
         f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a loop by itself. "
         "The least layer is the width from which on the balance has no oscillation."
@@ -213,5 +256,8 @@ study = Study(
         "The loop of joint 1 is cut at a rest point where M is diagonal; harmonic balance and the exact cycles of a "
         "relay in a sampled-data loop are compared with runs of the whole arm, over the lag and the period."
     ),
+    cases=tuple(case(*pair, switch) for pair in PAIRS for switch in SWITCHES),
+    works=(Work("predictions", predict, PAIRS, seconds=0.5),),
     sections=sections,
+    live=None,
 )

@@ -27,7 +27,7 @@ sweep = wb.Sweep("tank", wb.Run(computer, (wb.rmse(),), until=200.0), (outlet, g
 
 def sections(results):
     runs = results.sample("tank")
-    indices = wb.sobol(runs.design, runs.outputs("RMSE"), ["RMSE of the level"], factors=runs.factors)
+    indices = wb.sobol(runs.design, runs.score("RMSE").value, ["RMSE of the level"], factors=runs.factors)
     return [wb.Section("Who decides", (wb.sobol_bars("indices", "Sobol indices", indices, runs.note_of("RMSE")),))]
 
 

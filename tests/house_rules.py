@@ -54,6 +54,7 @@ BANNED_IMPORTS = {
     "shelve": "it pickles; write plain numbers and text",
     "random": "it has one hidden state; take a numpy.random.Generator as an argument",
 }
+POOLS = {"asyncio", "concurrent", "joblib", "multiprocessing", "threading"}  # what a study declares as `works` instead
 # What of numpy.random has no hidden global state.
 SEEDED = {"Generator", "BitGenerator", "SeedSequence", "PCG64", "PCG64DXSM", "Philox", "default_rng"}
 
@@ -216,6 +217,17 @@ def global_seeds(held: Sources) -> list[str]:
         if unseeded and _dotted(node.func).rpartition(".")[2] == "default_rng":
             breaches.append(f"{path}:{node.lineno}: `default_rng()` without a seed cannot be repeated; {advice}.")
     return breaches
+
+
+def pools_in_studies(held: Sources) -> list[str]:
+    """Studies that run something beside themselves, out of sight of ledger, estimate and Ctrl-C."""
+    return [
+        f"{path}:{line}: a study imports no {module}; declare what it computes as `Study(works=...)`."
+        for path, text in held.items()
+        if path.startswith("studies/")
+        for line, module, _ in _imports(path, text)
+        if module.partition(".")[0] in POOLS
+    ]
 
 
 def folders_without_init(paths: list[str]) -> list[str]:

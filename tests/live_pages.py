@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench import metrics
 from workbench.core import Entry, Layout, Step
-from workbench.metrics.accumulators import maker, resolved
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate import simulate
 from workbench.simulate.kernel.plan import Plan
 
@@ -56,34 +56,34 @@ STAND_INS = {  # for other files of a page, as far as these tests need them: the
         function openTables() {
           return { show(place, scores) { scored.set(place, scores); }, clear(place) { scored.delete(place); } };
         }
-        function scoresOf(loop, coarse, fine = coarse) {
+        function scoresOf(loop, whole, half = whole) {
           const value = (ends, place) => (ends ? Math.sqrt(ends.x[place] / loop.until) : NaN);
           return loop.metrics.map(({ program }) => program.results.map((_, i) => {
             const [, place] = program.inputs[i];
-            return [value(fine, place), Math.abs(value(fine, place) - value(coarse, place))];
+            return [value(whole, place), 2 * Math.abs(value(whole, place) - value(half, place))];
           }));
         }""",
 }
 
 
 def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: float, knobs: Any, seed: int = 0) -> Any:
-    """The data of equations by scenario and law: steps 2 h and h, knobs as (name, unit, path, low, high, log)."""
+    """The data of equations by scenario and law: steps h and h / 2, knobs as (name, unit, path, low, high, log)."""
     modules: dict[str, int] = {}
     made, curves, found = [], [], {}
     for number, ((scenario, law), equation) in enumerate(loops.items()):
-        scores = resolved(equation, [metrics.rmse()])
-        steps = maker(equation, scores)
-        rough, fine = steps(2 * h), steps(h)
-        outputs = min(fine.outputs.size, 3)
+        measured = MeasuredEquation.of(equation, [metrics.rmse()])
+        steps, scores = measured.step, measured.metrics
+        whole, half = steps(h), steps(h / 2)
+        outputs = min(whole.outputs.size, 3)
         moves = []
         for place, (name, _, path, *_) in enumerate(knobs):
-            if path in fine.parameters.names:
-                spot = fine.parameters.slice(path)
+            if path in whole.parameters.names:
+                spot = whole.parameters.slice(path)
                 moves.append({"knob": place, "p": list(range(spot.start, spot.stop)), "x": []})
-                found[name] = float(fine.parameters.default[spot][0])
-        run = simulate(fine, until=until, every=every, seed=seed, arithmetic="portable")
+                found[name] = float(whole.parameters.default[spot][0])
+        run = simulate(whole, until=until, every=every, seed=seed, arithmetic="portable")
         rows = len(run.t) - 1
-        squares = fine.states.slice("integral of RMSE")
+        squares = whole.states.slice("integral of RMSE")
         integrals = range(squares.start, squares.stop)
         made.append(
             {
@@ -93,14 +93,14 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
                 "until": until,
                 "every": every,
                 "rows": rows,
-                "p": fine.parameters.default.tolist(),
-                "x0": fine.states.default.tolist(),
+                "p": whole.parameters.default.tolist(),
+                "x0": whole.states.default.tolist(),
                 "moves": moves,
                 "seed": str(seed),
-                "normals": fine.noises,
-                "coarse": _march(rough, round(every / rough.h), modules),
-                "fine": _march(fine, round(every / fine.h), modules),
-                "outputs": _march(_watched(fine, outputs), 1, modules),
+                "normals": whole.noises,
+                "whole": _march(whole, round(every / whole.h), modules),
+                "half": _march(half, round(every / half.h), modules),
+                "outputs": _march(_watched(whole, outputs), 1, modules),
                 "metrics": [
                     {
                         "name": "RMSE",

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import casadi as ca
 import numpy as np
 import pytest
+from samples import made_sample, with_measurement
 
 from studies.a6_unstated_choices import findings, fits, loops, ranking
 from studies.a6_unstated_choices.blocks import chosen
@@ -18,7 +19,6 @@ from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilt
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import paired
-from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, Listed, SobolIndices, share
 
 
@@ -145,7 +145,7 @@ def sampled(t, values):
     runs = len(values)
     lost = np.where(np.isnan(values).any(axis=(1, 2)), 1.0, np.nan)
     none = np.empty(0, dtype=int)
-    return Sample(
+    return made_sample(
         "x", (), columns, t, 1e-3, 0, "", np.empty((runs, 0)), values, none, np.empty((0, len(t), 2)), np.empty(0), lost
     )
 
@@ -210,7 +210,8 @@ def test_the_step_that_moves_one_draw_of_the_second_scenario_most_is_told_with_i
     def run(name):
         one, again = sampled(t, values), np.arange(2)
         error = np.full((2, 1, 2), errors["SS" if "_ss_" in name else "FS"])
-        return Sample(**{**vars(one), "again": again, "errors": error, "limits": np.full(2, np.inf)})
+        lost, limits = np.full(2, np.nan), np.full(2, np.inf)
+        return with_measurement(one, looked_at=again, errors=error, half_diverged_at=lost, limits=limits)
 
     words = ranking.step_words(SimpleNamespace(sample=run))
     # two priors of the first scenario and four of the second share their runs: 6 samples, 2 runs, 2 joints
@@ -295,7 +296,7 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
 
     def rmse(loop, h):
         one = compile_sweep(Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
-        return one.sample([one.chunk(0, 2)]).values
+        return one.sample([one.chunk(0, 2)]).measurement.values
 
     # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface
     np.testing.assert_allclose(rmse(loops.relayed("SMC", layer), loops.PERIOD), rmse(layer, 2e-4), rtol=0.01)

@@ -5,12 +5,12 @@ from functools import cache
 
 import numpy as np
 import pytest
+from samples import made_sample, with_measurement
 
 from studies.a7_sensitivity import findings, sweeps
 from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
 from studies.a7_sensitivity.study import acting_pairs, left_table
 from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
-from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.local import LocalSensitivities
@@ -33,7 +33,9 @@ def sampled(names, design, weights, joint_weights):
     again = np.arange(0, len(u), 16)
     lost = np.full(len(u), np.nan)
     t, zeros, limits = 0.25 * np.arange(1, T + 1), np.zeros((len(again), T, len(columns))), np.full(len(again), np.inf)
-    return Sample("made", tuple(names), tuple(columns), t, 1e-3, 0, "", u, grown, again, zeros, limits, lost, design)
+    return made_sample(
+        "made", tuple(names), tuple(columns), t, 1e-3, 0, "", u, grown, again, zeros, limits, lost, design
+    )
 
 
 def made(weights, joint_weights=None):
@@ -49,9 +51,9 @@ def usual():
 def with_values(one, kind, change):
     """The same results with other values of a sample: `change` is given the column of the late error of joint 2."""
     sample = getattr(one, kind)
-    values = sample.values.copy()
-    change(values, sample.columns.index(("late error", 1, "rad")))
-    return replace(one, **{kind: replace(sample, values=values)})
+    values = sample.measurement.values.copy()
+    change(values, sample.measurement.place("late error", 1))
+    return replace(one, **{kind: with_measurement(sample, values=values)})
 
 
 def widened(one, half=0.051):

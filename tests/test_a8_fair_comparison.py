@@ -5,6 +5,7 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
+from samples import made_sample
 from tunings import tuning
 
 from studies.a8_fair_comparison import findings
@@ -28,6 +29,8 @@ from studies.a8_fair_comparison.evidence import (
     OTHERS,
     RESAMPLES,
     Evidence,
+    LostRuns,
+    cause_of,
     cost_of,
     half_budget,
     judge_laws,
@@ -37,7 +40,6 @@ from studies.a8_fair_comparison.study import study
 from workbench.core import Signals, grouped, lift
 from workbench.loop import roles
 from workbench.study.evidence import Standings, compare, judge, paired
-from workbench.study.sample import Sample
 from workbench.study.tuning import tune
 from workbench.study.uncertainty.factors import Space
 
@@ -130,7 +132,9 @@ def costed(errors):
     values, off = np.ones((24, 1, 8)), np.zeros((3, 1, 8))
     off[:, 0, 0] = errors
     again, lost = np.array([0, 8, 16]), np.full(24, np.nan)
-    return Sample("s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((24, 0)), values, again, off, np.ones(3), lost)
+    return made_sample(
+        "s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((24, 0)), values, again, off, np.ones(3), lost
+    )
 
 
 def test_intervals_of_all_scenarios_hold_at_once():
@@ -184,7 +188,7 @@ def _late(time, jumps):
 def test_the_cost_is_the_sum_of_its_terms():
     columns = tuple((term.metric, joint, term.unit) for term in TERMS for joint in (0, 1))
     values = np.array([[[0.3, 0.4, 0.0, 0.01, 300.0, 400.0, 30.0, 40.0]]] * 2)
-    held = Sample(
+    held = made_sample(
         *("s", (), columns, np.ones(1), 1e-3, 0, "", np.empty((2, 0)), values),
         *(np.arange(0), values[:0], np.empty(0), np.full(2, np.nan)),
     )
@@ -289,3 +293,10 @@ def test_a_part_matters_only_where_the_cost_rises_without_it(less, count, words)
     verdict = findings.parts_matter(replace(evidence(standings(a=WINS)), parts={"a": (judgement,)}))
     assert verdict.statement.startswith(f"{count} parts")
     assert words in verdict.evidence
+
+
+def test_runs_that_are_asked_for_again_are_run_in_both_ways_and_a_run_that_lasts_is_lost_by_nothing():
+    found = cause_of(LostRuns(HELD_OUT[0].name, PROPOSAL.key, (0, 3), ()))
+    assert {way: lost.tolist() for way, lost in found.lost.items()} == {"declared": [0, 0], "fine": [0, 0]}
+    assert found.by_integrator == 2
+    assert found.by_law == found.unsettled == 0

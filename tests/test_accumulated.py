@@ -7,7 +7,8 @@ from equations import decay
 
 from workbench.core import Sampled
 from workbench.metrics import ise, measured, sampled_rmse, total_variation
-from workbench.metrics.accumulators import common_grid, final_values
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import common_grid
 from workbench.simulate import simulate
 
 TIME = ca.SX.sym("time")

@@ -31,4 +31,4 @@ def test_changes_are_relative_to_values_and_infinite_where_only_the_longer_step_
     assert found.within == 3 / 4
     assert found.median == pytest.approx(0.1)
     assert found.worst == np.inf
-    assert found.miss == "RMSE beyond its tolerance 0.11: it changes by inf at half the step"
+    assert found.miss == "RMSE beyond its tolerance 0.11: its error is inf"

@@ -21,6 +21,7 @@ LAWS = [
     rules.import_cycles,
     rules.banned_calls,
     rules.global_seeds,
+    rules.pools_in_studies,
     rules.inherited_final_classes,
     rules.mutable_dataclasses,
     rules.names_without_door,
@@ -67,6 +68,10 @@ def test_nothing_prints_executes_text_or_calls_super():
 
 def test_no_random_number_comes_from_a_hidden_state():
     holds(rules.global_seeds(HOUSE))
+
+
+def test_no_study_has_a_pool_of_threads_or_processes():
+    holds(rules.pools_in_studies(HOUSE))
 
 
 def test_every_folder_of_modules_is_a_package():
@@ -140,6 +145,8 @@ BAD = [
     (rules.global_seeds, "workbench/a.py", "import numpy as np\nnp.random.rand(3)", "hidden"),
     (rules.global_seeds, "workbench/a.py", "import numpy\nnumpy.random.normal()", "hidden"),
     (rules.global_seeds, "workbench/a.py", "rng = np.random.default_rng()", "cannot be repeated"),
+    (rules.pools_in_studies, "studies/a.py", "from concurrent.futures import ThreadPoolExecutor", "works"),
+    (rules.pools_in_studies, "studies/a.py", "def f():\n    import threading", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
     (rules.participles, "workbench/core/kept.py", "", "kept"),

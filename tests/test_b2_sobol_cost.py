@@ -23,7 +23,7 @@ def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
     assert len(sample) == one.sweep.design.size
     assert sample.failed == 0
     study.march(one)  # the same rows and steps: it would refuse others
-    assert np.isfinite(sample.outputs("RMSE")).all()
+    assert np.isfinite(sample.score("RMSE").value).all()
 
 
 def test_bars_are_reached_or_missed_as_the_figures_say():

@@ -1,5 +1,7 @@
 """The study of any plant: its gains, margins, runs and sentences by other roads."""
 
+from functools import cache
+
 import control
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from studies.b3_any_plant import findings as findings
 from studies.b3_any_plant import pages as pages
 from studies.b3_any_plant.loops import (
     COMPUTER,
+    ITEMS,
     LAWS,
     LQG,
     LQR,
@@ -27,11 +30,18 @@ from workbench.core import rk4
 from workbench.design.linear import sensitivity
 from workbench.metrics import measure
 from workbench.simulate import simulate
+from workbench.study import Results
 from workbench.study.uncertainty.factors import Space
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
 EACH = pytest.mark.parametrize("setting", SETTINGS, ids=lambda setting: setting.name)
 BOTH = pytest.mark.parametrize("law", LAWS)
+
+
+@cache
+def linear():
+    """The margins of all loops, as the study has them."""
+    return Results(works={"margins": tuple(map(margins, ITEMS))})
 
 
 def rows(setting):
@@ -105,7 +115,7 @@ def test_the_delay_that_one_input_stands_is_that_of_python_control(name, law):
     L = cut(setting, law)
     _, _, _, _, crossings, _ = control.stability_margins(L, returnall=True)
     turned = [np.angle(-L(1j * omega)) % (2 * np.pi) / omega for omega in np.atleast_1d(crossings)]
-    assert margins(setting, law)[1] == pytest.approx(min(turned, default=np.inf), rel=1e-5)
+    assert margins((setting.name, law)).delay == pytest.approx(min(turned, default=np.inf), rel=1e-5)
 
 
 @pytest.mark.parametrize("setting", [s for s in SETTINGS if len(s.inputs) == 1], ids=lambda setting: setting.name)
@@ -144,7 +154,7 @@ def test_the_cart_pole_under_lqg_runs_as_scipy_integrates_it():
     other = solve_ivp(rate, (0.0, 5.0), start, rtol=1e-10, atol=1e-12, dense_output=True)
     t = np.linspace(0.0, 5.0, 20_001)
     own = run(setting, LQG, computer=False)
-    score = measure(own.loop.ode(), own.metrics, until=5.0, h=own.h, every=5.0).scores["RMSE of x"]
+    score = measure(own.loop.ode(), own.metrics, until=5.0, h=own.h, every=5.0).score("RMSE of x")
     # the mean of squares on a grid of 0.25 ms is off by some (h / 0.02 s)^2 / 12
     assert score.value.item() == pytest.approx(np.sqrt(np.trapezoid(other.sol(t)[0] ** 2, t) / 5.0), rel=1e-4)
 
@@ -158,20 +168,20 @@ def test_no_pid_with_a_plain_filter_makes_the_two_masses_stable():
         law = control.tf([Kp + Kd * N, Kp * N + Ki, Ki * N], [1, N, 0])
         # poles on the axis, as all gains are small: rounding moves a double one by its root
         assert control.feedback(plant * law).poles().real.max() > -1e-7
-    assert findings.mass_finding().kind == "holds"
+    assert findings.mass_finding(linear()).kind == "holds"
 
 
 def test_two_pi_tell_the_hard_tanks_from_the_easy_ones():
     slow = {name: -sensitivity(cut(BY_NAME[name], PID)).poles().real.max() for name in (EASY, HARD)}
     assert 5.0 < slow[EASY] / slow[HARD] < 20.0  # the publication: settling times ten times as long
-    assert f"decays {slow[EASY] / slow[HARD]:.0f} times more slowly" in findings.tank_finding().statement
+    assert f"decays {slow[EASY] / slow[HARD]:.0f} times more slowly" in findings.tank_finding(linear()).statement
 
 
 @EACH
 @BOTH
 def test_every_loop_comes_to_rest_in_its_computer(setting, law):
     own = run(setting, law, computer=True)
-    step = own.loop.step(8)
+    step = own.loop.ode().step(8)
     out = simulate(step, until=setting.until, every=setting.period, seed=SEED)
     off = np.abs(out[setting.main][0].ravel() - setting.wanted[setting.main])
     assert off[3 * len(off) // 4 :].max() < 0.05 * off[0]  # the band of the settling time

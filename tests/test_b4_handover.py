@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 
 from studies.b4_handover import findings, machines, margins, operations, pages
-from studies.b4_handover.loops import EKF, ERROR, LQG, PID, SETTLED, SMC, TWISTING, handed, settled_rmse
-from studies.b4_handover.margins import Loss, Losses, Scan, effects, ends, starts
-from workbench.handover.replays import Replay, TargetResult
+from studies.b4_handover.loops import EKF, ERROR, LQG, PID, SETTLED, SMC, TV, TWISTING, handed, settled_rmse
+from studies.b4_handover.margins import Loss, Losses, Scan, effects, growth, periods_of, starts
+from workbench.handover.replays import TargetResult
 from workbench.handover.targets import TARGETS
 from workbench.handover.targets.contract import Figures
 from workbench.metrics import measure
 from workbench.simulate import simulate
 from workbench.study import Results, Run
 from workbench.study.compiled import compile_sweep
+from workbench.study.evidence import Threshold
 from workbench.study.evidence.computer_margins import computer_sweep
 
 BY_NAME = {one.name: one for one in handed()}
@@ -31,7 +32,8 @@ def test_no_law_needs_what_no_instrument_gives(one):
 
 @EACH
 def test_every_loop_stays_near_what_is_wanted_in_its_computer(one):
-    error, busy = ends(one, one.period, 1, exact=False)
+    found = measure(one.digital(), one.metrics, until=one.until, every=one.until, h=one.period)
+    error, busy = (np.array([each.pair[0] for each in found.scores if each.metric == name]) for name in (ERROR, TV))
     size = {LQG: 0.5, EKF: 0.2}.get(one.name, 0.5)
     assert error.max() < size / 2
     assert np.isfinite(busy).all()
@@ -40,11 +42,12 @@ def test_every_loop_stays_near_what_is_wanted_in_its_computer(one):
 def test_the_error_after_the_approach_is_the_root_of_the_mean_square_from_there_on():
     one = BY_NAME[PID]
     sampled, until = one.digital(), 2.0
-    score = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2).scores[ERROR]
+    found = measure(sampled, [settled_rmse("q", SETTLED * until)], until=until, h=one.period / 2)
     run = simulate(sampled.step(2), until=until)
     late = run.t > SETTLED * until
     # a sum over the instants in place of the integral, of an error that changes with some rad/s
-    np.testing.assert_allclose(score.value[0], np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3)
+    values = [one.value[0] for one in found.scores_of(ERROR)]
+    np.testing.assert_allclose(values, np.sqrt((run["e"][0, late] ** 2).mean(axis=0)), rtol=5e-3)
 
 
 def test_a_longer_period_chatters_where_the_rule_of_thumb_of_a9_is_broken():
@@ -52,7 +55,7 @@ def test_a_longer_period_chatters_where_the_rule_of_thumb_of_a9_is_broken():
     phi, K = 0.01, 5.0
     least = np.linalg.eigvalsh(np.array([[3 + 2, 1 + 1], [1 + 1, 1.0]])).min()  # of M with the arm stretched
     rule = 2 * phi * least / K
-    (_, calm), (_, loud) = (ends(one, period, 1, exact=True) for period in (rule / 3, 2 * rule))
+    calm, loud = (periods_of(one.key).at(period).shares[TV] for period in (rule / 3, 2 * rule))
     assert (loud > 20 * calm).all()
 
 
@@ -71,13 +74,20 @@ def test_starts_differ_and_effects_are_those_of_the_clock_where_precision_is_com
 
 
 def test_a_scan_ends_where_error_or_variation_first_grows_too_much():
-    at, ones = np.array([1.0, 2.0, 3.0, 4.0]), np.ones(4)
-    assert Scan(at, ones, ones, 2.0).next == np.inf
-    assert Scan(at, ones, ones, 2.0).largest == 4.0
-    tail = Scan(at, np.array([1.0, 1.05, 1.2, 1.0]), ones, 2.0)
-    assert (tail.largest, tail.next) == (2.0, 3.0)
-    loud = Scan(at, ones, np.array([1.0, 2.5, 1.0, 1.0]), 2.0)
-    assert (loud.largest, loud.next) == (1.0, 2.0)
+    one = BY_NAME[PID]
+    found = growth(periods_of(one.key), [one.period, 4 * one.period, 16 * one.period, 32 * one.period], {ERROR: 1.1})
+    assert found.worst(ERROR)[0] == pytest.approx(1 / 1.1)
+    scan = Scan.of(found)
+    assert scan.TV is None
+    assert scan.error[0] == pytest.approx(1.0)
+    assert scan.threshold.largest in found.threshold.values
+    assert (scan.error[: sum(found.threshold.met)] <= 1.1).all()
+
+
+def scan_of(one, at, error):
+    """A scan over shares of the period of a loop."""
+    values = tuple(one.period * np.array(at))
+    return Scan(Threshold(values, tuple(e <= 1.1 for e in error)), np.array(error), np.ones(len(at)))
 
 
 def test_a_loss_is_the_mean_of_the_worst_ratio_of_each_draw():
@@ -100,14 +110,11 @@ def all_of(value):
 def figures(monkeypatch):
     """The losses and scans of all loops, to be changed."""
     held = {one.name: all_of(0.01) for one in handed()}
-    found = {
-        one.key: Scan(one.period * np.array([0.5, 2.0, 3.0]), np.array([1.0, 1.0, 2.0]), np.ones(3), 2.0)
-        for one in handed()
-    }
+    found = {one.key: scan_of(one, [0.5, 2.0, 3.0], [1.0, 1.0, 2.0]) for one in handed()}
     monkeypatch.setattr(findings, "all_losses", lambda results: held)
     monkeypatch.setattr(findings, "sizes", lambda results, name: (1e-5, 1e-4, "rad"))
     for module in (findings, machines, pages):
-        monkeypatch.setattr(module, "scans", lambda: margins.Scans(found, found))
+        monkeypatch.setattr(module, "scans", lambda results: margins.Scans(found, found))
     return held, found
 
 
@@ -136,9 +143,9 @@ def test_precision_is_told_by_the_law_it_changes_most(figures):
 
 def test_a_declared_period_that_is_too_long_fails(figures):
     _, found = figures
-    assert findings.period_finding().kind == "holds"
-    found[BY_NAME[LQG].key] = Scan(1e-3 * np.array([0.5, 0.8]), np.array([1.0, 1.3]), np.ones(2), 2.0)
-    told = findings.period_finding()
+    assert findings.period_finding(Results()).kind == "holds"
+    found[BY_NAME[LQG].key] = scan_of(BY_NAME[LQG], [0.5, 0.8], [1.0, 1.3])
+    told = findings.period_finding(Results())
     assert told.kind == "fails"
     assert "longer than sampling allows for LQG." in told.statement
     assert "Least room: LQG, 0.50 times its own." in told.evidence
@@ -155,10 +162,7 @@ def replays(**changes):
     fine = {"periods": 10, "bits": 640}
     here = TargetResult("gcc -O0", **fine, figures=Figures(900.0, stack=300, code=10, data=0))
     there = replace(here, target=M4F, **changes)
-    return {
-        one.name: Replay(None, None, (here, there if one.name == PID else replace(here, target=M4F)))
-        for one in handed()
-    }
+    return {one.name: (here, there if one.name == PID else replace(here, target=M4F)) for one in handed()}
 
 
 @pytest.mark.parametrize(
@@ -171,25 +175,25 @@ def replays(**changes):
     ],
 )
 def test_the_bits_are_told_as_they_are(monkeypatch, changes, kind, words):
-    monkeypatch.setattr(machines, "replays", lambda: replays(**changes))
-    told = machines.bits_finding()
+    monkeypatch.setattr(machines, "replays", lambda results: replays(**changes))
+    told = machines.bits_finding(Results())
     assert told.kind == kind
     assert words in told.statement
 
 
 def test_a_target_that_is_not_installed_is_named(monkeypatch):
     absent = TargetResult("gcc -O0", reason="install gcc with `apt-get install gcc`")
-    rows = {one.name: Replay(None, None, (absent,)) for one in handed()}
-    monkeypatch.setattr(machines, "replays", lambda: rows)
-    told = machines.bits_finding()
+    rows = {one.name: (absent,) for one in handed()}
+    monkeypatch.setattr(machines, "replays", lambda results: rows)
+    told = machines.bits_finding(Results())
     assert told.kind == "open"
     assert "Not run: gcc -O0." in told.evidence
-    assert machines.bits_table().rows == (("gcc -O0", None, None, None, None, None, "not run"),)
+    assert machines.bits_table(Results()).rows == (("gcc -O0", None, None, None, None, None, "not run"),)
 
 
 def test_a_count_is_held_against_the_longest_period_at_a_stated_clock(monkeypatch, figures):
-    monkeypatch.setattr(machines, "replays", lambda: replays(figures=Figures(168e6 * 2e-3 * 2, stack=4000)))
-    fit = machines.fit_of(BY_NAME[PID], "cortex-m4f")
+    monkeypatch.setattr(machines, "replays", lambda results: replays(figures=Figures(168e6 * 2e-3 * 2, stack=4000)))
+    fit = machines.fit_of(Results(), BY_NAME[PID], "cortex-m4f")
     assert fit.period == 2e-3  # the longest of the scan that is put in
     assert fit.share == pytest.approx(2.0)
     assert not fit.fits
@@ -203,12 +207,10 @@ def test_operands_reach_the_roundings_that_are_hard():
     assert not two[1::2].any()
 
 
-def test_operations_that_round_otherwise_are_told(monkeypatch):
+def test_operations_that_round_otherwise_are_told():
     good, bad = TargetResult("one", bits=5), TargetResult("two", bits=5, differing=7, first="period 3")
-    monkeypatch.setattr(operations, "results", lambda: {"one": good})
-    assert operations.operations_finding().kind == "holds"
-    monkeypatch.setattr(operations, "results", lambda: {"one": good, "two": bad})
-    told = operations.operations_finding()
+    assert operations.operations_finding(Results(works={"operations": (good,)})).kind == "holds"
+    told = operations.operations_finding(Results(works={"operations": (good, bad)}))
     assert told.kind == "fails"
     assert "of two are not those of IEEE 754" in told.statement
     assert "7 bits" in told.evidence
@@ -232,7 +234,9 @@ def short():
 def test_an_error_is_told_beside_the_step_of_its_reading(short):
     error, step, unit = findings.sizes(short, PID)
     assert (step, unit) == (2 * np.pi / 2**16, "rad")
-    assert error == pytest.approx(max(short.sample("pid_double").outputs(ERROR, joint)[:3].mean() for joint in (0, 1)))
+    assert error == pytest.approx(
+        max(short.sample("pid_double").score(ERROR, joint).value[:3].mean() for joint in (0, 1))
+    )
 
 
 def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
@@ -241,7 +245,7 @@ def test_the_losses_of_a_shortened_run_are_ratios_of_its_own_samples(short):
     double, single = (short.sample(f"{one.key}_{way}") for way in ("double", "single"))
 
     def errors(sample, rows):
-        return np.stack([sample.outputs(ERROR, joint)[rows] for joint in (0, 1)], axis=1)
+        return np.stack([sample.score(ERROR, joint).value[rows] for joint in (0, 1)], axis=1)
 
     start, last = slice(0, 3), slice(-3, None)
     ratio = (errors(single, start) / errors(double, start)).max(axis=1)

@@ -31,7 +31,7 @@ def study(**parts):
     sections = parts.pop("sections", lambda results: [Section("An answer", (Paragraph("Yes."),))])
     return Study("broken", "T", "Q?", "M.", sections, **parts)
 
-def searched(objective=lambda runs: runs["step"].outputs("ISE"), evaluations=16, population=8, **parts):
+def searched(objective=lambda runs: runs["step"].score("ISE").value, evaluations=16, population=8, **parts):
     asked = {"evaluations": evaluations, "population": population}
     return study(tunings=(tuning(objective=objective, **asked),), **parts)
 

@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from samples import made_sample
 from scipy.linalg import expm
 from scipy.stats import kstest
 
@@ -27,7 +28,6 @@ from workbench.study.evidence.computer_margins import (
     computer_sweep,
     computer_table,
 )
-from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Space
 
 T = 0.02
@@ -211,7 +211,7 @@ def sample_of(values):
     n = len(values)
     columns = (("error", 0, "rad"), ("error", 1, "rad"))
     empty = np.empty((0, 1, 2))
-    return Sample(
+    return made_sample(
         "s", ("a", "b"), columns, np.ones(1), 0.1, 0, "", np.zeros((n, 2)), values[:, np.newaxis], np.empty(0, int),
         empty, np.empty(0), np.full(n, np.nan),
     )  # fmt: skip
@@ -253,7 +253,7 @@ def test_a_run_that_diverged_is_beyond_every_margin_and_never_averaged_away():
 def test_a_sample_of_other_effects_is_refused():
     with pytest.raises(ValueError, match=r"needs the sample of `computer_sweep` for the effects a, b; got 's' of a, b"):
         computer_margins(sample_of(kinds(1.0, 1.0, 1.0)), effects(), "error")
-    with pytest.raises(LookupError, match="has no number 0 of 'speed'"):
+    with pytest.raises(LookupError, match="There is no metric 'speed' among error"):
         computer_margins(sample_of(kinds(*[1.0] * 7)), effects(), "speed")
 
 

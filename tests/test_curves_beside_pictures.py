@@ -116,7 +116,7 @@ def test_bars_and_points_of_results_say_law_scenario_metric_unit_and_run_one_by_
     outcomes = laws(2)
     of = [f"law {k} | S | RMSE of e | run {outcomes[k].digest[:16]}" for k in range(2)]
     row = columns(Figure("f", "", (Panel("", (bars("", outcomes, "RMSE"),), "RMSE", ynames=("a", "b")),)))
-    assert row == {"RMSE, of": of, "RMSE": [repr(o.score("RMSE", 0)[0]) for o in outcomes]}
+    assert row == {"RMSE, of": of, "RMSE": [repr(o.score("RMSE").pair[0]) for o in outcomes]}
     cloud = columns(Figure("f", "", (Panel("up", (points("", outcomes, "RMSE", "RMSE"),), "across"),)))
     assert [*cloud] == ["across, of", "across", "up, of", "up"]
     assert cloud["up, of"] == of

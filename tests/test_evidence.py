@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from samples import made_sample
 from scipy import stats
 
 from workbench.study.document.phrases import Emphasis
@@ -19,7 +20,6 @@ from workbench.study.evidence import (
     same_draws,
 )
 from workbench.study.evidence.bootstrap import means, order_statistics
-from workbench.study.sample import Sample
 from workbench.study.uncertainty import Estimate, MonteCarlo, SobolDesign
 
 RNG = np.random.default_rng(7)
@@ -306,7 +306,7 @@ def sample(design=None, drawn=None, **changes):
         "diverged_at": np.full(30, np.nan),
         "design": design or MonteCarlo(1, 30, seed=9),
     }
-    return Sample(**(given | changes))
+    return made_sample(**(given | changes))
 
 
 def test_samples_of_the_same_draws_say_so():

@@ -21,7 +21,7 @@ print("started", flush=True)
 
 def sections(results):
     sample = results.sample("indices")
-    found = wb.sobol(sample.design, sample.outputs("effort of omega"), factors=sample.factors, control=True)
+    found = wb.sobol(sample.design, sample.score("effort of omega").value, factors=sample.factors, control=True)
     return [wb.Section("Indices", (wb.Paragraph(str(found.S1.value)),))]
 
 study = wb.Study("drawn", "T", "Q?", "M.", sections, sweeps=(

@@ -144,17 +144,16 @@ def test_a_browser_finds_the_scores_and_errors_of_the_portable_arithmetic_at_any
         p[move["p"]] = value
     x0 = np.array([float(x) for x in made["x0"]])
     study = Study("small", "T", "Q?", "M.", page, cases=(case(),), live=(KP,))
-    scores = wb.turned(study, "speed: PI", {"Kp": value}).scores
+    told = wb.turned(study, "speed: PI", {"Kp": value})
     found = []
-    for march in (made["coarse"], made["fine"]):
+    for march in (made["whole"], made["half"]):
         kernel = Kernel(unpacked(data["modules"][march["module"]]), march, made["rows"])
         x = kernel.run(p, x0, made["rows"])[-1:]
         z = kernel.run(p, x[0], 1, begin=made["rows"] * march["stride"], stride=1)
         found.append([program_from(metric["program"]).evaluate(x, z)[0] for metric in made["metrics"]])
-    for metric, coarse, fine in zip(made["metrics"], *found, strict=True):
-        score = scores[metric["name"]]
-        assert fine.tolist() == score.value[0].tolist()
-        assert np.abs(fine - coarse).tolist() == score.error[0].tolist()
+    for metric, whole, half in zip(made["metrics"], *found, strict=True):
+        pairs = [score.pair for score in told.scores_of(metric["name"])]
+        assert [*zip(whole.tolist(), (2 * np.abs(whole - half)).tolist(), strict=True)] == pairs
 
 
 def program_from(plain):
@@ -225,7 +224,7 @@ def test_the_lines_in_python_name_the_study_and_the_case():
     lines = data_of()["python"].format(case="'speed: PI'", values={"Kp": 20.0}, seed=None)
     assert lines == (
         "import workbench as wb\n\nstudy = wb.load('small.py')\n"
-        "scores = wb.turned(study, 'speed: PI', {'Kp': 20.0}, seed=None).scores\n"
+        "found = wb.turned(study, 'speed: PI', {'Kp': 20.0}, seed=None)\n"
     )
 
 
@@ -246,8 +245,8 @@ def test_a_computers_loop_is_live_too():
     results = case_runs.run(study)
     made = live_data(study, results, writeup.document(study, results, "command"))["loops"][0]
     assert made["normals"] == 1
-    assert made["coarse"]["stride"] == made["fine"]["stride"]  # substeps are within a period
-    assert made["coarse"]["module"] != made["fine"]["module"]
+    assert made["whole"]["stride"] == made["half"]["stride"]  # substeps are within a period
+    assert made["whole"]["module"] != made["half"]["module"]
 
 
 def test_runs_lead_to_a_page_only_where_they_are_the_loop_at_its_own_numbers():
@@ -272,8 +271,8 @@ def test_the_numbers_of_a_page_are_those_of_the_fused_arithmetic_to_a_billionth_
     how, metrics = {"until": 4.0, "h": 1e-3, "every": 0.01}, (wb.rmse(), wb.effort(), wb.peak_error())
     fused, portable = (wb.measure(ode, metrics, **how, arithmetic=name).scores for name in ("fused", "portable"))
     assert not switches(ode)
-    for name, score in fused.items():
-        assert portable[name].value == pytest.approx(score.value, rel=1e-9)  # in truth some 1e-14
+    for one, other in zip(fused, portable, strict=True):
+        assert one.value == pytest.approx(other.value, rel=1e-9)  # in truth some 1e-14
 
 
 def test_a_law_that_jumps_is_said_to():

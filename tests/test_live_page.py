@@ -15,7 +15,8 @@ import workbench as wb
 from studies.paper.laws import rival
 from studies.performance.chromium import open_browser, open_page
 from workbench import metrics
-from workbench.metrics.accumulators import final_values, maker, resolved
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate import simulate
 
 pytestmark = [needs_chromium, needs_llvmlite]
@@ -77,8 +78,8 @@ def numbers(text, width):
 
 def python_run(loop, changes, h=H, until=UNTIL, every=EVERY, seed=0):
     """The same run as `simulate` makes it, and its metric."""
-    scores = resolved(loop, [metrics.rmse()])
-    step = maker(loop, scores)(h)
+    measured = MeasuredEquation.of(loop, [metrics.rmse()])
+    step, scores = measured.step(h), measured.metrics
     p = step.parameters.default.copy()
     for name, value in changes.items():
         p[step.parameters.slice(name)] = value
@@ -98,8 +99,8 @@ def test_states_outputs_and_scores_have_the_bits_of_the_portable_arithmetic(page
         y = np.hstack([runs[name][0].reshape(len(runs.t), -1) for name in runs.step.outputs.names[:2]])
         np.testing.assert_array_equal(numbers(told["y"], 3), y[:, :3])
         assert [value for value, _ in told["scores"][0]] == score.tolist()
-        rough = python_run(LOOPS["FS", "SMC"], {"controller.phi": phi, "controller.K": K}, 2 * H)[1]
-        assert [error for _, error in told["scores"][0]] == np.abs(score - rough).tolist()
+        half = python_run(LOOPS["FS", "SMC"], {"controller.phi": phi, "controller.K": K}, H / 2)[1]
+        assert [error for _, error in told["scores"][0]] == (2 * np.abs(score - half)).tolist()
 
 
 def test_a_run_that_diverges_says_so_with_the_time_that_python_finds(page):
@@ -120,7 +121,7 @@ def test_noise_and_long_strides_keep_the_bits(tmp_path, browser):
     knobs = [("Kp", "N m/rad", "controller.Kp", 50.0, 500.0, False)]
     data = data_of({("FS", "PID"): noisy}, 1e-3, 6.0, 6.0, knobs, seed=3)
     assert data["loops"][0]["normals"] > 0
-    assert data["loops"][0]["fine"]["stride"] > 2000
+    assert data["loops"][0]["whole"]["stride"] > 2000
     with open_page(write_page(tmp_path, data), browser=browser) as page:
         opened(page)
         page.value("livePage.bench.sow('18446744073709551615')")
@@ -158,7 +159,7 @@ def test_the_newest_ticket_wins(page):
     heard = page.value("heard")
     tickets = [ticket for ticket, _, _ in heard]
     assert all(later >= earlier for earlier, later in pairwise(tickets[-2:]))
-    done = [ticket for ticket, phase, done in heard if phase == "fine" and done]
+    done = [ticket for ticket, phase, done in heard if phase == "half" and done]
     assert done[-1] == page.value("livePage.pool.ticket")
     assert len(set(done)) < 30
 
@@ -325,7 +326,7 @@ def test_a_long_run_grows_before_it_is_done(tmp_path, browser):
         opened(page)
         page.value(
             "(() => { window.grown = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {"
-            " if (view.phase === 'coarse') grown.push([view.rows, view.done, view.y.slice(3 * view.rows).findIndex("
+            " if (view.phase === 'whole') grown.push([view.rows, view.done, view.y.slice(3 * view.rows).findIndex("
             "Number.isNaN)]); hear(view); }; })()"
         )
         turned(page, knob0=0.2)

@@ -13,11 +13,13 @@ import pytest
 from browsers import CHROMIUM, NODE
 from metric_programs import HORIZON, ODD, STEP, bits, catalogue, pair, some_runs
 
-from workbench.metrics.accumulators import final_values, resolved
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.metrics.measurement import error_of
 from workbench.metrics.value_program import program_of
 from workbench.report.number_text import Printed, measured, paddings, printed
 from workbench.report.table_text import grid, plain
-from workbench.simulate import simulate, step_size
+from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
 from workbench.study.document.document import Column, Diverged, Table
 
@@ -29,7 +31,7 @@ const doubles = (text) => new Float64Array(Uint8Array.from(Buffer.from(text, "ba
 const packed = (numbers) => Buffer.from(Float64Array.from(numbers).buffer).toString("base64");
 """
 
-METRICS = resolved(pair(), catalogue(), HORIZON)
+METRICS = MeasuredEquation.of(pair(), catalogue(), HORIZON).metrics
 
 
 def packed(numbers):
@@ -86,19 +88,18 @@ def test_a_program_has_the_same_bits_in_javascript_and_python(node):
 
 
 def test_scores_of_a_loop_have_the_values_and_errors_of_a_measurement(node):
-    fine = some_runs(METRICS)
-    coarse_step = replace(fine.step, h=2 * STEP)
-    start = fine.x[:, 0]
-    coarse = simulate(coarse_step, fine.p, start, until=HORIZON, every=2 * STEP, arithmetic="portable")
-    programs = [program_of(fine.step, metric, HORIZON) for metric in METRICS]
+    whole = some_runs(METRICS)
+    half_step, start = replace(whole.step, h=STEP / 2), whole.x[:, 0]
+    half = simulate(half_step, whole.p, start, until=HORIZON, every=STEP, arithmetic="portable")
+    programs = [program_of(whole.step, metric, HORIZON) for metric in METRICS]
     metrics = [
         {"program": program.plain(), "labels": list(metric.labels), "time": metric.is_time}
         for metric, program in zip(METRICS, programs, strict=True)
     ]
-    ends = [ends_of(runs) for runs in (coarse, fine)]
-    lost = [[bool(gone) for gone in runs.diverged] for runs in (coarse, fine)]
+    ends = [ends_of(runs) for runs in (whole, half)]
+    lost = [[bool(gone) for gone in runs.diverged] for runs in (whole, half)]
     given = {
-        "loop": {"metrics": metrics, "coarse": {"h": 2 * STEP}},
+        "loop": {"metrics": metrics, "whole": {"h": STEP}},
         "runs": [
             [None if gone else {"x": packed(x), "z": packed(z)} for gone, x, z in zip(those, xs, zs, strict=True)]
             for those, (xs, zs) in zip(lost, ends, strict=True)
@@ -107,44 +108,40 @@ def test_scores_of_a_loop_have_the_values_and_errors_of_a_measurement(node):
     answer = node(
         """
         const ends = (run) => run && { x: doubles(run.x), z: doubles(run.z) };
-        const [coarse, fine] = given.runs.map((runs) => runs.map(ends));
-        const pairs = fine.map((run, i) => scoresOf(given.loop, coarse[i], run));
-        const rough = coarse.map((run) => scoresOf(given.loop, run));
-        const answer = [packed(pairs.flat(3)), packed(rough.flat(2).map(([value]) => value)),
-          rough.flat(2).every(([, error]) => error === null)];
+        const [whole, half] = given.runs.map((runs) => runs.map(ends));
+        const pairs = whole.map((run, i) => scoresOf(given.loop, run, half[i]));
+        const alone = whole.map((run) => scoresOf(given.loop, run));
+        const answer = [packed(pairs.flat(3)), packed(alone.flat(2).map(([value]) => value)),
+          alone.flat(2).every(([, error]) => error === null)];
         """,
         given,
     )
-    values, rough = final_values(fine, METRICS), final_values(coarse, METRICS)
-    wanted = np.stack(
-        [
-            np.hstack([values[m.name] for m in METRICS]),
-            np.hstack(
-                [step_size.change(values[m.name], rough[m.name], 2 * STEP if m.is_time else 0.0) for m in METRICS]
-            ),
-        ],
-        axis=-1,
-    )
+    values, halved = (np.hstack(list(final_values(runs, METRICS).values())) for runs in (whole, half))
+    least = [STEP if metric.is_time else 0.0 for metric in METRICS for _ in metric.labels]
+    errors = error_of(values, halved, least)
+    errors = np.where(np.isnan(errors) & ~np.isnan(values), np.inf, errors)
+    wanted = np.stack([values, errors], axis=-1)
     np.testing.assert_array_equal(bits(doubles(answer[0])), bits(wanted.ravel()))
-    np.testing.assert_array_equal(bits(doubles(answer[1])), bits(np.hstack([rough[m.name] for m in METRICS]).ravel()))
+    np.testing.assert_array_equal(bits(doubles(answer[1])), bits(values.ravel()))
     assert answer[2]
 
 
 def test_a_metric_without_a_program_has_no_score(node):
-    given = {"loop": {"metrics": [{"program": None, "labels": ["a"], "time": False}], "coarse": {"h": 1.0}}}
+    given = {"loop": {"metrics": [{"program": None, "labels": ["a"], "time": False}], "whole": {"h": 1.0}}}
     assert node("const answer = [scoresOf(given.loop, null), scoresOf(given.loop, null, null)];", given) == [[None]] * 2
 
 
-@pytest.mark.parametrize("fine", ODD)
+@pytest.mark.parametrize("value", ODD)
 @pytest.mark.parametrize("least", [0.0, 0.01])
-def test_an_error_is_the_change_to_the_bit(node, fine, least):
-    given = {"fine": packed([fine]), "coarse": packed(ODD), "least": least}
+def test_an_error_is_twice_the_change_to_the_bit(node, value, least):
+    given = {"value": packed([value]), "half": packed(ODD), "least": least}
     lines = """
-        const [fine] = doubles(given.fine);
-        const answer = packed(doubles(given.coarse).map((coarse) => changeOfValue(fine, coarse, given.least)));
+        const [value] = doubles(given.value);
+        const answer = packed(doubles(given.half).map((half) => errorOfValue(value, half, given.least)));
     """
     with np.errstate(over="ignore"):
-        wanted = step_size.change(np.full(len(ODD), fine), ODD, least)
+        wanted = error_of(np.full((len(ODD), 1), value), np.reshape(ODD, (-1, 1)), [least])[:, 0]
+    wanted = np.where(np.isnan(wanted) & ~np.isnan(value), np.inf, wanted)
     np.testing.assert_array_equal(bits(doubles(node(lines, given))), bits(wanted))
 
 

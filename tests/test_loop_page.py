@@ -175,7 +175,7 @@ def test_without_llvmlite_a_page_is_printed_and_says_so(monkeypatch):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"until": 2.0, "h": 3e-3}, r"`live\(until=...\)` must be a multiple of 2 h, the step of the check, 0.006 s"),
+        ({"until": 2.0, "h": 3e-3}, r"`live\(until=...\)` must be a multiple of the step 0.003 s"),
         ({"until": 0.0}, r"`live\(until=...\)` must be a positive, finite number of seconds; got 0.0"),
         ({"until": float("nan")}, r"`live\(until=...\)` must be a positive, finite number of seconds; got nan"),
         ({"until": 1.0, "h": -1.0}, r"`live\(h=...\)` must be a positive, finite number of seconds; got -1.0"),
@@ -233,7 +233,7 @@ def test_the_command_says_that_a_page_stays_printed(command, tmp_path):
         (FIRST, (), "`workbench live motor.py` needs a horizon, as the file has no runs: add `--until SECONDS`."),
         (FIRST, ("--loop", "loup"), "There is no 'loup' among the 2 loops in 'motor.py'. Did you mean 'loop'?"),
         (FIRST, ("--until", "0"), "`live(until=...)` must be a positive, finite number of seconds; got 0.0."),
-        (RUNS, ("--step", "3e-3"), "`live(until=...)` must be a multiple of 2 h, the step of the check, 0.006 s; got"),
+        (RUNS, ("--step", "3e-3"), "`live(until=...)` must be a multiple of the step 0.003 s; got"),
         (FIRST, ("--until", "1", "--out", "none/a.html"), "`write('none/a.html')` must be in a folder that is there"),
         ("def", (), "motor.py, line 1: SyntaxError"),
         ("1 / 0", (), "motor.py, line 1: ZeroDivisionError: division by zero"),

@@ -48,15 +48,15 @@ def test_a_signal_that_is_not_there_is_named_with_the_nearest():
 def test_the_violation_of_a_run_is_the_largest_negative_margin():
     claim = Claim("small x", "|x| <= 0.5", "by hand", (), lambda y: 0.5 - ca.fabs(y["x"]))
     watched = watching(ODE, [Declared(claim, "body.")])
-    value = measure(watched, (violation(claim),), until=3.0, h=0.01).scores["violation of small x"].value
-    assert value[0, 0] == pytest.approx(0.5, abs=1e-6)  # |cos 2t| reaches 1 at the start
+    value = measure(watched, (violation(claim),), until=3.0, h=0.01).score("violation of small x").value
+    assert value[0] == pytest.approx(0.5, abs=1e-6)  # |cos 2t| reaches 1 at the start
 
 
 def test_a_violation_keeps_its_sign_where_the_claim_holds():
     claim = Claim("bounded", "|x| <= 3", "by hand", (), lambda y: 3 - ca.fabs(y["body.x"]))
     watched = watching(ODE, [Declared(claim)])
-    value = measure(watched, (violation(claim),), until=3.0, h=0.01).scores["violation of bounded"].value
-    assert value[0, 0] == pytest.approx(-2.0, abs=1e-6)
+    value = measure(watched, (violation(claim),), until=3.0, h=0.01).score("violation of bounded").value
+    assert value[0] == pytest.approx(-2.0, abs=1e-6)
 
 
 def test_watching_leaves_the_motion_as_it_is():

@@ -13,8 +13,8 @@ from equations import decay
 
 from workbench.core import Entry, Layout, rk4
 from workbench.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
-from workbench.metrics.accumulators import common_grid
 from workbench.metrics.contract import Integral
+from workbench.metrics.measured_equation import common_grid
 from workbench.simulate import simulate
 
 ODE = decay()
@@ -62,10 +62,10 @@ def measure_own(**told):
 
 
 def test_a_metric_of_ones_own_that_keeps_the_contract_is_measured():
-    assert measure_own().scores["own"].value == pytest.approx(np.exp(-3), abs=2e-6)  # RK4 of 0.05 s
-    assert measure_own(value=[[2]]).scores["own"].value.dtype == float
-    assert measure_own(integrand=np.array([2.0])).scores["own"].value.shape == (1, 1)
-    assert measure_own(grid=np.float32(0.5), watches=["e"]).scores["own"].metric.grid == 0.5
+    assert measure_own().score("own").value == pytest.approx(np.exp(-3), abs=2e-5)  # RK4 of 0.1 s
+    assert measure_own(value=[[2]]).score("own").value.dtype == float
+    assert measure_own(integrand=np.array([2.0])).score("own").value.shape == (1,)
+    assert measure_own(grid=np.float32(0.5), watches=["e"]).metrics[0].grid == 0.5
 
 
 VALUE = "`Own.value` must give numbers (B, k), a row for each run, for the metric 'own'; it "
@@ -132,7 +132,7 @@ def test_an_integrand_that_is_none_is_refused(g, says):
 
 def test_an_integrand_of_numbers_is_integrated():
     mine = Integral("mine", "m", "", lambda t, y: np.array([2.0]), lambda integral, horizon: integral)
-    assert measure(ODE, [mine], until=1.5, h=0.1).scores["mine"].value == pytest.approx(3.0, rel=1e-12)  # rounding
+    assert measure(ODE, [mine], until=1.5, h=0.1).score("mine").value == pytest.approx(3.0, rel=1e-12)  # rounding
 
 
 def one(**given):
@@ -144,9 +144,9 @@ REFUSED = [
     (lambda: one(metrics=[Own]), "got the class `Own` itself: make one with `Own(...)` at [0]."),
     (lambda: one(metrics=rmse()), "must be a tuple of `AbstractMetric`; got an `Integral`"),
     (lambda: measured(ODE, ["rmse"], 0.1), "`measured(metrics=...)` must be a tuple of `AbstractMetric`; got 'rmse'"),
-    (lambda: one(every=0.0), "`simulate(every=...)` must be a positive, finite number of seconds; got 0.0."),
+    (lambda: one(every=0.0), "`measure(every=...)` must be a positive, finite number of seconds; got 0.0."),
     (lambda: one(progress=len), "`measure(progress=...)` must be a function of the share that is done, from 0 to 1"),
-    (lambda: one(until=1.7e308), "must be at most 2^53 times the step 0.05 s"),
+    (lambda: one(until=1.7e308), "must be at most 2^53 times the step 0.1 s"),
     (lambda: one(p=["x"]), "`measure(p=...)` must be numbers, in an array or lists or None; got ['x']."),
     (lambda: one(x0=np.ones((0, 1))), "`measure(x0=...)` needs at least one run; got no rows."),
     (lambda: one(metrics=[late_error(2.0)]), "'late error' needs a horizon beyond the 2 s after which it begins"),
@@ -167,7 +167,7 @@ def test_numbers_of_numpy_are_numbers():
     assert type(late.after) is float
     found = measure(ODE, [late], until=np.float32(1.0), h=np.longdouble(0.5), seed=np.int8(1), tolerance=np.float64(1))
     assert (
-        found.scores["late error"].value == measure(ODE, [late_error(0.5)], until=1.0, h=0.5).scores["late error"].value
+        found.score("late error").value == measure(ODE, [late_error(0.5)], until=1.0, h=0.5).score("late error").value
     )
 
 

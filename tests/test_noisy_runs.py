@@ -96,11 +96,11 @@ def test_the_outputs_of_a_noisy_loop_are_those_of_its_noise():
 def test_a_metric_of_a_noisy_loop_sees_the_same_noise_at_both_substeps():
     metrics = (rmse(), total_variation(2e-3))
     noisy = measure(ROUGH, metrics, until=1.0, h=2e-3, seed=2)
-    tv = noisy.scores["TV"]
+    tv = noisy.score("TV")
     # were the noise another at half the substep, the two would differ by far more than the integrator's error
     assert (tv.error < 1e-3 * tv.value).all()
     quiet = measure(LOOP.digital(2e-3), metrics, until=1.0, h=2e-3)
-    assert (tv.value > 1.2 * quiet.scores["TV"].value).all()
+    assert (tv.value > 1.2 * quiet.score("TV").value).all()
 
 
 @pytest.mark.parametrize("seed", [-1, 2**64, 0.5, True, "a"])

@@ -26,11 +26,13 @@ from workbench.study.document.document import (
 )
 from workbench.study.document.phrases import bare
 from workbench.study.document.source import Source
+from workbench.study.evidence import compare, paired, same_draws
+from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
 from workbench.study.marks import bars, cell, labels_of, metric_source, points, sample_source, signal_source
-from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
 from workbench.study.pictures.traces import Window, components, curve, traces
 from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty.designs import MonteCarlo, MorrisDesign, OneAtATime
@@ -85,7 +87,7 @@ def test_cells_of_equal_numbers_are_linked_by_their_source_whatever_the_heads_sa
 
 
 def test_a_number_that_another_one_equals_by_chance_is_not_taken_for_it(results):
-    value, error = (float(part) for part in results.outcomes[0].score("RMSE", 0))
+    value, error = (float(part) for part in results.outcomes[0].score("RMSE").pair)
     rows = (("first", Measured(value, error)), ("RMSE", value))
     mine = side_by_side("mine", "M.", results.outcomes[:1])
     data = data_of(results, Table("t", "T.", (Column("law"), Column("RMSE")), rows), mine)
@@ -102,7 +104,7 @@ def test_a_curve_and_a_cell_in_another_unit_move_by_their_scale(results):
     assert data["curves"][0]["scales"] == (1e3, 60 / (2 * np.pi))
     assert data["curves"][0]["rows"] == (20, 41)
     assert [mark["scale"] for mark in data["cells"]] == [1e3, -2.0]
-    assert shown == Measured(*(1e3 * part for part in outcome.score("RMSE", 0)))
+    assert shown == Measured(*(1e3 * part for part in outcome.score("RMSE").pair))
     assert shown.source.unit == "mrad/s"
     assert line.sources[1].unit == "1/min"
 
@@ -119,7 +121,7 @@ def test_a_mark_of_another_study_with_a_case_of_the_same_name_does_not_move(resu
 def test_bars_and_points_carry_a_source_each(results):
     row = bars("ours", results.outcomes, "peak error", style=2)
     assert [one.law for one in row.sources] == [law for _, law in ALL]
-    assert row.ends.tolist() == [outcome.score("peak error", 0)[0] for outcome in results.outcomes]
+    assert row.ends.tolist() == [outcome.score("peak error").pair[0] for outcome in results.outcomes]
     cloud = points("", results.outcomes, "RMSE", "effort")
     assert [(x.name, y.name) for x, y in cloud.sources] == [("RMSE", "effort")] * 4
     with pytest.raises(ValueError, match=r"`Bars\('ours', sources=...\)` must have a source, or None, for each of 4"):
@@ -243,7 +245,7 @@ def numbers(figure):
 def test_a_picture_of_a_sweep_reads_its_note_from_its_source_and_says_it_in_its_numbers(sampled):
     for kind, name in (("indices", "sobol"), ("effects", "morris"), ("swings", "tornado")):
         sample = sampled[kind]
-        outputs = sample.outputs("RMSE")
+        outputs = sample.score("RMSE").value
         found = getattr(uncertainty, name)(sample.design, outputs, ["y"], factors=sample.factors)
         make = {"sobol": sobol_bars, "morris": morris_plane, "tornado": tornado_figure}[name]
         source = sample_source(sample, "RMSE", law="PI")
@@ -258,7 +260,7 @@ def test_a_picture_of_a_sweep_reads_its_note_from_its_source_and_says_it_in_its_
 def test_a_picture_of_several_outputs_has_a_source_for_each_and_says_what_they_share_once(sampled):
     sample = sampled["indices"]
     names = ("RMSE", "effort")
-    outputs = np.stack([sample.outputs(name) for name in names], axis=1)
+    outputs = np.stack([sample.score(name).value for name in names], axis=1)
     found = wb.sobol(sample.design, outputs, names, factors=sample.factors)
     sources = tuple(sample_source(sample, name) for name in names)
     figure = sobol_bars("f", "Caption.", found, sources)
@@ -282,6 +284,28 @@ def test_bands_of_several_laws_have_a_source_for_each(sampled):
     assert [line.sources[1].law for line in lines] == ["a", "b"]
     assert {(row["law"], row["of"].split(" | ")[0]) for row in numbers(figure)} == {("a", "a"), ("b", "b")}
     assert "a: 40 runs" in "".join(figure.caption)
+
+
+def test_laws_in_the_same_draws_read_note_and_sources_from_their_samples(sampled):
+    sample = sampled["draws"]
+    held = {"a": sample, "b": replace(sample, name="other")}
+    values = {law: (1 + k) * one.score("RMSE").value for k, (law, one) in enumerate(held.items())}
+    both = paired(values, metric="RMSE", unit="rad/s", samples=held)
+    assert both.note == same_draws(held)
+    assert [(one.law, one.scenario, one.unit) for one in both.sources] == [
+        ("a", "draws", "rad/s"),
+        ("b", "other", "rad/s"),
+    ]
+    judged = compare(both)
+    shown = [bare(row[1]) for row in comparison_table("t", "T.", [judged]).rows]
+    assert [value.source.law for value in shown if isinstance(value, Measured)] == ["a", "b"][: len(shown)]
+    rows = numbers(standings_figure("f", "F.", {"s": {"median": judged}}, "median"))
+    assert [row["of"].split(" | ")[:3] for row in rows] == [
+        ["a", "draws", "RMSE [rad/s]"],
+        ["b", "other", "RMSE [rad/s]"],
+    ]
+    with pytest.raises(ValueError, match=r"one sample for each of \['a', 'b'\]; got \['a'\]"):
+        paired(values, metric="RMSE", samples={"a": sample})
 
 
 def test_a_source_says_what_a_mark_is_in_words():

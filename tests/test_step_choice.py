@@ -9,6 +9,8 @@ from workbench.core import Entry, Layout, Ode, Sampled, runge_kutta_step
 from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED
 from workbench.core.state_corners import corners_of
 from workbench.metrics import ise, measure, peak_error, rmse
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.step_for_metrics import choose_step
 from workbench.simulate import simulate
 from workbench.simulate.stability import longest_steps
@@ -40,8 +42,9 @@ def stiff() -> Ode:
 def error_of(ode, choice, metric=ise, until=2.0):
     """The true relative error of a metric at a choice, against steps a twentieth as long."""
     name = metric().name
-    found, truth = (measure(ode, [metric()], until=until, h=h) for h in (choice.h, choice.h / 20))
-    value, wanted = (m.scores[name].value[0, 0] for m in (found, truth))
+    measured = MeasuredEquation.of(ode, [metric()])
+    steps = (measured.step(h, choice.method) for h in (choice.h, choice.h / 20))
+    value, wanted = (final_values(simulate(step, until=until), [metric()])[name][0, 0] for step in steps)
     return abs(value / wanted - 1)
 
 

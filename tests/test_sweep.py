@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from arms import arm_instruments
+from samples import with_measurement
 from sweeps import RATE, START, Explosion, sweep
 
 from workbench.controllers import SlidingMode
@@ -45,46 +46,45 @@ def test_a_sample_is_what_the_closed_form_says(tmp_path):
     found = sample(tmp_path, sweep())
     rate, start = found.drawn.T
     # RK4 at 10 ms: the error is (rate h)^4 / 120 of the value, below 1e-8
-    np.testing.assert_allclose(found.outputs("IAE"), start * (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
-    np.testing.assert_allclose(found.outputs("ISE"), start**2 * (1 - np.exp(-4 * rate)) / (2 * rate), rtol=1e-7)
+    np.testing.assert_allclose(found.score("IAE").value, start * (1 - np.exp(-2 * rate)) / rate, rtol=1e-7)
+    np.testing.assert_allclose(found.score("ISE").value, start**2 * (1 - np.exp(-4 * rate)) / (2 * rate), rtol=1e-7)
     assert (found.failed, len(found), found.note.split(";")[0]) == (0, 50, "50 runs, 0 of them diverged")
 
 
-def test_values_are_those_of_measure_at_twice_the_step_and_so_are_the_errors(tmp_path):
+def test_values_and_errors_are_those_of_measure(tmp_path):
     given = sweep(halved=1)
     found, made = sample(tmp_path, given), compile_sweep(given)
     p, x0 = made.rows(0, 50)
     x0 = x0[:, : made.equation.states.size]
     theirs = measure(made.equation, given.run.metrics, p, x0, until=2.0, h=0.01, every=2.0)
-    np.testing.assert_array_equal(found.errors[:, -1, 0], theirs.scores["IAE"].error[:, 0])
-    coarser = measure(made.equation, given.run.metrics, p, x0, until=2.0, h=0.02, every=2.0)
-    np.testing.assert_array_equal(found.outputs("IAE"), coarser.scores["IAE"].value[:, 0])
+    np.testing.assert_array_equal(found.score("IAE").error, theirs.score("IAE").error)
+    np.testing.assert_array_equal(found.score("IAE").value, theirs.score("IAE").value)
 
 
 def test_the_error_of_the_step_is_known_of_every_so_manyth_run(tmp_path):
     found = sample(tmp_path, sweep(halved=7))
-    assert found.again.tolist() == list(range(0, 50, 7))
-    assert found.errors.shape == (8, 1, 2)
-    assert found.step_error("IAE") == found.errors[:, -1, 0].max()
+    assert found.measurement.looked_at.tolist() == list(range(0, 50, 7))
+    assert found.measurement.errors.shape == (8, 1, 2)
+    assert found.score("IAE").largest_error == found.measurement.errors[:, -1, 0].max()
 
 
 def test_a_step_beyond_its_stability_limit_is_said_with_the_sample(tmp_path):
     # x' = -rate x decays under RK4 while h rate < 2.7853, the root of 1 - z + z^2/2 - z^3/6 + z^4/24 = 1
     fast = Factor("rate", ("rate",), Uniform(2.0, 9.0))
     found = sample(tmp_path / "a", sweep(factors=(fast, START), h=0.5, halved=2))
-    rates = found.drawn[found.again, 0]
+    rates = found.drawn[found.measurement.looked_at, 0]
     # the region is known to 1e-3: a crossing on a grid of 2001 radii
-    np.testing.assert_allclose(found.limits, 2.78529356 / rates, rtol=1e-3)
+    np.testing.assert_allclose(found.measurement.limits, 2.78529356 / rates, rtol=1e-3)
     beyond = rates > 2.78529356 / 0.5
     assert 0 < beyond.sum() < len(rates)
-    said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.limits.min():.3g} s"
+    said = f"; BEYOND the stability limit in {beyond.sum()} of these, down to {found.measurement.limits.min():.3g} s"
     assert said in found.note
     assert "BEYOND" not in sample(tmp_path / "b", sweep(factors=(fast, START))).note
-    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, halved=None)).limits) == 0
+    assert len(sample(tmp_path / "c", sweep(factors=(fast, START), h=0.5, halved=None)).measurement.limits) == 0
 
 
 def test_a_limit_that_is_not_known_is_said(tmp_path):
-    found = replace(sample(tmp_path, sweep(halved=25)), limits=np.array([np.nan, 1.0]))
+    found = with_measurement(sample(tmp_path, sweep(halved=25)), limits=np.array([np.nan, 1.0]))
     assert found.note.endswith("and half of it in 2 runs; stability limit not known of 1")
 
 
@@ -92,7 +92,7 @@ def test_metrics_over_time_are_those_of_shorter_horizons(tmp_path):
     long = sample(tmp_path / "long", sweep(every=0.5))
     assert long.t.tolist() == [0.5, 1.0, 1.5, 2.0]
     short = sample(tmp_path / "short", sweep(until=1.0))
-    np.testing.assert_array_equal(long.over_time("IAE")[:, 1], short.outputs("IAE"))
+    np.testing.assert_array_equal(long.over_time("IAE")[:, 1], short.score("IAE").value)
 
 
 def test_a_run_that_diverges_is_counted_and_has_no_value_from_then_on(tmp_path):
@@ -104,7 +104,7 @@ def test_a_run_that_diverges_is_counted_and_has_no_value_from_then_on(tmp_path):
     np.testing.assert_array_equal(found.drawn[~lost, 0] < 1.1, True)
     np.testing.assert_array_equal(found.drawn[lost, 0] > 0.9, True)
     assert found.failed == lost.sum() > 10
-    assert np.isnan(found.outputs("IAE")[lost]).all()
+    assert np.isnan(found.score("IAE").value[lost]).all()
     early = found.t < found.diverged_at[lost][:, np.newaxis]
     assert np.isfinite(found.over_time("IAE")[lost][early]).all()
 
@@ -113,9 +113,9 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
     one = sample(tmp_path / "a", sweep())
     for i, (size, workers) in enumerate([(1, 1), (50, 2), (7, 3), (None, None)]):
         other = sample(tmp_path / f"b{i}", sweep(runs_of_chunk=size), workers=workers)
-        assert other.values.tobytes() == one.values.tobytes()
-        assert other.errors.tobytes() == one.errors.tobytes()
-        assert other.limits.tobytes() == one.limits.tobytes()
+        assert other.measurement.values.tobytes() == one.measurement.values.tobytes()
+        assert other.measurement.errors.tobytes() == one.measurement.errors.tobytes()
+        assert other.measurement.limits.tobytes() == one.measurement.limits.tobytes()
 
 
 def test_only_what_is_missing_is_computed_and_acknowledged_after_it_is_kept(tmp_path):
@@ -192,7 +192,7 @@ def test_the_value_of_a_metric_is_computed_when_it_is_read(tmp_path):
     integral = rmse()
     doubled = replace(integral, finish=lambda value, horizon: 2 * integral.finish(value, horizon))
     once, twice = sample(tmp_path, sweep(metrics=(integral,))), sample(tmp_path, sweep(metrics=(doubled,)))
-    np.testing.assert_array_equal(twice.values, 2 * once.values)
+    np.testing.assert_array_equal(twice.measurement.values, 2 * once.measurement.values)
     assert len([name for name in held(tmp_path) if name.startswith("decay/")]) == 7
 
 
@@ -214,7 +214,7 @@ def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
     other = sweep(**numbers, runs_of_chunk=np.int8(8), halved=np.int64(16))
     plain = sample(tmp_path, sweep())
     before = held(tmp_path)
-    np.testing.assert_array_equal(sample(tmp_path, other).values, plain.values)
+    np.testing.assert_array_equal(sample(tmp_path, other).measurement.values, plain.measurement.values)
     assert held(tmp_path) == before
 
 
@@ -270,11 +270,11 @@ def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
     given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, halved=5)
     one, other = (sample(tmp_path / f"{n}", replace(given, runs_of_chunk=n)) for n in (12, 5))
-    assert one.values.tobytes() == other.values.tobytes()
-    assert one.errors.tobytes() == other.errors.tobytes()
-    assert len(np.unique(one.outputs("IAE", 1))) == 12
+    assert one.measurement.values.tobytes() == other.measurement.values.tobytes()
+    assert one.measurement.errors.tobytes() == other.measurement.errors.tobytes()
+    assert len(np.unique(one.score("IAE", 1).value)) == 12
     seeded = sample(tmp_path / "seed", replace(given, run=replace(given.run, seed=1)))
-    assert not np.isin(seeded.outputs("IAE"), one.outputs("IAE")).any()
+    assert not np.isin(seeded.score("IAE").value, one.score("IAE").value).any()
 
 
 def test_a_time_that_is_no_multiple_of_the_period_is_refused_before_it_begins():
@@ -291,20 +291,19 @@ def test_a_sample_knows_the_design_it_was_drawn_from(tmp_path):
 
 def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
     found = sample(tmp_path, sweep())
-    with pytest.raises(LookupError, match=r"no number 0 of 'IEA': its metrics are IAE, ISE. Did you mean"):
-        found.outputs("IEA")
-    with pytest.raises(LookupError, match="its numbers are 0"):
-        found.outputs("IAE", 1)
+    with pytest.raises(LookupError, match=r"There is no metric 'IEA' among IAE, ISE. Did you mean"):
+        found.score("IEA")
+    with pytest.raises(LookupError, match=r"'IAE' has no signal 1: it has 0 \('e'\), counted from 0"):
+        found.score("IAE", 1)
 
 
 def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
     found = sample(tmp_path, sweep())
-    lost = np.full(len(found), np.nan)
-    lost[found.again] = 1.0
-    assert np.isnan(replace(found, diverged_at=lost).step_error("IAE"))
-    errors = found.errors.copy()
+    values, errors = found.measurement.values.copy(), found.measurement.errors.copy()
+    values[found.measurement.looked_at] = np.nan
     errors[1] = np.nan
-    assert replace(found, errors=errors).step_error("IAE") == np.inf
+    assert np.isnan(with_measurement(found, values=values, errors=errors * np.nan).score("IAE").largest_error)
+    assert with_measurement(found, errors=errors).score("IAE").largest_error == np.inf
 
 
 def test_a_table_is_the_same_in_whatever_blocks_it_is_written(tmp_path, monkeypatch):
@@ -326,13 +325,14 @@ def test_the_time_to_write_many_short_runs_is_foreseen():
 def test_no_name_of_a_column_is_run_by_a_spreadsheet_and_its_numbers_are_as_they_were(tmp_path):
     found = sample(tmp_path, sweep())
     names = tuple(f"=HYPERLINK({i},x)" for i in range(len(found.factors)))
-    told = run_tables.to_csv(replace(found, factors=names, columns=tuple(("-x", *rest) for _, *rest in found.columns)))
+    columns = tuple(one._replace(metric="-x") for one in found.measurement.columns)
+    told = run_tables.to_csv(with_measurement(replace(found, factors=names), columns=columns))
     head, numbers = run_tables.to_csv(found).split(b"\r\n", 1)
     assert told.split(b"\r\n", 1)[1] == numbers
     (read,) = csv.reader([told.decode().split("\r\n")[0]], strict=True)
     assert len(read) == len(head.split(b","))
     assert [name[:2] for name in read if "HYPERLINK" in name] == ["'="] * len(names)
-    assert [name[:4] for name in read if "-x" in name] == ["'-x["] * 2 * len(found.columns)
+    assert [name[:4] for name in read if "-x" in name] == ["'-x["] * 2 * len(found.measurement.columns)
 
 
 @pytest.mark.parametrize(("needs", "word"), [({"memory": 5e9}, "4.0 GB"), ({"disk": 1e18}, "half of what is free")])
@@ -346,16 +346,17 @@ def test_runs_that_share_their_noise_differ_by_their_numbers_alone(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
     points = Listed([[0.1], [0.1], [0.9]])
     given = sweep(loop=Digital(), factors=(width,), design=points, h=1e-3, until=0.2, common=True)
-    first, again, other = sample(tmp_path / "common", given).outputs("IAE")
+    first, again, other = sample(tmp_path / "common", given).score("IAE").value
     assert first == again != other
-    first, again, other = sample(tmp_path / "own", replace(given, common=False)).outputs("IAE")
+    first, again, other = sample(tmp_path / "own", replace(given, common=False)).score("IAE").value
     assert first != again
 
 
 def test_a_sweep_can_leave_out_half_steps(tmp_path):
     with_some, without = sweep(), sweep(halved=None)
     found = sample(tmp_path, without)
-    assert (len(found.again), found.errors.shape, np.isnan(found.step_error("IAE"))) == (0, (0, 1, 2), True)
+    assert (len(found.measurement.looked_at), found.measurement.errors.shape) == (0, (0, 1, 2))
+    assert np.isnan(found.score("IAE").largest_error)
     assert found.note == f"50 runs, 0 of them diverged; seed {without.design.seed}; step 0.01 s"
     assert compile_sweep(without).seconds_of_run < compile_sweep(with_some).seconds_of_run
     assert cost.cost_of([compile_sweep(without)]).disk < cost.cost_of([compile_sweep(with_some)]).disk
@@ -363,18 +364,16 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
 
 def test_a_sweep_at_half_its_step_has_the_errors_of_the_first(tmp_path):
     given = sweep(halved=1)
-    half = sample(tmp_path, given).errors
-    made = compile_sweep(given).at_half("finer", given.design.size)
-    finer = made.sample([made.chunk(0, 50)])
-    assert made.name(0, 50).startswith("finer/0-50/")
-    np.testing.assert_array_equal(np.abs(finer.values - sample(tmp_path, given).values), half)
+    one = sample(tmp_path, given).measurement
+    finer = sample(tmp_path / "finer", sweep(halved=1, h=given.run.h / 2)).measurement
+    np.testing.assert_array_equal(2 * np.abs(finer.values - one.values), one.errors)
 
 
 def test_some_runs_of_a_sample_keep_their_numbers_and_errors(tmp_path):
     found = sample(tmp_path, sweep(halved=7))
     few = found.only(np.array([3, 7, 8, 21]))
-    np.testing.assert_array_equal(few.outputs("IAE"), found.outputs("IAE")[[3, 7, 8, 21]])
+    np.testing.assert_array_equal(few.score("IAE").value, found.score("IAE").value[[3, 7, 8, 21]])
     np.testing.assert_array_equal(few.drawn, found.drawn[[3, 7, 8, 21]])
-    assert few.again.tolist() == [1, 3]
-    np.testing.assert_array_equal(few.errors, found.errors[[1, 3]])
-    assert len(found.only(np.arange(50)).again) == len(found.again)
+    assert few.measurement.looked_at.tolist() == [1, 3]
+    np.testing.assert_array_equal(few.measurement.errors, found.measurement.errors[[1, 3]])
+    assert len(found.only(np.arange(50)).measurement.looked_at) == len(found.measurement.looked_at)

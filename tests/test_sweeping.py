@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from compilers import ARITHMETIC, SLOW
+from samples import made_sample
 from scipy.io import loadmat
 
 from workbench.cli.script import load
@@ -20,7 +21,6 @@ from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
 from workbench.study.order import Order
 from workbench.study.run_tables import table_of
-from workbench.study.sample import Sample
 
 SWEPT = """
 import casadi as ca
@@ -291,10 +291,10 @@ def test_no_word_of_a_folder_reaches_the_terminal_as_more_than_text(command, tmp
 
 def table(**changes):
     """The record of a table of two runs, with a word or an array of it changed."""
-    columns = (("IAE", 0, "rad s"),)
     numbers = {"t": np.ones(1), "drawn": np.ones((2, 1)), "values": np.ones((2, 1, 1)), "again": np.zeros(1, int)}
-    errors = {"errors": np.ones((1, 1, 1)), "limits": np.ones(1), "diverged_at": np.full(2, np.nan)}
-    one = table_of(Sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers, **errors))
+    numbers |= {"errors": np.ones((1, 1, 1)), "limits": np.ones(1), "diverged_at": np.full(2, np.nan)}
+    columns = (("IAE", 0, "rad s"),)
+    one = table_of(made_sample("decay", ("rate",), columns, h=0.1, seed=0, fingerprint="f", **numbers))
     arrays = {name: changes.pop(name, array) for name, array in one.arrays().items()}
     return chunk_of(
         "table/decay", arrays, {name: value for name, value in (one.content | changes).items() if name != "arrays"}
@@ -321,15 +321,15 @@ def test_a_table_of_a_ledger_becomes_a_file_below_its_folder(command, tmp_path):
         {"name": 3},
         {"factors": 3},
         {"columns": [["IAE", 0]]},
-        {"columns": [["IAE", "a", ""]]},
+        {"columns": [["IAE", "a", "", "e"]]},
         {"h": "x"},
         {"seed": None},
         {"t": np.ones((1, 1))},
         {"drawn": np.ones((2, 2))},
         {"values": np.ones((3, 1, 1))},
-        {"again": np.array([7.0])},
-        {"again": np.array([-1.0])},
-        {"again": np.array([np.nan])},
+        {"looked_at": np.array([7.0])},
+        {"looked_at": np.array([-1.0])},
+        {"looked_at": np.array([np.nan])},
         {"errors": np.ones((2, 1, 1))},
         {"limits": np.ones(2)},
         {"diverged_at": np.ones(())},

@@ -66,10 +66,10 @@ def test_a_measure_and_a_case_see_pulses_that_the_loop_does_not_follow(computer)
     equation = loop.digital(0.01) if computer else loop.ode()
     truth = 1.0  # the root of 10^2 0.001 s / 0.1 s, as the motor stands
     found = wb.measure(equation, [wb.rmse()], until=10.0, tolerance=1e-3)
-    assert found.scores["RMSE"].value[0, 0] == pytest.approx(truth, rel=1e-6)
+    assert found.score("RMSE").value[0] == pytest.approx(truth, rel=1e-6)
     case = wb.Case("pulses", "idle", wb.Run(equation, (wb.rmse(),), until=10.0, tolerance=1e-3))
     [outcome] = run(wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,))).outcomes
-    assert outcome.score("RMSE", 0)[0] == pytest.approx(truth, rel=1e-6)
+    assert outcome.score("RMSE").pair[0] == pytest.approx(truth, rel=1e-6)
 
 
 @pytest.mark.parametrize("interpolation", ["linear", "hold"])

@@ -141,7 +141,7 @@ def test_on_the_arm_the_torque_chatters_explicitly_and_not_implicitly():
     travel = {}
     for kind in ("sign", "implicit"):
         for h in (4e-3, 2e-3):
-            score = measure(loop(law(kind)).digital(h), (total_variation(h),), until=2.0, h=h).scores["TV"]
+            score = measure(loop(law(kind)).digital(h), (total_variation(h),), until=2.0, h=h).score("TV")
             travel[kind, h] = score.value[0]
     assert (travel["sign", 2e-3] > 1.5 * travel["sign", 4e-3]).all()
     assert (travel["sign", 4e-3] > 10 * travel["implicit", 4e-3]).all()

@@ -52,14 +52,13 @@ def test_without_a_tolerance_nothing_is_judged():
 
 def test_halving_tells_median_worst_and_share_of_the_runs_within_the_tolerance():
     T, h = 2.0, 0.1
-    whole = measure(decay(), (ise(),), A, until=T, h=2 * h).scores["ISE"].value  # at the half: at h
-    errors = np.abs(whole / exact_ise(A, T) - 1)[:, 0]
-    tolerance = float(np.sort(errors)[5:7].mean())
+    errors = np.abs(measure(decay(), (ise(),), A, until=T, h=h).score("ISE").value / exact_ise(A, T)[:, 0] - 1)
+    tolerance = float(2 * np.sort(errors)[5:7].mean())
     found = measure(decay(), (ise(),), A, until=T, h=h, tolerance=tolerance)
     (accuracy,) = found.check.metrics
-    # order four: a sixteenth of the error is left
-    assert accuracy.worst == pytest.approx(15 / 16 * errors.max(), rel=0.1)
-    assert accuracy.median == pytest.approx(15 / 16 * np.median(errors), rel=0.1)
+    # twice the change, of which order four leaves a sixteenth
+    assert accuracy.worst == pytest.approx(2 * 15 / 16 * errors.max(), rel=0.1)
+    assert accuracy.median == pytest.approx(2 * 15 / 16 * np.median(errors), rel=0.1)
     assert accuracy.within == pytest.approx(6 / 9)
     assert not accuracy.met
     assert not found.check.passed
@@ -77,18 +76,17 @@ def test_a_tolerance_that_all_metrics_keep_is_said_to_be_met():
 
 def test_a_tolerance_changes_no_number_of_the_measurement():
     plain, judged = (measure(oscillator(), (ise(),), until=1.0, h=0.1, tolerance=t) for t in (None, 1e-9))
-    np.testing.assert_array_equal(plain.scores["ISE"].value, judged.scores["ISE"].value)
-    np.testing.assert_array_equal(plain.scores["ISE"].error, judged.scores["ISE"].error)
+    np.testing.assert_array_equal(plain.score("ISE").value, judged.score("ISE").value)
+    np.testing.assert_array_equal(plain.score("ISE").error, judged.score("ISE").error)
     assert not judged.check.passed
 
 
-def test_a_run_that_only_the_whole_step_loses_has_changed_beyond_any_tolerance():
+def test_a_run_that_only_the_whole_step_loses_has_no_value_and_is_not_tested():
     found = measure(cubic(10.0), (ise(),), until=2.0, h=0.4, tolerance=1e9)
-    assert np.isfinite(found.coarse_diverged_at).all()
-    assert np.isfinite(found.scores["ISE"].value).all()
+    assert (np.isfinite(found.diverged_at).all(), np.isnan(found.half_diverged_at).all()) == (True, True)
+    assert np.isnan([found.score("ISE").value, found.score("ISE").error]).all()
     (accuracy,) = found.check.metrics
-    assert (accuracy.worst, accuracy.runs, accuracy.lost) == (np.inf, 1, 0)
-    assert not accuracy.met
+    assert (accuracy.runs, accuracy.lost, accuracy.met) == (0, 1, False)
 
 
 def test_a_run_without_a_value_is_counted_and_never_averaged():
@@ -104,23 +102,21 @@ def test_a_metric_that_is_zero_and_stays_zero_keeps_any_tolerance():
     assert accuracy.met
 
 
-def test_up_to_sixteen_runs_have_a_limit_each_and_more_that_of_their_pilots():
+def test_each_run_has_a_limit_on_its_step():
     rates = np.random.default_rng(2).permutation(np.linspace(1.0, 100.0, 16))[:, np.newaxis]
     found = measure(decay(), (ise(),), rates, until=1.0, h=0.01)
     # 2.785 is the end of RK4's stability interval
-    np.testing.assert_allclose([limit.limit for limit in found.limits], 2.785 / rates[:, 0], rtol=1e-3)
+    np.testing.assert_allclose(found.limits, 2.785 / rates[:, 0], rtol=1e-3)
     np.testing.assert_array_equal(found.looked_at, np.arange(16))
     rates = np.random.default_rng(2).permutation(np.linspace(1.0, 400.0, 50))[:, np.newaxis]
     found = measure(decay(), (ise(),), rates, until=1.0, h=0.01, tolerance=1.0)
-    assert len(found.limits) == len(found.looked_at) == 16
-    np.testing.assert_allclose([limit.limit for limit in found.limits], 2.785 / rates[found.looked_at, 0], rtol=1e-3)
-    # the pilots reach from the smallest to the largest number: the stiffest run is one of them
-    assert str(found.check).endswith("is BEYOND its limit of 6.96 ms, along 16 of 50 runs.")
+    np.testing.assert_allclose(found.limits, 2.785 / rates[:, 0], rtol=1e-3)
+    assert str(found.check).endswith("is BEYOND its limit of 6.96 ms, along 50 of 50 runs.")
 
 
 def test_the_limit_does_not_depend_on_how_many_states_are_kept():
-    few, many = (measure(hill(500.0), (ise(),), until=1.0, h=0.01, every=every).limits[0] for every in (1.0, 0.01))
-    assert few == many
+    few, many = (measure(hill(500.0), (ise(),), until=1.0, h=0.01, every=every).limit for every in (1.0, 0.01))
+    assert (few.limit, few.at) == (many.limit, many.at)
     assert few.limit == pytest.approx(2.785 / 500, rel=1e-3)
     assert 0.4 <= few.at <= 0.6
     assert not few.holds
@@ -130,19 +126,17 @@ def test_the_limit_does_not_depend_on_how_many_states_are_kept():
 def test_a_pilot_chooses_steps_that_keep_the_tolerance_on_a_closed_form(tolerance):
     T = 2.0
     found = measure(relaxation(), (ise(), rmse()), RATES, until=T, tolerance=tolerance)
-    exact = relaxed(RATES, T)
-    assert np.abs(found.scores["ISE"].value / exact - 1).max() <= tolerance
-    assert np.abs(found.scores["RMSE"].value / np.sqrt(exact / T) - 1).max() <= tolerance
+    exact = relaxed(RATES, T)[:, 0]
+    assert np.abs(found.score("ISE").value / exact - 1).max() <= tolerance
+    assert np.abs(found.score("RMSE").value / np.sqrt(exact / T) - 1).max() <= tolerance
     assert found.check.passed, str(found.check)
     # the end of the stability interval of RK4 at the fastest rate
-    assert found.h < 2.785 / 600 / 2
-    assert len(found.limits) == 16
+    assert found.h < 2.785 / 600
 
 
-def test_the_error_at_a_chosen_step_covers_what_is_left_at_its_half():
+def test_the_error_at_a_chosen_step_covers_that_of_the_value():
     found = measure(relaxation(), (ise(),), RATES, until=2.0, tolerance=1e-2)
-    exact, score = relaxed(RATES, 2.0), found.scores["ISE"]
-    # the change from the whole to the half step covers what is left at the half
+    exact, score = relaxed(RATES, 2.0)[:, 0], found.score("ISE")
     assert (np.abs(score.value - exact) <= score.error).mean() > 0.9
 
 
@@ -151,14 +145,14 @@ def test_a_grid_and_kept_times_bound_the_chosen_steps():
     metrics = (total_variation(sample), peak_error())
     found = measure(oscillator(), metrics, until=T, every=every, tolerance=1e-3)
     for length in (sample, every, T):
-        ratio = length / (2 * found.h)
+        ratio = length / found.h
         # a float holds 2.4 s to 1e-16
         assert ratio == pytest.approx(round(ratio), rel=1e-9)
     np.testing.assert_allclose(found.trajectories.t, np.arange(41) * every, atol=1e-12)
     # the oscillation to a thousandth of its size at every kept time
     np.testing.assert_allclose(found.trajectories["q"][0, :, 0], np.cos(2 * found.trajectories.t), atol=1e-3)
     grid = -2 * np.sin(2 * np.arange(601) * sample)
-    assert found.scores["TV"].value[0, 0] == pytest.approx(np.abs(np.diff(grid)).sum() / T, rel=1e-3)
+    assert found.score("TV").value[0] == pytest.approx(np.abs(np.diff(grid)).sum() / T, rel=1e-3)
 
 
 def test_a_time_is_known_to_the_chosen_step_at_best():
@@ -166,15 +160,15 @@ def test_a_time_is_known_to_the_chosen_step_at_best():
     x = states.symbols()
     ode = Ode.of("lag", states, Layout(), (t, x, ca.SX(0, 1)), {"q": 10 * (1 - x)}, {"q": x, "q_ref": ca.SX(1)})
     found = measure(ode, (settling_time(),), until=2.0, tolerance=1e-3)
-    score, longest = found.scores["settling time"], 2 * found.h
-    assert score.error[0, 0] >= longest
-    assert score.value[0, 0] == pytest.approx(np.log(50) / 10, abs=longest)
+    score, longest = found.score("settling time"), found.h
+    assert score.error[0] >= longest
+    assert score.value[0] == pytest.approx(np.log(50) / 10, abs=longest)
 
 
 def test_one_run_is_the_same_at_a_chosen_step_in_any_company():
     found = measure(relaxation(), (ise(),), RATES, until=2.0, tolerance=1e-3)
     again = measure(relaxation(), (ise(),), RATES[::-1].copy(), until=2.0, tolerance=1e-3)
-    np.testing.assert_array_equal(found.scores["ISE"].value, again.scores["ISE"].value[::-1])
+    np.testing.assert_array_equal(found.score("ISE").value, again.score("ISE").value[::-1])
 
 
 def test_progress_at_a_chosen_step_rises_to_one():
@@ -200,7 +194,7 @@ def test_a_sampled_loop_has_its_substep_chosen_or_is_judged_at_the_one_that_is_n
     sampled = Sampled(ode, 0.1, k, ca.SX(0, 1), ode.x)
     chosen = measure(sampled, (ise(),), until=1.0, tolerance=1e-3)
     assert chosen.check.passed
-    assert sampled.substeps(chosen.h) % 2 == 0  # the half of a part of the period
+    assert sampled.substeps(chosen.h) in (1, 2, 4, 8)  # a half of the period, a quarter and so on
     assert measure(sampled, (ise(),), until=1.0, h=0.01, tolerance=1e-6).check.passed
 
 
@@ -217,7 +211,7 @@ def test_rows_are_checked_before_a_pilot_runs():
         measure(ode, (ise(),), np.ones((2, 1)), np.ones((3, 2)), until=1.0, tolerance=1e-3)
 
 
-def test_values_at_the_half_step_are_those_of_a_simulation_at_that_step():
+def test_values_are_those_of_a_simulation_at_the_step():
     found = measure(decay(), (ise(),), until=1.0, h=0.1, tolerance=1.0)
     step = found.trajectories.step
     np.testing.assert_array_equal(found.trajectories.x[:, -1], simulate(step, until=1.0, every=1.0).x[:, -1])
@@ -237,5 +231,5 @@ def test_the_limit_of_a_noisy_run_is_taken_along_the_very_run():
     few, many = (
         measure(noisy(), (ise(),), x0=starts, until=20.0, h=0.01, every=every, seed=7).limits for every in (20.0, 0.1)
     )
-    assert few == many
-    assert len({limit.limit for limit in few}) == 16
+    np.testing.assert_array_equal(few, many)
+    assert len(set(few.tolist())) == 40

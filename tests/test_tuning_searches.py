@@ -49,7 +49,7 @@ def shaken(**changes):
 
 def wander(runs):
     """RMSE of joint 1 over all trials."""
-    return np.sum([run.outputs("RMSE") for run in runs.values()], axis=0)
+    return np.sum([run.score("RMSE").value for run in runs.values()], axis=0)
 
 
 @pytest.fixture(scope="module")
@@ -130,8 +130,7 @@ def test_a_search_that_has_not_settled_has_all_its_evaluations_and_is_marked():
 
 def test_each_search_has_a_training_noise_of_its_own(noisy):
     seeds = [
-        [trial.sweep.run.seed for trial in compile_tuning(shaken()).under(compile_tuning(shaken()).trials, k)]
-        for k in (0, 1)
+        [trial.run.seed for trial in compile_tuning(shaken()).under(compile_tuning(shaken()).trials, k)] for k in (0, 1)
     ]
     assert seeds == [[3, 4], [1003, 1004]]
     moved = tuple(replace(trial, run=replace(trial.run, seed=trial.run.seed + 1000)) for trial in shaken().trials)
@@ -140,11 +139,11 @@ def test_each_search_has_a_training_noise_of_its_own(noisy):
 
 
 def test_the_winner_is_the_least_mean_over_the_noises_of_all_searches(noisy):
-    assert noisy.halved.shape == (16, 2)
-    np.testing.assert_array_equal(noisy.halved.T.ravel(), wander(noisy.halves))
+    assert noisy.finals.shape == noisy.halved.shape == (16, 2)
+    np.testing.assert_array_equal(noisy.finals.T.ravel(), wander(noisy.final_samples))
     row = list(noisy.finalists).index(noisy.place)
-    assert noisy.objective == noisy.halved[row].mean() == noisy.halved.mean(axis=1).min()
-    assert noisy.spread == abs(np.diff(noisy.halved[row])[0]) > 0
+    assert noisy.objective == noisy.finals[row].mean() == noisy.finals.mean(axis=1).min()
+    assert noisy.spread == abs(np.diff(noisy.finals[row])[0]) > 0
     assert "over the noises of 2 searches" in noisy.note
 
 
@@ -172,12 +171,12 @@ def test_the_best_within_a_smaller_budget_is_among_the_first_points_of_each_sear
 
 def test_without_noise_the_best_points_are_run_again_once():
     found = tune(tuning(seeds=(0, 1)))
-    assert (found.halved.shape, found.spread) == ((16, 1), 0.0)
+    assert (found.finals.shape, found.spread) == ((16, 1), 0.0)
     assert "noise" not in found.note
 
 
 def test_a_winner_that_depends_on_the_noise_is_said_to(noisy):
-    said = replace(noisy, halved=noisy.halved * [1.0, 1.2]).warnings
+    said = replace(noisy, finals=noisy.finals * [1.0, 1.2]).warnings
     assert any("The objective of the best varies by" in one and "with the training noise" in one for one in said)
 
 

@@ -19,7 +19,7 @@ def pulses(time):
 @pytest.mark.parametrize("h", [0.02, 0.005])
 def test_a_pulse_between_two_steps_is_said(h):
     found = peak_of_reference(h, pulses(0.0512))
-    assert found.scores["peak of omega_ref"].value.max() == 0.0  # 10 rad/s, which no end of a step sees
+    assert found.score("peak of omega_ref").value.max() == 0.0  # 10 rad/s, which no end of a step sees
     (said,) = (line for line in found.warnings if "pulse" in line)
     assert said.startswith("'peak of omega_ref' looks at the ends of steps")
     assert said in repr(found)
@@ -27,7 +27,7 @@ def test_a_pulse_between_two_steps_is_said(h):
 
 def test_a_pulse_as_long_as_the_steps_and_a_single_jump_are_seen_and_not_said():
     seen = peak_of_reference(1e-3, pulses(0.0512))
-    assert seen.scores["peak of omega_ref"].value.max() == 10.0
+    assert seen.score("peak of omega_ref").value.max() == 10.0
     jump = peak_of_reference(0.02, wb.Step("omega", "rad/s", level=10.0, time=0.0512))
     assert not [line for one in (seen, jump) for line in one.warnings if "pulse" in line]
 
@@ -41,5 +41,5 @@ def test_a_command_of_time_and_of_states_behind_the_first_is_watched():
 def test_a_pulse_within_a_period_of_a_computer_is_said_whatever_the_substeps():
     loop = wb.ClosedLoop(Motor(), controller=PI(), reference=pulses(0.0512))
     found = wb.measure(loop.digital(0.02), [peak("omega_ref")], until=1.0, h=1e-3)
-    assert found.scores["peak of omega_ref"].value.max() == 0.0
+    assert found.score("peak of omega_ref").value.max() == 0.0
     assert any("pulse" in line for line in found.warnings)

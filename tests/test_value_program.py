@@ -14,13 +14,15 @@ from metric_programs import HORIZON, ODD, RUNS, STEP, bits, catalogue, pair, som
 
 from workbench.core import Entry, Layout
 from workbench.metrics import AbstractMetric, measured, peak_error
-from workbench.metrics.accumulators import accumulated, accumulators, final_values, resolved, values
+from workbench.metrics.accumulators import final_values
 from workbench.metrics.contract import Integral
+from workbench.metrics.measured_equation import MeasuredEquation, accumulators_in, values
 from workbench.metrics.value_program import program_of
 from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
 
-METRICS = resolved(pair(), catalogue(), HORIZON)
+MEASURED = MeasuredEquation.of(pair(), catalogue(), HORIZON)
+METRICS = MEASURED.metrics
 RUNS_OF_ALL = some_runs(METRICS)
 STEP_OF_ALL = RUNS_OF_ALL.step
 
@@ -46,7 +48,7 @@ def test_the_runs_have_times_that_are_infinite_and_finite_ones():
 def test_a_program_has_the_bits_of_the_metric_for_odd_accumulators(metric):
     rng = np.random.default_rng(19)
     states = rng.choice([*ODD, *rng.normal(size=20), *rng.normal(size=5) * 1e12], (2000, STEP_OF_ALL.states.size))
-    held = accumulators(STEP_OF_ALL, METRICS)
+    held = accumulators_in(STEP_OF_ALL, METRICS)
     rows = np.hstack([states[:, STEP_OF_ALL.states.slice(name)] for name in held.names])
     with np.errstate(all="ignore"):
         wanted = values(METRICS, held, rows, HORIZON)[metric.name]
@@ -65,7 +67,7 @@ def test_integrals_are_read_at_the_horizon_and_memories_one_step_later():
     assert [name for name, _ in (*area.inputs, *largest.inputs)] == ["x", "x", "z", "z"]
     assert labels == ["integral of IAE[0]", "integral of IAE[1]", "peak error.peak[0]", "peak error.peak[1]"]
     later = continued(runs.job, runs.x[:, -1], round(HORIZON / STEP), 1)
-    rows = accumulators(step, METRICS).unpack(accumulated(runs, METRICS))
+    rows = MEASURED.accumulators.unpack(MEASURED.accumulated(runs))
     np.testing.assert_array_equal(rows["peak error.peak"], later[:, step.states.slice("peak error.peak")])
 
 

@@ -117,7 +117,7 @@ def test_views_show_names_as_text():
 def test_a_measurement_is_shown_as_values_with_their_errors():
     runs = measure(LOOP.ode(), [rmse(), peak("v")], until=1.0, h=1e-2)
     table = _parsed(runs._repr_html_())
-    for word in ("RMSE", "omega", "rad/s", "peak of v", f"{runs.scores['peak of v'].value[0, 0]:.6g}"):
+    for word in ("RMSE", "omega", "rad/s", "peak of v", f"{runs.score('peak of v').value[0]:.6g}"):
         assert word in table
     assert "plant.omega" in _parsed(runs.trajectories._repr_html_())
 

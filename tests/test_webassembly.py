@@ -8,7 +8,7 @@ from wasm_runs import Kernel, unpacked
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
 from workbench.core.equations import equations_of
-from workbench.metrics.accumulators import maker
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate.kernel import llvm, webassembly
 from workbench.simulate.kernel.plan import Plan
 from workbench.study.live.knob import Knob
@@ -42,7 +42,7 @@ def turned(step, rng):
 
 @pytest.mark.parametrize("case", comparison("FS"), ids=lambda case: case.law)
 def test_a_browser_computes_the_bits_of_the_portable_arithmetic_at_a_thousand_positions_of_all_knobs(case):
-    step = maker(equations_of(case.run.loop, case.name), case.run.metrics)(case.run.h)
+    step = MeasuredEquation.of(equations_of(case.run.loop, case.name), case.run.metrics).step(case.run.h)
     kernel = opened(step, STEPS // 2, rows=2)
     p = turned(step, np.random.default_rng(18))
     until = STEPS * step.h
@@ -67,13 +67,13 @@ def test_noise_and_a_computers_period_have_the_same_bits_too():
 
 
 def test_a_row_may_be_longer_than_a_table_of_time():
-    step = maker(equations_of(comparison("FS")[2].run.loop, "smc"), ())(1e-4)
+    step = MeasuredEquation.of(equations_of(comparison("FS")[2].run.loop, "smc"), ()).step(1e-4)
     wanted = wb.simulate(step, until=0.5, every=0.5, arithmetic="portable").x[0, 1:]
     assert (bits(opened(step, 5000, 1).run(step.parameters.default, step.states.default, 1)) == bits(wanted)).all()
 
 
 def test_outputs_are_made_from_the_states_of_a_kept_time():
-    step = maker(equations_of(comparison("FS")[0].run.loop, "aosmc"), ())(1e-4)
+    step = MeasuredEquation.of(equations_of(comparison("FS")[0].run.loop, "aosmc"), ()).step(1e-4)
     runs = wb.simulate(step, until=0.1, every=0.01, arithmetic="portable")
     tau = step.outputs.slice("tau")
     kernel = opened(watched(step, step.rule.output[tau]), 1, rows=1)
@@ -86,7 +86,7 @@ def test_outputs_are_made_from_the_states_of_a_kept_time():
 
 
 def test_the_module_imports_its_memory_alone():
-    step = maker(equations_of(comparison("FS")[4].run.loop, "fuzzy"), ())(1e-4)
+    step = MeasuredEquation.of(equations_of(comparison("FS")[4].run.loop, "fuzzy"), ()).step(1e-4)
     code = webassembly.compiled(Plan.of_step(step, ()))
     imports = dict(webassembly._sections(code))[webassembly.IMPORTS]
     assert [*webassembly._imported(imports)] == [webassembly.MEMORY]
@@ -108,7 +108,7 @@ def test_a_loop_that_no_graph_can_hold_is_refused_in_one_sentence():
 
 
 def test_a_knob_knows_its_places_its_range_and_its_bounds():
-    step = maker(equations_of(comparison("FS")[2].run.loop, "smc"), ())(1e-3)
+    step = MeasuredEquation.of(equations_of(comparison("FS")[2].run.loop, "smc"), ()).step(1e-3)
     phi = Knob("phi", "controller.phi", 1e-3, 0.5, log=True)
     assert [step.parameters.labels[i] for i in phi.places(step)] == ["controller.phi"]
     assert phi.unit(step) == "rad/s"

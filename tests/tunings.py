@@ -34,7 +34,7 @@ GAINS = (Factor("Kp", ("Kp",), LogUniform(0.1, 10.0)), Factor("Kd", ("Kd",), Log
 
 def quadratic(runs):
     """The integral of e^2 + tau^2 over all trials: of the double integrator least at Kp = 1, Kd = sqrt(2)."""
-    return sum(run.outputs("ISE") + HORIZON * run.outputs("effort") ** 2 for run in runs.values())
+    return sum(run.score("ISE").value + HORIZON * run.score("effort").value ** 2 for run in runs.values())
 
 
 def tuning(**changes):

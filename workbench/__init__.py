@@ -14,8 +14,9 @@ from typing import Any
 __version__ = "0.1.0"
 
 _ROOMS = {
-    "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4",
-    "loop": "ClosedLoop Controller DigitalLoop Instruments Observer Plant Reference open_loop",
+    "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
+    "loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
+    "SecondOrderNoise open_loop",
     "robots": "base_parameters named paper_arm regressor",
     "robots.urdf": "read_urdf",
     "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "

@@ -2,7 +2,20 @@
 
 from workbench.cli.script import load
 from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
-from workbench.core import Layout, Ode, Sampled, SampledLaw, Signals, block, initial, layout, option, parameter, rk4
+from workbench.core import (
+    Layout,
+    Ode,
+    Sampled,
+    SampledLaw,
+    Signals,
+    block,
+    initial,
+    layout,
+    option,
+    parameter,
+    rk4,
+    runge_kutta_step,
+)
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
@@ -15,7 +28,7 @@ from workbench.loop import AbstractController as Controller
 from workbench.loop import AbstractObserver as Observer
 from workbench.loop import AbstractPlant as Plant
 from workbench.loop import AbstractReference as Reference
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
+from workbench.loop import ClosedLoop, DigitalLoop, GaussMarkov, Instruments, RandomWalk, SecondOrderNoise, open_loop
 from workbench.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.observers import (
     ExtendedKalmanFilter,
@@ -89,6 +102,7 @@ __all__ = [
     "FirstOrder",
     "FullState",
     "FurutaPendulum",
+    "GaussMarkov",
     "Hold",
     "Instruments",
     "Knob",
@@ -113,6 +127,7 @@ __all__ = [
     "QuadrupleTank",
     "Quantiser",
     "Ramp",
+    "RandomWalk",
     "RateLimit",
     "Reference",
     "Regulator",
@@ -120,6 +135,7 @@ __all__ = [
     "Sampled",
     "SampledLaw",
     "Saturation",
+    "SecondOrderNoise",
     "Section",
     "Signals",
     "Sines",
@@ -172,6 +188,7 @@ __all__ = [
     "replay",
     "rk4",
     "rmse",
+    "runge_kutta_step",
     "settling_time",
     "side_by_side",
     "simulate",

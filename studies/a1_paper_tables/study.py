@@ -93,13 +93,13 @@ def variants() -> Iterator[Case]:
 
 def late(outcome: Outcome) -> list[float]:
     """The late error of either joint, in rad."""
-    return [outcome.score("late error", joint)[0] for joint in (0, 1)]
+    return [outcome.score("late error", joint).pair[0] for joint in (0, 1)]
 
 
 def excess(outcome: Outcome) -> list[float]:
     """RMSE (43) of either joint above its printed value in the first scenario, in %."""
     printed = [PUBLISHED["FS", joint].values[PROPOSED] for joint in (1, 2)]
-    return [100 * (outcome.score("RMSE (43)", j)[0] / printed[j] - 1) for j in (0, 1)]
+    return [100 * (outcome.score("RMSE (43)", j).pair[0] / printed[j] - 1) for j in (0, 1)]
 
 
 def as_printed(results: Results) -> Verdict:
@@ -214,7 +214,7 @@ def numbers_section() -> Section:
 
 def trust_section(results: Results) -> Section:
     """Steps, limits and errors."""
-    beyond = ", ".join(run.case.name for run in results.outcomes if not run.measurement.limits[0].holds)
+    beyond = ", ".join(run.case.name for run in results.outcomes if not run.measurement.limit.holds)
     about = (
         "Values are those of RK4; errors are the change from twice the step. The limit of stability is the longest "
         "step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of the run, "

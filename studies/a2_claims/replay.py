@@ -100,10 +100,10 @@ def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) 
     """
     loop = with_weights(proposed_as_printed("SS", reading), Q, R)
     ode, gain = loop.ode(), Declared(K_STAYS_DEFINITE, "controller.")
-    score = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP)
-    found = score.scores[violation(gain.claim).name]
-    worst = int(np.argmax(found.value[0]))
-    return -float(found.value[0, worst]), float(found.error[0, worst]), worst + 1
+    found = measure(watching(ode, [gain]), (violation(gain.claim),), until=until, h=STEP / 2)
+    pairs = [score.pair for score in found.scores]
+    worst = int(np.argmax([value for value, _ in pairs]))
+    return -pairs[worst][0], pairs[worst][1], worst + 1
 
 
 def cost(Q: float, R: float, until: float = 5.0) -> tuple[float, float]:
@@ -150,8 +150,8 @@ def compared() -> Results:
 
 def beside(metric: str) -> dict[str, list[float]]:
     """A metric of the laws in both scenarios, joint by joint, as a1 measures it."""
-    scores = {one.case.name: one.measurement.scores for one in compared().outcomes}
-    return {name: mine[metric].value[0].tolist() for name, mine in scores.items() if metric in mine}
+    found = {one.case.name: one.measurement for one in compared().outcomes if metric in one.measurement.names}
+    return {name: [score.pair[0] for score in one.scores_of(metric)] for name, one in found.items()}
 
 
 def astray(q: Any, qd: Any, until: float = 2.0) -> tuple[float, float]:
@@ -182,5 +182,6 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
     """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
-    scores = measure(searches.on_path().ode(), late, until=until, h=STEP).scores
-    return {name: (float(score.value[0].max()), float(score.error[0].max())) for name, score in scores.items()}
+    found = measure(searches.on_path().ode(), late, until=until, h=STEP / 2)
+    pairs = {name: [score.pair for score in found.scores_of(name)] for name in found.names}
+    return {name: (max(v for v, _ in mine), max(e for _, e in mine)) for name, mine in pairs.items()}

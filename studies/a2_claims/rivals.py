@@ -62,11 +62,11 @@ def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
         above: list[str] = []
         for scenario in ("FS", "SS"):
             ours = results[scenario, PROPOSED]
-            if metric not in ours.measurement.scores:
+            if metric not in ours.measurement.names:
                 continue
-            unit = ours.measurement.scores[metric].metric.unit
+            unit = ours.score(metric).unit
             for law, joint in ((law, joint) for law in RIVALS for joint in (0, 1)):
-                a, b = ours.score(metric, joint), results[scenario, law].score(metric, joint)
+                a, b = ours.score(metric, joint).pair, results[scenario, law].score(metric, joint).pair
                 stood.append(order(a, b, MARGIN))
                 if stood[-1] == "above":
                     numbers = f"{law} {b[0]:.4g} {unit}, AOSMC-RGS {a[0]:.4g} {unit}"

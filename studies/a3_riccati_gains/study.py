@@ -57,7 +57,7 @@ def works(results: Results) -> tuple[Work, ...]:
 
 def changes(results: Results, variant: str, metric: str) -> list[float]:
     """The change of a metric against the law with (34), in %, at either joint in either scenario."""
-    pairs = [[results[s, law].score(metric, j)[0] for law in (variant, FORWARD)] for s, j in PLACES]
+    pairs = [[results[s, law].score(metric, j).pair[0] for law in (variant, FORWARD)] for s, j in PLACES]
     return [100 * (other / ours - 1) for other, ours in pairs]
 
 
@@ -99,7 +99,7 @@ def of_the_loop(results: Results) -> tuple[Verdict, ...]:
     same = max(abs(c) for name in ("RMSE (43)", "IAE", "effort") for c in changes(results, ALGEBRAIC, name))
     fs1, fs2, ss1, ss2 = changes(results, AT_START, "RMSE (43)")
     effort = changes(results, AT_START, "effort")
-    pairs = [[results[s, law].score("RMSE (43)", j) for law in (FORWARD, AT_START)] for s, j in PLACES]
+    pairs = [[results[s, law].score("RMSE (43)", j).pair for law in (FORWARD, AT_START)] for s, j in PLACES]
     constant = [order(ours, other, MARGIN) for ours, other in pairs]
     sample = "at two joints in two scenarios, one run each without noise, the whole horizon."
     observer = "Both loops: positions, one observer, the true disturbance, the exact model."

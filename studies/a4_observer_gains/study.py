@@ -128,12 +128,12 @@ def tracking(results: Results) -> Verdict:
     """The tracking with the chosen gains beside that with the paper's."""
 
     def worse(scenario: str, law: str, metric: str) -> float:
-        return max(results[scenario, law].score(metric, joint)[0] for joint in (0, 1))
+        return max(results[scenario, law].score(metric, joint).pair[0] for joint in (0, 1))
 
     first, again, second = SCENARIOS
     late = {(s, law): worse(s, law, "late error") for s in (first, second) for law in (PAPER, CHOSEN)}
     turns = (late[first, CHOSEN] < late[first, PAPER]) != (late[second, CHOSEN] < late[second, PAPER])
-    ours, theirs = (results[second, law].score("late error", 1)[0] for law in (CHOSEN, PAPER))
+    ours, theirs = (results[second, law].score("late error", 1).pair[0] for law in (CHOSEN, PAPER))
     chosen = candidates(results)[CHOSEN]
     return Verdict(
         "depends" if turns else "found",

@@ -69,7 +69,7 @@ def horizons(sample: Sample) -> tuple[Array, Array]:
     t = np.arange(round(SHORTEST / FINE_TIMES), round(LONGEST / FINE_TIMES) + 1) * FINE_TIMES
     right = np.clip(np.searchsorted(sample.t, t - 1e-9), 1, len(sample.t) - 1)
     share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]
-    sums = sample.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
+    sums = sample.measurement.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
     between = sums[:, right - 1] * (1 - share) + sums[:, right] * share
     return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
 
@@ -96,7 +96,10 @@ def checked_misses(law: str, scenario: str, sample: Sample, joints: Sequence[int
     """The misses (N, T) of runs that were all run again at half of the step, that change added; infinite before the
     shortest horizon.
     """
-    sizes = [misses(law, scenario, sample.values + side * sample.errors, joints) for side in (-1, 0, 1)]
+    sizes = [
+        misses(law, scenario, sample.measurement.values + side * sample.measurement.errors, joints)
+        for side in (-1, 0, 1)
+    ]
     return np.where(sample.t < SHORTEST - 1e-9, np.inf, np.max(sizes, axis=0))
 
 
@@ -121,7 +124,7 @@ class OneRow:
     def __call__(self, samples: Mapping[str, Sample]) -> Array:
         sample = samples[self.scenario.lower()]
         at = int(np.argmin(np.abs(sample.t - self.horizon)))
-        return misses(self.law, self.scenario, sample.values[:, at])
+        return misses(self.law, self.scenario, sample.measurement.values[:, at])
 
 
 def by_scenario(samples: Mapping[str, Sample]) -> dict[str, Sample]:
@@ -129,7 +132,7 @@ def by_scenario(samples: Mapping[str, Sample]) -> dict[str, Sample]:
 
 
 def trial(law: str, scenario: str) -> Trial:
-    run = Run(relayed(law, loop(law, scenario)), (RMSE,), LONGEST, EVERY[scenario], STEPS[law] / 2)
+    run = Run(relayed(law, loop(law, scenario)), (RMSE,), LONGEST, EVERY[scenario], STEPS[law])
     return Trial(scenario.lower(), run)
 
 
@@ -203,8 +206,8 @@ def fit(results: Results, law: str, target: str, tuned: Tuned, again: Mapping[st
     return Fit(
         tuned.numbers[places[one]],
         {scenario: float(samples[scenario].t[i]) for scenario, i in at.items()},
-        {scenario: samples[scenario].values[one, i] for scenario, i in at.items()},
-        {scenario: samples[scenario].errors[one, i] for scenario, i in at.items()},
+        {scenario: samples[scenario].measurement.values[one, i] for scenario, i in at.items()},
+        {scenario: samples[scenario].measurement.errors[one, i] for scenario, i in at.items()},
         float(worst[one]),
         *(int((nearest(law, target, runs) <= CLOSE).sum()) for runs in (random, by_scenario(tuned.samples))),
     )
@@ -226,7 +229,7 @@ def shared_loop(law: str) -> ClosedLoop:
 def shared_search(law: str) -> Tuning:
     """The search for the numbers and readings of a law in the one experiment."""
     h = OUR_STEP if law == PROPOSED else STEPS[law]
-    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h / 2))
+    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
     objective = OneRow(law, "SS", HORIZON)
     return Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, POPULATION // 2, (SEED,))
 

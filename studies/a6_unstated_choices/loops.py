@@ -234,8 +234,11 @@ def draws(kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sweep:
 def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior = OF_CARD) -> Sample:
     """The runs of a law in a scenario, one a point of the whole design."""
     sample, (_, places) = results.sample(named(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
-    held = {name: getattr(sample, name)[places] for name in ("drawn", "values", "diverged_at")}
-    return replace(sample, **held, again=np.empty(0, dtype=int), errors=sample.errors[:0], design=None)
+    found = sample.measurement.only(np.empty(0, dtype=int))  # without errors
+    values, lost = sample.measurement.values[places], sample.diverged_at[places]
+    return replace(
+        sample, drawn=sample.drawn[places], measurement=replace(found, values=values, diverged_at=lost), design=None
+    )
 
 
 def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) -> dict[str, Array]:
@@ -247,7 +250,7 @@ def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) ->
     for law in LAWS:
         sample = at_draws(results, kind, law, scenario, prior)
         rows = np.round(sample.t).astype(int).searchsorted(prior.horizons(u))
-        rmse[law] = sample.values[np.arange(len(sample)), rows]
+        rmse[law] = sample.measurement.values[np.arange(len(sample)), rows]
     return rmse
 
 

@@ -76,7 +76,7 @@ def ranks_figure(results: Results, columns: Mapping[tuple[str, int], Ranks]) -> 
     """The ranks of the laws in the four columns, a panel each."""
     samples = [results.sample(named("random", law, scenario)) for law in LAWS for scenario in SCENARIOS]
     lost = sum(int(columns[scenario, 1].paired.failed.sum()) for scenario in SCENARIOS)
-    error = np.nanmax([sample.step_error("RMSE (43)", joint) for sample in samples for joint in (0, 1)])
+    error = np.nanmax([sample.score("RMSE (43)", joint).largest_error for sample in samples for joint in (0, 1)])
     note = (
         f"{RANDOM.runs} draws for each scenario, prior of the card, seed {RANDOM.seed}; runs that diverge before the "
         f"horizon of their draw: {lost}, each taken as worse than any other; error of the step at most {error:.2g} rad"
@@ -141,7 +141,8 @@ def step_words(results: Results) -> str:
         for name in sorted({named("random", PROPOSED, scenario, prior) for prior in PRIORS.values()}):
             sample = results.sample(name)
             for joint in (0, 1):
-                values, errors = sample.outputs("RMSE (43)", joint), sample.errors_of("RMSE (43)", joint)
+                score = sample.score("RMSE (43)", joint)
+                values, errors = score.value, score.error
                 count += int((errors > CLOSE * values).sum())
                 moves += [(float(error), SCENARIOS[scenario]) for error in errors[~np.isnan(errors)]]
     most, where = max(moves)

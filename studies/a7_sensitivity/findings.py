@@ -90,7 +90,7 @@ def late_error_of(ours: LawResults) -> Verdict:
 
 def heaviest(sample: Sample) -> str:
     """The part of the variance of the late error that a single run has, at the joint where it has most."""
-    values = np.stack([sample.outputs("late error", joint) for joint in (0, 1)])
+    values = np.stack([sample.score("late error", joint).value for joint in (0, 1)])
     squares = (values - values.mean(axis=1, keepdims=True)) ** 2
     part = squares.max(axis=1) / squares.sum(axis=1)
     joint = int(part.argmax())
@@ -126,7 +126,7 @@ def strays(laws: Mapping[str, LawResults]) -> Verdict:
     astray = {law: [_astray(sample) for sample in one.samples] for law, one in laws.items()}
     drawn = {law: share(_astray(one.random)) for law, one in laws.items()}
     counts = {law: f"{sum(map(np.sum, runs)):,} of {sum(map(len, runs)):,}" for law, runs in astray.items()}
-    worst = max(np.nanmax(sample.outputs("late error", j)) for sample in laws[PROPOSED].samples for j in (0, 1))
+    worst = max(np.nanmax(sample.score("late error", j).value) for sample in laws[PROPOSED].samples for j in (0, 1))
     listed = ", ".join(
         f"{law} {counts[law]}, of random draws {percent(part.low)} to {percent(part.high)}"
         for law, part in drawn.items()
@@ -143,7 +143,7 @@ def strays(laws: Mapping[str, LawResults]) -> Verdict:
 
 
 def _astray(sample: Sample) -> Flags:
-    late = np.stack([sample.outputs("late error", joint) for joint in (0, 1)])
+    late = np.stack([sample.score("late error", joint).value for joint in (0, 1)])
     return np.asarray(~(late < ASTRAY).all(axis=0))  # a lost run, of NaN, is astray
 
 

@@ -22,6 +22,7 @@ from studies.a7_sensitivity.sweeps import (
     metrics,
 )
 from workbench.core import Ode
+from workbench.metrics import measure
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import (
@@ -35,12 +36,14 @@ from workbench.study.uncertainty import (
     sobol,
     tornado,
 )
-from workbench.study.uncertainty.factors import Factor
+from workbench.study.uncertainty.factors import Factor, Space
 from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
 from workbench.validation.refusals import Array
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding
+WORST = 3  # runs a joint with the largest TV, which are run again
+KEPT = 0.01  # s between the states at which the limit of stability is looked for
 Output = tuple[str, int]  # a metric and a joint
 
 
@@ -87,7 +90,7 @@ class LawResults:
     def tornado_of(self, metric: str, joint: int) -> Tornado:
         """The swing of an output with each factor by itself."""
         sample = self.swings
-        return tornado(sample.design, sample.outputs(metric, joint), [named(metric, joint)], factors=sample.factors)
+        return tornado(sample.design, sample.score(metric, joint).value, [named(metric, joint)], factors=sample.factors)
 
     def bands(self, joint: int) -> Quantiles:
         """Quantiles over random runs of the decimal logarithm of the root mean square error of each window of time."""
@@ -98,8 +101,8 @@ class LawResults:
 
 
 def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output]) -> Any:
-    values = np.stack([sample.outputs(*output) for output in outputs], axis=1)
-    errors = np.stack([sample.errors_of(*output) for output in outputs], axis=1)
+    values = np.stack([sample.score(*output).value for output in outputs], axis=1)
+    errors = np.stack([sample.score(*output).error for output in outputs], axis=1)
     names = [named(*output) for output in outputs]
     return call(sample.design, values, names, factors=sample.factors, errors=errors)
 
@@ -139,6 +142,44 @@ def derivatives(law: str) -> Derivatives:
     u = (np.arange(4000) + 0.5) / 4000
     deviations = np.array([factor.distribution.quantile(u).std() for factor in moved])
     return Derivatives(tuple(factor.name for factor in moved), found, moves, deviations)
+
+
+@dataclass(frozen=True)
+class WorstRuns:
+    """The runs of a law with the largest TV, by their points (B, d), and the deviation of TV over all runs, by joint.
+
+    There gains have grown most, chattering is worst and the limit of stability nearest.
+    """
+
+    law: str
+    points: tuple[tuple[float, ...], ...]
+    deviation: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class Stress:
+    """The longest stable step along some runs in s, and the largest error of their TV over its deviation."""
+
+    limit: float
+    error: float
+
+
+def worst_runs(one: LawResults) -> WorstRuns:
+    """The runs of the indices with the largest TV, some of each joint."""
+    sample = one.indices
+    values = np.stack([sample.score("TV", joint).value for joint in (0, 1)], axis=1)
+    runs = np.unique(np.argsort(-values, axis=0)[:WORST])
+    points = np.concatenate([sample.design.points(run, run + 1) for run in runs.tolist()])
+    return WorstRuns(one.law, tuple(map(tuple, points.tolist())), tuple(values.std(axis=0).tolist()))
+
+
+def stressed(worst: WorstRuns) -> Stress:
+    """These runs again, with their states kept."""
+    ode = loop(worst.law).ode()
+    p, x0 = Space(free(worst.law), ode.parameters, ode.states).rows(np.array(worst.points))
+    again = measure(ode, metrics(worst.law), p, x0, until=UNTIL, h=STEPS[worst.law], every=KEPT)
+    errors = np.stack([again.score("TV", joint).error for joint in (0, 1)], axis=1)
+    return Stress(again.limit.limit, float((errors / worst.deviation).max()))
 
 
 def numbers_of(ode: Ode, factor: Factor) -> Sequence[str]:

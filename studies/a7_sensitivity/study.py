@@ -11,26 +11,26 @@ import numpy as np
 from studies.a7_sensitivity import findings, sweeps
 from studies.a7_sensitivity.results import (
     FLOOR,
-    Derivatives,
+    WORST,
     LawResults,
+    Stress,
     derivatives,
     interval,
     named,
     percent,
     results_of,
+    stressed,
+    worst_runs,
 )
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
-from workbench.metrics import measure
+from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table, Verdict
 from workbench.study.marks import sample_source
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.study.pictures.traces import loops_section
-from workbench.study.study import Results, Study
 from workbench.study.uncertainty import Estimate, SobolIndices
 from workbench.study.uncertainty.factors import Space
 
-WORST = 3  # runs a joint with the largest TV, which are run again
-KEPT = 0.01  # s between the states at which the limit of stability is looked for
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")
 TURNED = (
@@ -168,7 +168,7 @@ def left_table(laws: Mapping[str, LawResults]) -> Table:
     )
 
 
-def trust_section(laws: Mapping[str, LawResults]) -> Section:
+def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) -> Section:
     """Runs, failures, steps, and the runs that chatter most beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
@@ -179,9 +179,9 @@ def trust_section(laws: Mapping[str, LawResults]) -> Section:
     )
     rows = []
     for law, one in laws.items():
-        limit, error = stress(one)
-        within = f"{1e3 * limit:.3g}{'' if sweeps.STEPS[law] <= limit else ', passed'}"
-        rows.append((law, one.indices.note_of("TV"), within, f"{error:.1g}"))
+        worst = stress[law]
+        within = f"{1e3 * worst.limit:.3g}{'' if sweeps.STEPS[law] <= worst.limit else ', passed'}"
+        rows.append((law, one.indices.note_of("TV"), within, f"{worst.error:.1g}"))
     heads = (Column("limit", "ms", "right"), Column("error of the largest TV", align="right"))
     steps = Table(
         "steps",
@@ -193,30 +193,15 @@ def trust_section(laws: Mapping[str, LawResults]) -> Section:
     return Section("Can the numbers be trusted?", (Paragraph(text), steps))
 
 
-def stress(one: LawResults) -> tuple[float, float]:
-    """The longest stable step along the runs with the largest TV, in s, and the relative error of that TV.
-
-    There gains have grown most, chattering is worst and the limit of stability nearest.
-    """
-    sample = one.indices
-    values = np.stack([sample.outputs("TV", joint) for joint in (0, 1)], axis=1)
-    worst = np.unique(np.argsort(-values, axis=0)[:WORST])
-    ode = loop(one.law).ode()
-    points = np.concatenate([sample.design.points(run, run + 1) for run in worst.tolist()])
-    p, x0 = Space(sweeps.free(one.law), ode.parameters, ode.states).rows(points)
-    again = measure(ode, sweeps.metrics(one.law), p, x0, until=sweeps.UNTIL, h=sweeps.STEPS[one.law], every=KEPT)
-    error = float((again.scores["TV"].error / values.std(axis=0)).max())
-    return min(limit.limit for limit in again.limits), error
-
-
-@cache
-def near() -> dict[str, Derivatives]:
-    return {law: derivatives(law) for law in sweeps.LAWS}
-
-
 @cache
 def laws_of(results: Results) -> dict[str, LawResults]:
     return {law: results_of(results, law) for law in sweeps.LAWS}
+
+
+def works(results: Results) -> tuple[Work, ...]:
+    """The exact derivatives of each law, and its runs that chatter most again."""
+    worst = tuple(worst_runs(results_of(results, law)) for law in sweeps.LAWS)
+    return Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0), Work("stress", stressed, worst, seconds=1.0)
 
 
 def verdicts(results: Results) -> tuple[Verdict, ...]:
@@ -227,7 +212,7 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
         findings.late_error_of(ours),
         findings.chattering(ours),
         findings.strays(laws),
-        findings.foretold(laws, near()),
+        findings.foretold(laws, dict(zip(sweeps.LAWS, results.work("derivatives"), strict=True))),
     )
 
 
@@ -239,7 +224,7 @@ def sections(results: Results) -> Sequence[Section]:
         proposed_section(ours),
         Section("Gains, arm or model", (groups_table(laws),)),
         varied_section(laws),
-        trust_section(laws),
+        trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
         loops_section("The laws, to be turned", TURNED, results.outcomes),
     )
 
@@ -267,5 +252,6 @@ study = Study(
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},
     seed=sweeps.SEED,
     cases=sweeps.own_numbers(),
+    works=works,
     sweeps=tuple(sweep for law in sweeps.LAWS for sweep in sweeps.sweeps(law).values()),
 )

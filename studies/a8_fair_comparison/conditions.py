@@ -175,7 +175,7 @@ TERMS = (
 
 def both(sample: Sample, metric: str) -> Array:
     """A metric of both joints together, the root of the sum of their squares, (N,)."""
-    return np.hypot(sample.outputs(metric, 0), sample.outputs(metric, 1))
+    return np.hypot(*(sample.score(metric, joint).value for joint in (0, 1)))
 
 
 def cost(sample: Sample, terms: tuple[Term, ...] = TERMS) -> Array:

@@ -9,8 +9,9 @@ from functools import lru_cache
 import numpy as np
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
 from workbench.loop import DigitalLoop
+from workbench.study import Results, Work
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
     Judgement,
@@ -23,11 +24,9 @@ from workbench.study.evidence import (
     Tail,
     judge,
     paired,
-    same_draws,
 )
 from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.sample import Sample
-from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
 
@@ -94,13 +93,14 @@ def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost"
     """The cost of each run; its error is the largest of the runs that were run again."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
     errors = {law: sum(step_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
-    return paired(values, metric=metric, unit=unit, errors=errors, note=same_draws(held))
+    return paired(values, metric=metric, unit=unit, errors=errors, samples=held)
 
 
 def step_error(sample: Sample, metric: str) -> float:
     """The largest change of a metric of both joints from h to h / 2; NaN if all that were run again diverged."""
-    places = [i for i, (name, _, _) in enumerate(sample.columns) if name == metric]
-    errors = sample.errors[:, -1, places][np.isnan(sample.diverged_at[sample.again])]
+    found = sample.measurement
+    places = [i for i, one in enumerate(found.columns) if one.metric == metric]
+    errors = found.errors[:, -1, places][np.isnan(sample.diverged_at[found.looked_at])]
     return float(np.hypot(*np.where(np.isnan(errors), np.inf, errors).T).max()) if len(errors) else float("nan")
 
 
@@ -154,7 +154,7 @@ def evidence(results: Results) -> Evidence:
             words: Standings({s: judge_laws(weighted(held, weights), ()) for s, held in ours.items()})
             for words, weights in WEIGHTS.items()
         },
-        causes_of_losses(results, runs),
+        dict(zip(losses(results), results.work("causes"), strict=True)),
         {s.name: without_parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
     )
 
@@ -170,20 +170,41 @@ def mean_cost(runs: Mapping[str, Samples]) -> Paired:
     return paired(values, metric="cost", errors=off, note=costs[0].note)
 
 
-def causes_of_losses(results: Results, runs: Mapping[str, Mapping[str, Samples]]) -> dict[tuple[str, str, str], Causes]:
-    """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
-    causes = {}
+@dataclass(frozen=True)
+class LostRuns:
+    """The runs of a law that diverged in a scenario, by the names of both, their numbers, and the law as tuned."""
+
+    scenario: str
+    entrant: str
+    runs: tuple[int, ...]
+    best: tuple[tuple[str, float], ...]
+
+
+def losses(results: Results) -> dict[tuple[str, str, str], LostRuns]:
+    """The lost runs by scenario, law and words of what it is given."""
+    lost = {}
     for given in GIVEN:
         for scenario in HELD_OUT:
             for one in ENTRANTS[given.key]:
-                sample = runs[given.key][scenario.name][one.name]
+                sample = results.sample(name_of(scenario, one.key))
                 if sample.failed:
-                    loop = one.loop(scenario, results.tuned(one.key).best)
-                    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
-                    lost = np.flatnonzero(np.isfinite(sample.diverged_at))
-                    again = sweep(sample.name, loop, scenario)
-                    causes[scenario.name, one.name, given.words] = causes_in_sweep(again, lost, ways)
-    return causes
+                    runs = np.flatnonzero(np.isfinite(sample.diverged_at)).tolist()
+                    best = tuple(results.tuned(one.key).best.items())
+                    lost[scenario.name, one.name, given.words] = LostRuns(scenario.name, one.key, tuple(runs), best)
+    return lost
+
+
+def works(results: Results) -> tuple[Work, ...]:
+    """The lost runs again, with the memories near their exact flow."""
+    return (Work("causes", cause_of, tuple(losses(results).values()), seconds=0.5),)
+
+
+def cause_of(lost: LostRuns) -> Causes:
+    """The causes of lost runs: the integrator, if they last where the memories move near their exact flow."""
+    scenario = next(one for one in HELD_OUT if one.name == lost.scenario)
+    loop = next(one for one in ALL if one.key == lost.entrant).loop(scenario, dict(lost.best))
+    ways = {"declared": loop, "fine": replace(loop, integrator="fine")}
+    return causes_in_sweep(sweep(name_of(scenario, lost.entrant), loop, scenario), np.array(lost.runs), ways)
 
 
 def without_parts(results: Results, scenario: Scenario, proposed: Sample) -> tuple[Judgement, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, ASKED, DRAWN, OTHERS, contenders, name_of, sweep
+from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, ASKED, DRAWN, OTHERS, contenders, name_of, sweep, works
 from studies.a8_fair_comparison.pages import headlines, sections
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import least_draws
@@ -23,7 +23,7 @@ TRAINING_SEED = 80  # of the noise of the first training scenario: no law is jud
 def trials(entrant: Entrant) -> tuple[Trial, ...]:
     """A law in the training scenarios."""
     return tuple(
-        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD / 2, seed=seed))
+        Trial(s.name, Run(entrant.loop(s), metrics(s), HORIZON, h=PERIOD, seed=seed))
         for seed, s in enumerate(TRAINING, start=TRAINING_SEED)
     )
 
@@ -90,6 +90,7 @@ study = Study(
     cases=cases,
     sweeps=sweeps,
     least=least_draws((ASKED, *OTHERS)),
+    works=works,
     sections=sections,
     headlines=headlines,
     seed=DRAWN,

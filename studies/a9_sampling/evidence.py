@@ -1,25 +1,41 @@
 """All that a9 measures: the laws in continuous time and by computers, their order, and the longest safe periods."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import cache
+from functools import partial
 from itertools import combinations
 
 import casadi as ca
 import numpy as np
 
-from studies.a9_sampling.loops import REALISTIC, SCENARIOS, TV, WAYS, Audit, Computer, audit, exact, last
+from studies.a9_sampling.loops import (
+    HORIZON,
+    REALISTIC,
+    SCENARIOS,
+    SUBSTEP,
+    TV,
+    WAYS,
+    Audit,
+    Computer,
+    digital,
+    metrics,
+    name_of,
+)
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
 from studies.paper.laws import ARM
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.metrics import measured, total_variation
+from workbench.loop import DigitalLoop
+from workbench.metrics import measure, total_variation
 from workbench.notation.formula import Number, Product, Quotient, symbol
+from workbench.study import Results, Work
+from workbench.study.evidence import LargestSetting, LoopLimits, Threshold, largest_setting
 from workbench.study.evidence.divergence_causes import Causes
 from workbench.study.evidence.law_tables import order
-from workbench.study.study import Outcome, Results
+from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
@@ -27,7 +43,7 @@ APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apar
 QUIET = 2.0  # times the total variation of the continuous loop, at most
 RULE = Quotient(Product((Number(Fraction(2)), symbol("phi"), symbol("lambda_min"))), symbol("K"))  # of thumb, in s
 GRID = 1e-2  # s, that of (43), which every period divides
-PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods where a search begins
+PARTS = (500, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods that a search looks at before it narrows
 CLOSE = 1.12  # how far apart the longest safe period and the next one tried may be
 STEPS = (5e-5, 1e-4, 2e-4, 5e-4, 1e-3, 2e-3)  # s, of RK4 through a loop in continuous time
 SUBSTEPS = (1, 2, 5)  # of the plant within a period of the computer
@@ -47,28 +63,21 @@ Scores = Callable[[str, str, int], Score]  # of a law, a scenario and a joint
 
 
 @dataclass(frozen=True)
-class Longest:
-    """The longest period found safe, 0 if none, and the shortest found not to be, infinite if none; in s."""
-
-    safe: float
-    unsafe: float
-
-    @property
-    def text(self) -> str:
-        """In ms, as a table has it."""
-        if not self.safe:
-            return f"below {1e3 * self.unsafe:.2g}"
-        return f"{1e3 * self.safe:.2g}" + (" or more" if np.isinf(self.unsafe) else "")
-
-
-@dataclass(frozen=True)
 class Safe:
-    """The rule of thumb of a law in s, infinite without a gain K, and its longest periods that do not chatter (quiet),
-    without a period of delay and with it.
+    """The rule of thumb of a law in s, infinite without a gain K, and the search for its longest period that does not
+    chatter (quiet), without a period of delay and with it.
     """
 
     rule: float
-    quiet: tuple[Longest, Longest]
+    quiet: tuple[Threshold, Threshold]
+    sure: bool = True  # the error of the step leaves the ends of both as they are
+
+
+def in_ms(found: Threshold) -> str:
+    """The longest period of a search in ms, as a table has it."""
+    if not found.largest:
+        return f"below {1e3 * found.next:.2g}"
+    return f"{1e3 * found.largest:.2g}" + (" or more" if np.isinf(found.next) else "")
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,7 +110,7 @@ class Evidence:
         return Causes({way: lost[ways["euler"] == 1] for way, lost in ways.items()})
 
     def worst_step(self, metric: str, period: float) -> float:
-        """The largest relative change of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
+        """The largest relative error of a metric by half the substep, of all runs of `ROWS` that stayed finite."""
         scores = (self.at(metric, period, way)(law, *place) for law, way, _ in ROWS for place in PLACES)
         return max(error / value for value, error in scores if np.isfinite(value))
 
@@ -112,14 +121,21 @@ class Evidence:
 
 
 def gathered(results: Results) -> Evidence:
-    """Everything, two at a time: one runs while the next is built."""
+    """The evidence in the runs and searches of the study."""
     audits: dict[Key, Audit] = {(o.case.law, o.case.scenario, None): _continuous(o) for o in results.outcomes}
-    asked = tuple(plan())
-    with ThreadPoolExecutor(2) as pool:
-        audits |= zip(asked, pool.map(lambda one: audit(*one), asked), strict=True)
-        outcomes = [tuple(results[scenario, law] for scenario in SCENARIOS) for law in SEVEN]
-        safe = dict(zip(SEVEN, pool.map(lambda runs: _safe(runs, audits), outcomes), strict=True))
+    audits |= {one: Audit.of(results.sample(name_of(*one))) for one in plan()}
+    quiet = dict(zip(((one.law, one.delay) for one in searches(results)), results.work("quiet"), strict=True))
+    rules = {law: min(rule_of_thumb(results[scenario, law]) for scenario in SCENARIOS) for law in SEVEN}
+    safe = {}
+    for law, rule in rules.items():
+        both = quiet[law, False], quiet[law, True]
+        safe[law] = Safe(rule, (both[0].threshold, both[1].threshold), all(one.sure for one in both))
     return Evidence(audits, safe)
+
+
+def works(results: Results) -> tuple[Work, ...]:
+    """The searches for the longest quiet periods, and the curves over the step."""
+    return Work("quiet", longest_quiet, searches(results), seconds=5.0), Work("steps", curve, CURVES, seconds=1.0)
 
 
 def plan() -> Iterator[tuple[str, str, Computer]]:
@@ -133,41 +149,52 @@ def plan() -> Iterator[tuple[str, str, Computer]]:
 
 
 def _continuous(outcome: Outcome) -> Audit:
-    scores = outcome.measurement.scores.items()
-    values, errors = ({name: getattr(s, kind).reshape(-1) for name, s in scores} for kind in ("value", "error"))
+    found = outcome.measurement
+    pairs = {name: np.array([one.pair for one in found.scores_of(name)]).T for name in found.names}
+    values, errors = ({name: both[i] for name, both in pairs.items()} for i in (0, 1))
     return Audit(values, errors, {})
 
 
-def _safe(runs: tuple[Outcome, ...], audits: Mapping[Key, Audit]) -> Safe:
-    law = runs[0].case.law
+@dataclass(frozen=True)
+class Search:
+    """A law whose longest quiet period is sought, with or without a period of delay.
 
-    def quiet(scenario: str, period: float, delay: bool) -> bool:
-        key = (law, scenario, Computer(period, delay))
-        values = audits[key].values if key in audits else exact(*key)
-        return bool((values[TV] <= QUIET * audits[law, scenario, None].values[TV]).all())
+    `most` is the total variation that it may have in N m/s, by scenario and joint.
+    """
 
-    return Safe(
-        min(map(rule_of_thumb, runs)),
-        tuple(longest(lambda T, d=delay: all(quiet(s, T, d) for s in SCENARIOS)) for delay in (False, True)),
-    )
+    law: str
+    delay: bool
+    most: tuple[tuple[float, ...], ...]
 
 
-def longest(safe: Callable[[float], bool]) -> Longest:
-    """By bisection over the periods 10 ms / m, which takes every period shorter than a safe one to be safe."""
-    asked = cache(lambda m: safe(GRID / m))
-    low, high = -1, len(PARTS)  # the last place that is safe, and the first that is not
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if asked(PARTS[middle]) else (low, middle)
-    if low < 0:
-        return Longest(0.0, GRID / PARTS[0])
-    if high == len(PARTS):
-        return Longest(GRID / PARTS[-1], np.inf)
-    good, bad = PARTS[low], PARTS[high]
-    while good > CLOSE * bad and good - bad > 1:
-        middle = round(np.sqrt(good * bad))
-        good, bad = (middle, bad) if asked(middle) else (good, middle)
-    return Longest(GRID / good, GRID / bad)
+def searches(results: Results) -> tuple[Search, ...]:
+    """A search for each law, without delay and with it, held against its runs in continuous time."""
+    made = []
+    for law in SEVEN:
+        runs = [results[scenario, law] for scenario in SCENARIOS]
+        most = tuple(tuple(QUIET * run.score(TV, joint).pair[0] for joint in (0, 1)) for run in runs)
+        made += [Search(law, delay, most) for delay in (False, True)]
+    return tuple(made)
+
+
+def longest_quiet(search: Search) -> LargestSetting:
+    """The longest of the periods 10 ms / m that is quiet in both scenarios."""
+    limits = []
+    for scenario, most in zip(SCENARIOS, search.most, strict=True):
+        loop = partial(computed, search.law, scenario, search.delay)
+        limits.append(LoopLimits(loop, metrics, {TV: most}, HORIZON[scenario], SUBSTEP))
+    return largest_setting(tuple(limits), [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
+
+
+def computed(law: str, scenario: str, delay: bool, period: float) -> DigitalLoop:
+    """A law with exact readings and all memories by explicit Euler."""
+    return digital(law, scenario, Computer(period, delay))
+
+
+def middle(low: float, high: float) -> float | None:
+    """The period 10 ms / m between two others that is nearest to their geometric mean; None between neighbours."""
+    most, least = round(GRID / low), round(GRID / high)
+    return GRID / round(np.sqrt(most * least)) if most - least > 1 else None
 
 
 def rule_of_thumb(outcome: Outcome) -> float:
@@ -222,18 +249,22 @@ class Curve:
     TV: Array
 
 
-def curves() -> tuple[Curve, ...]:
-    """Two laws with layer and relay, in continuous time and run by a computer."""
-    kinds = [(switching, digital) for switching in SWITCHING for digital in (False, True)]
-    return tuple(curve(law, *kind) for law in ("SMC", PROPOSED) for kind in kinds)
+CURVES = tuple((law, way, held) for law in ("SMC", PROPOSED) for way in SWITCHING for held in (False, True))
 
 
-def curve(law: str, switching: str, digital: bool) -> Curve:
-    """One of them; the torque is looked at once a step, or once a period of the computer, which holds it."""
+def curve(kind: tuple[str, str, bool]) -> Curve:
+    """TV over the step of a law and a switching, in continuous time or run by a computer.
+
+    The torque is looked at once a step, or once a period of the computer, which holds it.
+    """
+    law, switching, held = kind  # by a computer
     loop = loop_of(law, "FS")
     loop = replace(loop, controller=replace(loop.controller, saturation=switching))
-    equation = loop.digital(REALISTIC) if digital else loop.ode()
-    h = [REALISTIC / m for m in SUBSTEPS] if digital else list(STEPS)
-    grids = [(total_variation(REALISTIC if digital else length),) for length in h]
-    runs = [last(measured(equation, grid, length), grid, SHORT) for grid, length in zip(grids, h, strict=True)]
-    return Curve(law, switching, digital, np.array(h), np.array([values[TV][0] for values in runs]))
+    equation = loop.digital(REALISTIC) if held else loop.ode()
+    steps = np.array([REALISTIC / m for m in SUBSTEPS] if held else STEPS)
+    rows = []
+    for h in steps.tolist():
+        metric = total_variation(REALISTIC if held else h)
+        found = measure(equation, (metric,), until=SHORT, every=SHORT, h=h)
+        rows.append([found.score(TV, joint).pair[0] for joint in (0, 1)])
+    return Curve(law, switching, held, steps, np.array(rows))

@@ -1,4 +1,6 @@
-"""The paper's laws run by a computer: one batch a period, exact readings first, then readings with noise."""
+"""The paper's laws run by a computer: a sweep a period, of a run with exact readings first, then runs with noise."""
+
+from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -9,12 +11,12 @@ import numpy as np
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import plant
 from studies.paper.linearization import loop_of
-from workbench.core import Sampled, Step
-from workbench.loop import Instruments
-from workbench.metrics import AbstractMetric, measured, sampled_rmse, total_variation
-from workbench.metrics.accumulators import final_values
-from workbench.simulate import simulate
+from workbench.loop import DigitalLoop, Instruments
+from workbench.metrics import AbstractMetric, sampled_rmse, total_variation
+from workbench.study import Factor, Run, Sweep, Uniform
 from workbench.study.provenance import Card, assumed
+from workbench.study.sample import Sample
+from workbench.study.uncertainty import Listed
 from workbench.validation.refusals import Array, Integers
 
 CARD = Card(
@@ -46,6 +48,9 @@ WAYS = {
     "cayley": "Cayley steps of (34) and (10)",
     "fine": "16 Runge-Kutta steps",
 }
+SENSORS = tuple(f"instruments.sensors[{i}].{name}" for i in (0, 1) for name in ("noise", "quantum"))
+READINGS = Factor("noise and steps", SENSORS, Uniform(0.0, 1.0), share=True)
+RUNS = Listed(np.array([0.0] + [1.0] * NOISY)[:, np.newaxis])  # the first reads exactly
 Values = Mapping[str, Array]
 
 
@@ -62,7 +67,7 @@ class Computer:
 
     @property
     def substeps(self) -> int:
-        """The number of Runge-Kutta steps of the plant in a period."""
+        """The least number of Runge-Kutta steps of the plant in a period; runs take twice as many."""
         return int(np.ceil(self.period / SUBSTEP - 1e-9))
 
 
@@ -71,8 +76,16 @@ class Audit:
     """One law in one scenario, run by one computer."""
 
     values: Values  # by metric (2,): with exact readings; NaN if the run diverged
-    errors: Values  # by how much half the substep changes them
+    errors: Values  # of these, by half the substep
     noisy: Values  # by metric (runs, 2): with noise and steps in the readings, fresh ones in each run
+
+    @staticmethod
+    def of(sample: Sample) -> Audit:
+        """The audit of the runs of a sweep."""
+        scores = {metric: [sample.score(metric, joint) for joint in (0, 1)] for metric in (RMSE, TV)}
+        values = {metric: np.stack([one.value for one in both], axis=1) for metric, both in scores.items()}
+        errors = {metric: np.array([one.error[0] for one in both]) for metric, both in scores.items()}
+        return Audit({n: value[0] for n, value in values.items()}, errors, {n: v[1:] for n, v in values.items()})
 
     @property
     def lost(self) -> Integers:
@@ -93,7 +106,7 @@ def metrics(period: float) -> tuple[AbstractMetric, ...]:
     return sampled_rmse(PAPER["sample time of (43)"]), total_variation(period)
 
 
-def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> Sampled:
+def digital(law: str, scenario: str, computer: Computer, instruments: Instruments | None = None) -> DigitalLoop:
     """A law as the computer runs it: the loop of a1, and the memories of AOSMC-RGS stepped in another way if asked."""
     loop, way = loop_of(law, scenario), computer.stepping
     if way.startswith("cayley"):
@@ -101,42 +114,29 @@ def digital(law: str, scenario: str, computer: Computer, instruments: Instrument
     if way == "cayley":
         state = replace(loop.observer.state, integrator="cayley")
         loop = replace(loop, observer=replace(loop.observer, state=state))
-    integrator = "fine" if way == "fine" else "declared"
-    return loop.digital(computer.period, instruments, delay=computer.delay, integrator=integrator, name=law)
+    waiting = first_torque(law, scenario) if computer.delay else None
+    return DigitalLoop(
+        loop, computer.period, instruments, computer.delay, waiting, "fine" if way == "fine" else "declared"
+    )
 
 
 @cache
-def audit(law: str, scenario: str, computer: Computer) -> Audit:
-    """A law run by a computer at two lengths of its substep, with and without noise."""
-    sampled = digital(law, scenario, computer, ROUGH)
-    rows = np.tile(sampled.parameters.default, (1 + NOISY, 1))
-    for sensor in (0, 1):
-        for name in ("noise", "quantum"):
-            rows[0, sampled.parameters.slice(f"instruments.sensors[{sensor}].{name}")] = 0.0
-    fine = ends(sampled, law, scenario, computer, rows, 2 * computer.substeps)
-    coarse = ends(sampled, law, scenario, computer, rows[:1], computer.substeps)
-    errors = {name: np.abs(value[0] - coarse[name][0]) for name, value in fine.items()}
-    return Audit({name: value[0] for name, value in fine.items()}, errors, {n: value[1:] for n, value in fine.items()})
+def first_torque(law: str, scenario: str) -> dict[str, Array]:
+    """The torque of the first instant, which waits already where it comes late: none is 0."""
+    ode = loop_of(law, scenario).ode()
+    return {"tau": ode.outputs_at(0.0, ode.states.default)["tau"]}
 
 
-@cache
-def exact(law: str, scenario: str, computer: Computer) -> Values:
-    """The metrics (2,) with exact readings alone, for a search; NaN where the run diverged."""
-    sampled = digital(law, scenario, computer)
-    values = ends(sampled, law, scenario, computer, sampled.parameters.default[np.newaxis], computer.substeps)
-    return {name: value[0] for name, value in values.items()}
+def name_of(law: str, scenario: str, computer: Computer) -> str:
+    """The name of the sweep of a law run by a computer."""
+    late = "_late" if computer.delay else ""
+    words = f"{law}_{scenario}_{1e6 * computer.period:g}us{late}_{computer.stepping}"
+    return "".join(c if c.isalnum() else "_" for c in words.lower())
 
 
-def ends(sampled: Sampled, law: str, scenario: str, computer: Computer, rows: Array, substeps: int) -> Values:
-    """The metrics (B, 2) at the horizon; where the torque is late, the first one waits already, and none is 0."""
-    asked, ode = metrics(computer.period), loop_of(law, scenario).ode()
-    first = {"hold.next": ode.outputs_at(0.0, ode.states.default)["tau"]} if computer.delay else {}
-    step = measured(sampled, asked, computer.period / substeps)
-    return last(step, asked, HORIZON[scenario], rows, step.states.pack(first))
-
-
-def last(
-    step: Step, asked: tuple[AbstractMetric, ...], until: float, rows: Array | None = None, x0: Array | None = None
-) -> Values:
-    """The metrics (B, 2) of runs at their end, by name."""
-    return final_values(simulate(step, rows, x0, until=until, every=until, seed=SEED), asked)
+def sweep(law: str, scenario: str, computer: Computer) -> Sweep:
+    """A law run by a computer with exact readings, which is run again at half the substep, and with noise."""
+    h = computer.period / (2 * computer.substeps)
+    loop = digital(law, scenario, computer, ROUGH)
+    run = Run(loop, metrics(computer.period), HORIZON[scenario], h=h, seed=SEED)
+    return Sweep(name_of(law, scenario, computer), run, (READINGS,), RUNS, halved=1 + NOISY)

@@ -86,8 +86,9 @@ def march(one: CompiledSweep) -> None:
         p, x0 = one.rows(first, last)
         runs = np.arange(first, last)
         again = runs % one.sweep.halved == 0
-        for step, some in ((one.fine, again), (one.coarse, runs >= 0)):
-            simulate(step, p[some], x0[some], until=one.sweep.run.until, every=one.every, runs=runs[some])
+        for step, some in ((one.run.half, again), (one.run.step, runs >= 0)):
+            start = one.run.start(x0[some])
+            simulate(step, p[some], start, until=one.run.until, every=one.run.every, runs=runs[some])
 
 
 def record(one: CompiledSweep) -> Sample:

@@ -41,9 +41,8 @@ def sections(results: Results) -> Sequence[Section]:
     """The indices."""
     sample = results.sample("indices")
     outputs = [(metric.name, joint) for metric in METRICS for joint in (0, 1)]
-    values, errors = (
-        np.stack([of(*output) for output in outputs], axis=1) for of in (sample.outputs, sample.errors_of)
-    )
+    scores = [sample.score(*output) for output in outputs]
+    values, errors = (np.stack(parts, axis=1) for parts in ([s.value for s in scores], [s.error for s in scores]))
     names = [f"{metric}, q{joint + 1}" for metric, joint in outputs]
     found = sobol(sample.design, values, names, factors=sample.factors, errors=errors)
     return (Section("Which numbers decide", (sobol_bars("indices", "Sobol indices.", found, sample.note),)),)

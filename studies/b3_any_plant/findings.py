@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, cut, errors, indices, margins
+from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, LQR, PID, all_margins, errors, indices
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS
-from workbench.design.linear import sensitivity
 from workbench.study import Results, Verdict
 from workbench.study.evidence.law_tables import order
 
@@ -18,17 +17,17 @@ GIVEN = "Both laws: the same outputs. LQG: the linear model with its true number
 def findings(results: Results) -> tuple[Verdict, ...]:
     """All findings: of the runs, then of the linear loops, then over the parameters."""
     runs = (*error_findings(results), command_finding(results))
-    return (*runs, margin_finding(), parameter_finding(results), tank_finding(), mass_finding())
+    return (*runs, margin_finding(results), parameter_finding(results), tank_finding(results), mass_finding(results))
 
 
 def error_findings(results: Results) -> tuple[Verdict, Verdict]:
     """The errors of the runs, in continuous time and in a computer."""
     pairs = [(setting, law) for setting in SETTINGS for law in LAWS]
-    ends = [results[s.name, f"{law} {COMPUTER}"].score(f"settling time of {s.main}", 0)[0] for s, law in pairs]
+    ends = [results[s.name, f"{law} {COMPUTER}"].score(f"settling time of {s.main}").pair[0] for s, law in pairs]
     # the RMSE with its error, of a plant and a law: in continuous time, in a computer
     rms = {
         (s.name, law): [
-            results[s.name, f"{law}{where}"].score(f"RMSE of {s.main}", 0) for where in ("", f" {COMPUTER}")
+            results[s.name, f"{law}{where}"].score(f"RMSE of {s.main}").pair for where in ("", f" {COMPUTER}")
         ]
         for s, law in pairs
     }
@@ -63,7 +62,7 @@ def error_findings(results: Results) -> tuple[Verdict, Verdict]:
 
 def command_finding(results: Results) -> Verdict:
     """The total variation of the commands in a computer."""
-    busy = {s.name: [results[s.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS] for s in SETTINGS}
+    busy = {s.name: [results[s.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS] for s in SETTINGS}
     ratio = {name: other / one for name, (one, other) in busy.items()}
     most, least = max(ratio, key=ratio.__getitem__), min(ratio, key=ratio.__getitem__)
     return Verdict(
@@ -79,9 +78,10 @@ def command_finding(results: Results) -> Verdict:
     )
 
 
-def margin_finding() -> Verdict:
+def margin_finding(results: Results) -> Verdict:
     """The disk margin with all states read, behind a filter, and under PID."""
-    disks = {s.name: [margins(s, law)[0] for law in (LQR, LQG, PID)] for s in SETTINGS}
+    by = all_margins(results)
+    disks = {s.name: [by[s.name, law].disk for law in (LQR, LQG, PID)] for s in SETTINGS}
     worst = min(disks, key=lambda name: disks[name][1] / disks[name][0])
     return Verdict(
         "found",
@@ -121,10 +121,10 @@ def parameter_finding(results: Results) -> Verdict:
     )
 
 
-def tank_finding() -> Verdict:
+def tank_finding(results: Results) -> Verdict:
     """The slowest pole of the four tanks at both settings of the valves."""
     tanks = [BY_NAME[name] for name in (EASY, HARD)]
-    slow = [-sensitivity(cut(tank, PID)).poles().real.max() for tank in tanks]
+    slow = [all_margins(results)[tank.name, PID].decay for tank in tanks]
     optimal = [-tank.design.poles.real.max() for tank in tanks]
     return Verdict(
         "found",
@@ -139,9 +139,9 @@ def tank_finding() -> Verdict:
     )
 
 
-def mass_finding() -> Verdict:
+def mass_finding(results: Results) -> Verdict:
     """The two masses, which no PID with a simple filter makes stable."""
-    pd, filtered = (margins(BY_NAME["two masses"], law)[0] for law in (PID, LQG))
+    pd, filtered = (all_margins(results)["two masses", law].disk for law in (PID, LQG))
     return Verdict(
         "holds",
         "No PID of x_2 whose derivative has a filter of first order makes the two masses stable.",

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from functools import cache
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,8 @@ import numpy as np
 from studies.b3_any_plant.settings import SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
 from workbench.core import LinearSystem
-from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins, operating_point
-from workbench.loop import ClosedLoop, Instruments, LinearPlant
+from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins, operating_point, sensitivity
+from workbench.loop import ClosedLoop, DigitalLoop, Instruments, LinearPlant
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
@@ -65,11 +64,31 @@ def cut(setting: Setting, law: str) -> Any:
     return broken_loop(ode, 0.0, x)
 
 
-@cache
-def margins(setting: Setting, law: str) -> tuple[float, float]:
-    """The disk margin of all inputs at once, and the least delay margin of an input by itself, in s."""
-    opened = cut(setting, law)
-    return disk_margin(opened).alpha, min(channel.delay for channel in loop_margins(opened))
+@dataclass(frozen=True)
+class Margins:
+    """The linear loop at rest: the disk margin of all inputs at once, the least delay margin of an input by itself in
+    s, and the decay of its slowest mode in 1/s.
+    """
+
+    disk: float
+    delay: float
+    decay: float
+
+
+ITEMS = tuple((setting.name, law) for setting in SETTINGS for law in (LQR, LQG, PID))
+
+
+def margins(item: tuple[str, str]) -> Margins:
+    """The margins of a plant under a law, by their names."""
+    name, law = item
+    opened = cut(next(setting for setting in SETTINGS if setting.name == name), law)
+    delay = min(channel.delay for channel in loop_margins(opened))
+    return Margins(disk_margin(opened).alpha, delay, float(-sensitivity(opened).poles().real.max()))
+
+
+def all_margins(results: Results) -> dict[tuple[str, str], Margins]:
+    """The margins of each plant under each law."""
+    return dict(zip(ITEMS, results.work("margins"), strict=True))
 
 
 def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:
@@ -82,7 +101,8 @@ def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS)
         return Run(closed, metrics, setting.until, every, h)
     limit = dict.fromkeys(setting.plant.inputs.names, setting.limit)
     instruments = Instruments.of(setting.plant, noise=setting.noise, limit=limit)
-    return Run(closed.digital(setting.period, instruments, delay=True), metrics, setting.until, every, h, seed=SEED)
+    inside = DigitalLoop(closed, setting.period, instruments, delay=True)
+    return Run(inside, metrics, setting.until, every, h, seed=SEED)
 
 
 def cases() -> tuple[Case, ...]:
@@ -126,7 +146,7 @@ def design(setting: Setting) -> SobolDesign:
 
 def errors(results: Results, setting: Setting, law: str) -> Array:
     """The RMSE of each run of the sweep of a plant and a law."""
-    return results.sample(called(setting, law)).outputs(f"RMSE of {setting.main}")
+    return results.sample(called(setting, law)).score(f"RMSE of {setting.main}").value
 
 
 def indices(setting: Setting, results: Results) -> SobolIndices:

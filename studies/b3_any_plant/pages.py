@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from studies.b3_any_plant.findings import findings
-from studies.b3_any_plant.loops import COMPUTER, LAWS, called, indices, loop, margins
+from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, loop
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from workbench.loop import roles
 from workbench.study import Figure, Results, Section, Table, sobol_bars
@@ -54,12 +54,12 @@ def summary_table(results: Results) -> Table:
         scale, second = scale_of(setting)
         units = f"{setting.main} [{setting.plant.outputs[setting.main].unit}], [{second}]"
         for name, law in zip((setting.name, units), LAWS, strict=True):
-            (disk, delay), both = margins(setting, law), (law, f"{law} {COMPUTER}")
-            periods: Cell = delay / setting.period if np.isfinite(delay) else "any"
+            own, both = all_margins(results)[setting.name, law], (law, f"{law} {COMPUTER}")
+            periods: Cell = own.delay / setting.period if np.isfinite(own.delay) else "any"
             runs = [results[setting.name, each] for each in both]
             errors = (cell(run, f"RMSE of {setting.main}") for run in runs)
             settling = (cell(run, f"settling time of {setting.main}", 0, scale, second) for run in runs)
-            rows.append((name, law, disk, periods, *errors, *settling))
+            rows.append((name, law, own.disk, periods, *errors, *settling))
     columns = (
         Column("plant"),
         Column("law"),
@@ -70,7 +70,7 @@ def summary_table(results: Results) -> Table:
     notes = (
         f"Sampled: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
         "unit of its RMSE, over the whole run, and that of the settling time, until the error stays within 5 % of that "
-        "of the start; errors are those by twice the step.",
+        "of the start; errors are twice the change by half the step.",
         "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay of the worst "
         "input by itself in periods of the computer, which takes one and a half. Any: its gain is always below one.",
     )
@@ -106,7 +106,7 @@ def computers_table(results: Results) -> Table:
         noise = dict.fromkeys(f"{value:g} {plant.outputs[name].unit}" for name, value in setting.noise.items())
         period = f"{1e3 * setting.period:g} ms" if setting.period < 1 else f"{setting.period:g} s"
         limits = f"{port.name} {low:g} to {high:g} {port.unit}".strip().replace("-", "\N{MINUS SIGN}")
-        moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV", 0)[0] for law in LAWS)
+        moves = (results[setting.name, f"{law} {COMPUTER}"].score("TV").pair[0] for law in LAWS)
         rows.append((setting.name, period, ", ".join(noise), limits, *moves))
     plain = (Column("plant"), Column("period", align="right"), Column("noise"), Column("limits"))
     columns = (*plain, *(Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))

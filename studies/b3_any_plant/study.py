@@ -3,9 +3,9 @@
 Runs in about a quarter of a minute on two cores.
 """
 
-from studies.b3_any_plant.loops import SEED, cases, sweeps
+from studies.b3_any_plant.loops import ITEMS, SEED, cases, margins, sweeps
 from studies.b3_any_plant.pages import headlines, sections
-from workbench.study import Study
+from workbench.study import Study, Work
 
 study = Study(
     name="b3_any_plant",
@@ -23,6 +23,7 @@ study = Study(
     ),
     cases=cases(),
     sweeps=sweeps(),
+    works=(Work("margins", margins, ITEMS, seconds=0.3),),
     sections=sections,
     headlines=headlines,
     seed=SEED,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from studies.b4_handover.loops import ERROR, SETTLED, Handed, handed
+from studies.b4_handover.loops import ERROR, SETTLED, handed
 from studies.b4_handover.margins import DRAWS, JITTER, MISSED, NEAR, QUIET, Loss, Losses, losses, margins, scans
 from workbench.study import Results, Verdict
+from workbench.study.evidence import Threshold
 from workbench.study.evidence.computer_margins import KEPT
 
 GIVEN = (
@@ -22,7 +23,7 @@ CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED:g} % miss
 
 def findings(results: Results) -> tuple[Verdict, ...]:
     """All findings."""
-    return (loss_finding(results), precision_finding(results), clock_finding(results), period_finding())
+    return (loss_finding(results), precision_finding(results), clock_finding(results), period_finding(results))
 
 
 def percent(loss: Loss) -> str:
@@ -100,13 +101,13 @@ def clock_finding(results: Results) -> Verdict:
     )
 
 
-def period_finding() -> Verdict:
+def period_finding(results: Results) -> Verdict:
     """The longest period, beside the declared one."""
-    found = scans().periods
+    found = {key: scan.threshold for key, scan in scans(results).periods.items()}
     room = {one.name: found[one.key].largest / one.period for one in handed()}
     least = min(room, key=room.__getitem__)
     short = [name for name, ratio in room.items() if ratio < 1]
-    listed = "; ".join(f"{one.name} {milliseconds(one, found[one.key].largest)}" for one in handed())
+    listed = "; ".join(f"{one.name} {milliseconds(found[one.key])}" for one in handed())
     return Verdict(
         "holds" if not short else "fails",
         f"The declared period is within what sampling allows for all {len(room)} loops."
@@ -121,7 +122,6 @@ def period_finding() -> Verdict:
     )
 
 
-def milliseconds(one: Handed, period: float) -> str:
-    """A period in ms, and that no longer one was tried if that is so."""
-    more = " or more" if np.isinf(scans().periods[one.key].next) else ""
-    return f"{1e3 * period:.3g} ms{more}"
+def milliseconds(found: Threshold) -> str:
+    """The longest period in ms, and that no longer one was tried if that is so."""
+    return f"{1e3 * found.largest:.3g} ms{' or more' if np.isinf(found.next) else ''}"

@@ -17,7 +17,7 @@ from workbench.controllers import LinearLaw, Regulator
 from workbench.core import LinearSystem, Sampled
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqg, lqr
-from workbench.loop import ClosedLoop, Instruments, open_loop
+from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
 from workbench.metrics import AbstractMetric, total_variation
 from workbench.metrics.contract import Integral
 from workbench.metrics.signal_choice import Choice
@@ -90,11 +90,14 @@ class Handed:
         loop = self.made(self.period)
         return Instruments.of(loop.plant, quantum=self.quantum if quantum is None else quantum, limit=self.limit)
 
-    def digital(self, period: float | None = None, delay: int = 1, *, exact: bool = False) -> Sampled:
-        """The loop as its computer runs it, or one with another period and delay, or with exact readings."""
+    def computed(self, period: float | None = None, delay: float = 1, *, exact: bool = False) -> DigitalLoop:
+        """The loop in its computer, or in one with another period and delay, or with exact readings."""
         length = self.period if period is None else period
-        instruments = self.instruments({} if exact else None)
-        return self.made(length).digital(length, instruments, delay=delay, name=self.name)
+        return DigitalLoop(self.made(length), length, self.instruments({} if exact else None), delay)
+
+    def digital(self, *, exact: bool = False) -> Sampled:
+        """The loop as its computer runs it, or one with exact readings."""
+        return self.computed(exact=exact).ode(self.name)
 
 
 def arm(name: str, made: Callable[[float], ClosedLoop], given: str, period: str = "period of the arm") -> Handed:
@@ -145,6 +148,11 @@ def cart_pole(period: float) -> ClosedLoop:
     kalman = ExtendedKalmanFilter(body, W, V, P=1e-2 * np.eye(4), period=period)
     sine = Sines([0.2], [1.0], signal="x", unit="m")
     return ClosedLoop(body, kalman, Regulator.of(body, gain, follow=("x",)), sine)
+
+
+def by_key(key: str) -> Handed:
+    """The loop of a key."""
+    return next(one for one in handed() if one.key == key)
 
 
 @cache

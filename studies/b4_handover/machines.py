@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
 
 import numpy as np
 
-from studies.b4_handover.loops import PERIODS, Handed, handed
+from studies.b4_handover.loops import PERIODS, Handed, by_key, handed
 from studies.b4_handover.margins import scans
 from studies.b4_handover.operations import operations_finding
-from workbench.handover.replays import CLOCKS, Fit, Replay, TargetResult, fits, replay
+from workbench.handover.replays import CLOCKS, Fit, TargetResult, fits, replay
 from workbench.handover.targets import TARGETS, USUAL
-from workbench.study import Itemize, Paragraph, Section, Table, Verdict
+from workbench.study import Itemize, Paragraph, Results, Section, Table, Verdict, Work
 from workbench.study.document.document import Cell, Column
 
 SINGLY = ("gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # in single precision
@@ -23,62 +21,62 @@ BOARDS = {key: clock for key, clock in CLOCKS.items() if key in USUAL}  # Hz
 STACK = 4096  # bytes, at most
 
 
-@cache
-def replays() -> Mapping[str, Replay]:
-    """The replay of each loop by its name, two at a time."""
-    with ThreadPoolExecutor(2) as pool:
-        slow = sorted(handed(), key=lambda one: -one.digital().law().memory.size)  # the longest first
-        done = pool.map(lambda one: replay(one.digital(), name=one.key, periods=PERIODS), slow)
-        by = dict(zip((one.name for one in slow), done, strict=True))
-        return {one.name: by[one.name] for one in handed()}
+TargetResults = tuple[TargetResult, ...]
 
 
-@cache
-def single_replays() -> Mapping[str, Replay]:
-    """The replay of each loop's law in single precision, which reads what the loop in doubles has read."""
-    with ThreadPoolExecutor(2) as pool:
-        done = pool.map(
-            lambda one: replay(one.digital(), name=one.key, periods=FEW, targets=SINGLY, precision="single"), handed()
-        )
-        return dict(zip((one.name for one in handed()), done, strict=True))
+def replay_works() -> tuple[Work, Work]:
+    """The replays of all loops, in double and in single precision."""
+    keys = tuple(one.key for one in handed())
+    return Work("replays", in_doubles, keys, seconds=30.0), Work("single_replays", in_singles, keys, seconds=10.0)
 
 
-def by_target() -> dict[str, dict[str, TargetResult]]:
+def in_doubles(key: str) -> TargetResults:
+    """The replay of a loop on all targets."""
+    return replay(by_key(key).digital(), name=key, periods=PERIODS).results
+
+
+def in_singles(key: str) -> TargetResults:
+    """The replay of a loop's law in single precision, which reads what the loop in doubles has read."""
+    return replay(by_key(key).digital(), name=key, periods=FEW, targets=SINGLY, precision="single").results
+
+
+def replays(results: Results, work: str = "replays") -> Mapping[str, TargetResults]:
+    """The results of all targets by the name of the loop."""
+    return dict(zip((one.name for one in handed()), results.work(work), strict=True))
+
+
+def by_target(results: Results) -> dict[str, dict[str, TargetResult]]:
     """The results of each target, by target and law."""
-    names = next(iter(replays().values())).results
-    return {
-        target.target: {
-            law: next(r for r in one.results if r.target == target.target) for law, one in replays().items()
-        }
-        for target in names
-    }
+    by_law = replays(results)
+    names = [one.target for one in next(iter(by_law.values()))]
+    return {name: {law: next(r for r in each if r.target == name) for law, each in by_law.items()} for name in names}
 
 
-def fit_of(one: Handed, key: str) -> Fit | None:
+def fit_of(results: Results, one: Handed, key: str) -> Fit | None:
     """The count of a law at the clock of a microcontroller, on the longest period that sampling allows."""
-    result = by_target()[TARGETS[key].name][one.name]
-    count = result.figures.instructions
-    return fits(count, scans().periods[one.key].largest, CLOCKS[key]) if count else None
+    count = by_target(results)[TARGETS[key].name][one.name].figures.instructions
+    return fits(count, scans(results).periods[one.key].threshold.largest, CLOCKS[key]) if count else None
 
 
-def machine_findings() -> tuple[Verdict, ...]:
+def machine_findings(results: Results) -> tuple[Verdict, ...]:
     """The findings of the replays."""
-    counted = any(fit_of(one, key) for one in handed() for key in BOARDS)
-    return (bits_finding(), operations_finding(), *([fit_finding()] if counted else []))
+    counted = any(fit_of(results, one, key) for one in handed() for key in BOARDS)
+    return (bits_finding(results), operations_finding(results), *([fit_finding(results)] if counted else []))
 
 
-def bits_finding() -> Verdict:
+def bits_finding(results: Results) -> Verdict:
     """The bits that differ."""
-    results = [(law, result) for law, one in replays().items() for result in one.results]
-    ran = [(law, result) for law, result in results if result.ran]
+    by_law = replays(results)
+    each = [(law, result) for law, of_law in by_law.items() for result in of_law]
+    ran = [(law, result) for law, result in each if result.ran]
     other = [(law, result) for law, result in ran if not result.equal]
     targets = {result.target for _, result in ran}
-    missing = sorted({result.target for _, result in results} - targets)
+    missing = sorted({result.target for _, result in each} - targets)
     compared, differing = (sum(getattr(result, part) for _, result in ran) for part in ("bits", "differing"))
     lost = "; ".join(f"{law} on {result.target}: {result.first}" for law, result in other)
     return Verdict(
         "holds" if ran and not other else "fails" if other else "open",
-        f"All {len(replays())} laws have the bits of the portable arithmetic on all {len(targets)} targets that ran."
+        f"All {len(by_law)} laws have the bits of the portable arithmetic on all {len(targets)} targets that ran."
         if ran and not other
         else f"{len(ran) - len(other)} of {len(ran)} replays have the bits of the portable arithmetic.",
         f"{compared:,} bits were compared, of commands and of the memory behind each period; {differing:,} of commands "
@@ -90,11 +88,11 @@ def bits_finding() -> Verdict:
     )
 
 
-def fit_finding() -> Verdict:
+def fit_finding(results: Results) -> Verdict:
     """The count of instructions beside the period."""
-    rows = [(one, key, fit) for one in handed() for key in BOARDS if (fit := fit_of(one, key))]
+    rows = [(one, key, fit) for one in handed() for key in BOARDS if (fit := fit_of(results, one, key))]
     worst, key, most = max(rows, key=lambda row: row[2].share)
-    stacks = [r.figures.stack for one in replays().values() for r in one.results if r.figures.stack]
+    stacks = [r.figures.stack for each in replays(results).values() for r in each if r.figures.stack]
     listed = "; ".join(
         f"{short(TARGETS[each].name)} at {clock / 1e6:g} MHz: "
         f"{', '.join(f'{one.name} {share(fit)}' for one, at, fit in rows if at == each)}"
@@ -123,7 +121,7 @@ def share(fit: Fit) -> str:
     return f"{100 * fit.share:.2g} %"
 
 
-def machines_section() -> Section:
+def machines_section(results: Results) -> Section:
     """The tables of the targets."""
     words = (
         "Each law's C, unchanged, is compiled for a machine with a small program around it that reads the recorded "
@@ -131,18 +129,20 @@ def machines_section() -> Section:
         "start and goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the "
         "compilers that are installed here. QEMU counts instructions and knows no cycles."
     )
-    missing = [f"{name}: {r.reason}" for name, laws in by_target().items() if (r := next(iter(laws.values()))).reason]
+    missing = [
+        f"{name}: {r.reason}" for name, laws in by_target(results).items() if (r := next(iter(laws.values()))).reason
+    ]
     absent = (Paragraph("Not run here:"), Itemize(tuple(missing))) if missing else ()
     return Section(
         "The same bits on every machine",
-        (Paragraph(words), *absent, bits_table(), counts_table(), sizes_table(), single_table()),
+        (Paragraph(words), *absent, *(make(results) for make in (bits_table, counts_table, sizes_table, single_table))),
     )
 
 
-def bits_table() -> Table:
+def bits_table(results: Results) -> Table:
     """A row for each target, over all laws."""
     rows: list[tuple[Cell, ...]] = []
-    for name, laws in by_target().items():
+    for name, laws in by_target(results).items():
         ran = [result for result in laws.values() if result.ran]
         parts = ("periods", "bits", "differing", "memories", "flags")
         sums = (sum(getattr(result, part) for result in ran) for part in parts)
@@ -151,18 +151,17 @@ def bits_table() -> Table:
     heads = ("periods", "bits compared", "differing in commands", "periods with another memory", "flags")
     columns = (Column("target"), *(Column(head, align="right") for head in heads), Column("first difference"))
     notes = (
-        f"Over all {len(replays())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex "
+        f"Over all {len(handed())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex "
         "under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
     )
     return Table("bits", "Bits of commands and memories, against the portable arithmetic.", columns, tuple(rows), notes)
 
 
-def counts_table() -> Table:
+def counts_table(results: Results) -> Table:
     """Instructions a period, by law and target."""
     names = [TARGETS[key].name for key in SHOWN]
-    rows = [
-        (one.name, *(rounded(by_target()[name][one.name].figures.instructions) for name in names)) for one in handed()
-    ]
+    by = by_target(results)
+    rows = [(one.name, *(rounded(by[name][one.name].figures.instructions) for name in names)) for one in handed()]
     columns = (Column("law"), *(Column(short(name), align="right") for name in names))
     notes = (
         "The mean: under Callgrind for this machine's compilers, under QEMU for the others, by gcc -O2. A Cortex-M4F "
@@ -171,13 +170,13 @@ def counts_table() -> Table:
     return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
 
 
-def single_table() -> Table:
+def single_table(results: Results) -> Table:
     """The same in single precision: bits against NumPy's floats, and instructions."""
     rows: list[tuple[Cell, ...]] = []
-    for law, one in single_replays().items():
-        ran = [result for result in one.results if result.ran]
+    for law, each in replays(results, "single_replays").items():
+        ran = [result for result in each if result.ran]
         differing = sum(result.differing + result.memories for result in ran)
-        counts = [rounded(result.figures.instructions) for result in one.results]
+        counts = [rounded(result.figures.instructions) for result in each]
         rows.append((law, sum(result.bits for result in ran), differing, *counts))
     heads = [short(TARGETS[key].name) for key in SINGLY]
     columns = (Column("law"), Column("bits compared", align="right"), Column("differing", align="right"))
@@ -190,13 +189,13 @@ def single_table() -> Table:
     return Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
 
 
-def sizes_table() -> Table:
+def sizes_table(results: Results) -> Table:
     """Stack, code and data, and the share of the period, on the microcontrollers."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
         for key in BOARDS:
-            result = by_target()[TARGETS[key].name][one.name]
-            figures, fit = result.figures, fit_of(one, key)
+            result = by_target(results)[TARGETS[key].name][one.name]
+            figures, fit = result.figures, fit_of(results, one, key)
             own: Cell = 100 * result.fit.share if result.fit else None
             longest: Cell = 100 * fit.share if fit else None
             rows.append((one.name, short(TARGETS[key].name), figures.stack, figures.code, figures.data, own, longest))

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 
 import numpy as np
 
-from studies.b4_handover.loops import ERROR, SEED, TV, Handed, handed
+from studies.b4_handover.loops import ERROR, SEED, TV, Handed, by_key, handed
 from workbench.core import Sampled
 from workbench.handover.single.single_precision_loop import in_single_precision
-from workbench.metrics import measured, total_variation
-from workbench.metrics.accumulators import final_values
-from workbench.simulate import simulate
-from workbench.study import Factor, Results, Run, Sweep, Uniform
+from workbench.loop import DigitalLoop
+from workbench.metrics import AbstractMetric, total_variation
+from workbench.study import Factor, Results, Run, Sweep, Uniform, Work
+from workbench.study.evidence import LargestSetting, LoopLimits, Threshold, largest_setting
 from workbench.study.evidence.computer_margins import (
     KEPT,
     ComputerEffect,
@@ -132,77 +130,81 @@ def losses(results: Results, one: Handed) -> Losses:
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """Ratios of the error and of the total variation (N,) over periods in s or delays in periods (N,)."""
+    """A search over periods in s or delays in periods, and the ratios of error and total variation (N,) to those of
+    the first.
+    """
 
-    at: Array
+    threshold: Threshold
     error: Array
-    TV: Array
-    quiet: float = np.inf
+    TV: Array | None = None  # where it has a limit
 
-    @property
-    def good(self) -> Array:
-        """True where the error is kept and the commands are quiet."""
-        return np.asarray((self.error <= KEPT) & (np.asarray(self.TV) <= self.quiet))
-
-    @property
-    def largest(self) -> float:
-        """The largest value up to which all are good."""
-        return float(self.at[: int(np.argmin(self.good)) or len(self.at)][-1])
-
-    @property
-    def next(self) -> float:
-        """The first value that is not good, infinite where none was tried."""
-        return float(self.at[int(np.argmin(self.good))]) if not self.good.all() else np.inf
-
-
-def ends(one: Handed, period: float, delay: int, *, exact: bool) -> tuple[Array, Array]:
-    """Error and total variation with another period and delay, to about the same horizon; infinite if lost."""
-    until = period * round(one.until / period)
-    sampled = one.digital(period, delay, exact=exact)
-    asked = (one.metrics[0], total_variation(period))
-    step = measured(sampled, asked, period / int(np.ceil(period / SUBSTEP - 1e-9)))
-    values = final_values(simulate(step, until=until, every=until, seed=SEED), asked)
-    return tuple(np.where(np.isnan(values[name][0]), np.inf, values[name][0]) for name in (ERROR, TV))
-
-
-def scan(one: Handed, points: Sequence[tuple[float, int]], at: Sequence[float], quiet: float, *, exact: bool) -> Scan:
-    """From the first point on until two in a row are no longer good."""
-    base, rows = ends(one, *points[0], exact=exact), []
-    for period, delay in points:
-        here = ends(one, period, delay, exact=exact)
-        rows.append([float(worst_ratio(now, then)) for now, then in zip(here, base, strict=True)])
-        if all(error > KEPT or busy > quiet for error, busy in rows[-2:]) and len(rows) > 2:
-            break
-    error, busy = np.array(rows).T
-    return Scan(np.array(at[: len(rows)]), error, busy, quiet)
+    @staticmethod
+    def of(found: LargestSetting) -> Scan:
+        """The scan of a search."""
+        busy = QUIET * found.worst(TV) if TV in found.trials[0][0].shares else None
+        return Scan(found.threshold, KEPT * found.worst(ERROR), busy)
 
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """Of each loop by its key, over the period with exact readings, and over the delay with its own."""
+    """The scan of each loop by its key, over the period with exact readings, and over the delay with its own."""
 
     periods: dict[str, Scan]
     delays: dict[str, Scan]
 
 
-@cache
-def scans() -> Scans:
-    """All scans, two loops at a time."""
-    with ThreadPoolExecutor(2) as pool:
-        periods = pool.map(over_periods, handed())
-        delays = pool.map(over_delays, handed())
-        keys = [one.key for one in handed()]
-        return Scans(dict(zip(keys, periods, strict=True)), dict(zip(keys, delays, strict=True)))
+def scans(results: Results) -> Scans:
+    """All scans."""
+    periods, delays = (map(Scan.of, results.work(name)) for name in ("periods", "delays"))
+    keys = [one.key for one in handed()]
+    return Scans(dict(zip(keys, periods, strict=True)), dict(zip(keys, delays, strict=True)))
 
 
-def over_periods(one: Handed) -> Scan:
+def scan_works() -> tuple[Work, Work]:
+    """The scans of all loops."""
+    keys = tuple(one.key for one in handed())
+    return Work("periods", over_periods, keys, seconds=8.0), Work("delays", over_delays, keys, seconds=8.0)
+
+
+def over_periods(key: str) -> LargestSetting:
     """Longer and longer periods, from a quarter of the declared one on; commands are a period late in each."""
+    one = by_key(key)
     count = int(np.log(LONGEST / SHORTEST) / np.log(RATIO))
     periods = [one.period * SHORTEST * RATIO**i for i in range(count + 1)]
-    return scan(one, [(period, 1) for period in periods], periods, QUIET, exact=True)
+    return growth(periods_of(key), periods, {ERROR: KEPT, TV: QUIET})
 
 
-def over_delays(one: Handed) -> Scan:
+def periods_of(key: str) -> LoopLimits:
+    """The runs of a loop with other periods."""
+    limits = {ERROR: 1.0, TV: 1.0}  # until those of the first run are known
+    return LoopLimits(partial(with_period, key), partial(metrics_of, key), limits, by_key(key).until, SUBSTEP, SEED)
+
+
+def over_delays(key: str) -> LargestSetting:
     """More and more periods between reading and command, from one on; the period is the declared one."""
-    late = range(1, MOST_LATE + 1)
-    return scan(one, [(one.period, count) for count in late], list(map(float, late)), np.inf, exact=False)
+    one = by_key(key)
+    late = [float(count) for count in range(1, MOST_LATE + 1)]
+    looked_at = LoopLimits(partial(with_delay, key), lambda _: one.metrics, {ERROR: 1.0}, one.until, SUBSTEP, SEED)
+    return growth(looked_at, late, {ERROR: KEPT})
+
+
+def growth(looked_at: LoopLimits, settings: list[float], most: dict[str, float]) -> LargestSetting:
+    """From the first setting on until two in a row have a metric more than `most` times as large as the first."""
+    first = looked_at.at(settings[0]).shares
+    limits = {metric: times * first[metric] for metric, times in most.items()}
+    return largest_setting(replace(looked_at, limits=limits), settings, ratio=None, patience=2)
+
+
+def with_period(key: str, period: float) -> DigitalLoop:
+    """A loop with exact readings and another period."""
+    return by_key(key).computed(period, exact=True)
+
+
+def with_delay(key: str, delay: float) -> DigitalLoop:
+    """A loop with another delay, in periods."""
+    return by_key(key).computed(delay=delay)
+
+
+def metrics_of(key: str, period: float) -> tuple[AbstractMetric, ...]:
+    """The error of a loop, and the total variation of its commands at the instants of a period."""
+    return by_key(key).metrics[0], total_variation(period)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
-from functools import cache
 
 import casadi as ca
 import numpy as np
@@ -16,7 +14,7 @@ from workbench.handover.memory_digest import BASIS
 from workbench.handover.recording import record
 from workbench.handover.replays import TargetResult, compare
 from workbench.handover.targets import TARGETS
-from workbench.study import Verdict
+from workbench.study import Results, Verdict, Work
 from workbench.validation.refusals import Array
 
 PAIRS = 40_000
@@ -45,21 +43,24 @@ def operands() -> Array:
     return signs * shares * 2.0 ** np.stack([near, near - far], axis=1)
 
 
-@cache
-def results() -> Mapping[str, TargetResult]:
-    """Each target against NumPy, whose processor is that of IEEE 754."""
+def operations_work() -> Work:
+    """Each target against NumPy."""
+    return Work("operations", operations_of, tuple(TARGETS), seconds=1.0)
+
+
+def operations_of(key: str) -> TargetResult:
+    """A target against NumPy, whose processor is that of IEEE 754."""
     one, own, y = handed()[0].digital(), law(), operands()
     a, b = y.T
     u = np.stack([a + b, a - b, a * b, 1 / b, np.sqrt(np.abs(a))], axis=1)
     digests = np.full(PAIRS, BASIS, dtype=np.uint64)
     rows = replace(record(one, one.law(), 1), law=own, y=y, r=np.zeros((PAIRS, 0)), u=u, digests=digests)
-    code = c_code(own, "operations")
-    return {target.name: compare(target, code, rows) for target in TARGETS.values()}
+    return compare(TARGETS[key], c_code(own, "operations"), rows)
 
 
-def operations_finding() -> Verdict:
+def operations_finding(results: Results) -> Verdict:
     """The targets whose operations are rounded as IEEE 754 says."""
-    ran = {name: one for name, one in results().items() if one.ran}
+    ran = {one.target: one for one in results.work("operations") if one.ran}
     other = {name: one for name, one in ran.items() if not one.equal}
     named = "; ".join(f"{name}: {one.differing:,} bits, first in {one.first}" for name, one in other.items())
     return Verdict(

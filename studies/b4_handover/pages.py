@@ -18,18 +18,18 @@ from workbench.study.evidence.computer_margins import KEPT, STANDS, computer_tab
 def sections(results: Results) -> Sequence[Section]:
     """The whole page."""
     return (
-        Section("What was found", (periods_figure(), *machine_findings(), *findings(results))),
+        Section("What was found", (periods_figure(results), *machine_findings(results), *findings(results))),
         handed_section(),
-        machines_section(),
+        machines_section(results),
         margins_section(results),
-        periods_section(),
+        periods_section(results),
         losses_section(results),
     )
 
 
 def headlines(results: Results) -> Sequence[str]:
     """The findings in a line each."""
-    return tuple(str(one.statement) for one in (*machine_findings(), *findings(results)))
+    return tuple(str(one.statement) for one in (*machine_findings(results), *findings(results)))
 
 
 def handed_section() -> Section:
@@ -72,7 +72,7 @@ def margins_section(results: Results) -> Section:
         "What the computer may do to each law: the loss at what is declared, and how far each effect may go before a "
         f"run has more than {KEPT:g} and {STANDS:g} times the error."
     )
-    late = scans().delays
+    late = {key: scan.threshold for key, scan in scans(results).delays.items()}
     table = computer_table("margins", caption, own)
     delays = Table(
         "delays",
@@ -118,15 +118,17 @@ def ladders(results: Results) -> Figure:
     return Figure("ladders", caption, tuple(panels), columns=3)
 
 
-def periods_figure() -> Figure:
+def periods_figure(results: Results) -> Figure:
     """Error and total variation over the period."""
     panels = []
     for label, kind, bound in (("error, times", "error", KEPT), ("total variation, times", "TV", QUIET)):
         series = []
         for style, one in enumerate(handed()):
-            found = scans().periods[one.key]
+            found = scans(results).periods[one.key]
             y = getattr(found, kind)
-            series.append(Series(one.name, 1e3 * found.at, np.where(np.isinf(y), np.nan, y), style))
+            series.append(
+                Series(one.name, 1e3 * np.array(found.threshold.values), np.where(np.isinf(y), np.nan, y), style)
+            )
         ends = np.array([0.05, 30.0])
         series.append(Series("allowed", ends, np.full(2, bound), "bound"))
         panels.append(Panel(label, tuple(series), "period [ms]", xscale="log", yscale="log"))
@@ -137,11 +139,11 @@ def periods_figure() -> Figure:
     return Figure("periods", caption, tuple(panels), columns=2)
 
 
-def periods_section() -> Section:
+def periods_section(results: Results) -> Section:
     """The longest period that sampling allows."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
-        found = scans().periods[one.key]
+        found = scans(results).periods[one.key].threshold
         after: Cell = 1e3 * found.next if np.isfinite(found.next) else "not met"
         rows.append((one.name, 1e3 * one.period, 1e3 * found.largest, after, found.largest / one.period))
     columns = (

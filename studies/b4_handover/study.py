@@ -4,7 +4,9 @@ Runs in about two minutes on two cores.
 """
 
 from studies.b4_handover.loops import SEED
-from studies.b4_handover.margins import sweeps
+from studies.b4_handover.machines import replay_works
+from studies.b4_handover.margins import scan_works, sweeps
+from studies.b4_handover.operations import operations_work
 from studies.b4_handover.pages import headlines, sections
 from workbench.study import Study
 
@@ -21,6 +23,7 @@ study = Study(
         "over what computers do: coarser readings, jitter, missed periods, single precision, delay and a longer period."
     ),
     sweeps=sweeps(),
+    works=(*replay_works(), *scan_works(), operations_work()),
     sections=sections,
     headlines=headlines,
     seed=SEED,

@@ -9,10 +9,15 @@ import numpy as np
 
 from studies.performance.measurements import Effort, Row, compilation, error, rate, rates, reference
 from studies.performance.peers import casadi_cvodes
-from studies.performance.workload import rows_of, run
+from studies.performance.steps_of_workload import through
+from studies.performance.workload import rows_of
 from workbench.study.document.document import Figure, Panel, Series
 
-STEPS = (2.5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4)  # s
+STEPS = {  # s
+    "rk4": (2.5e-3, 2e-3, 1e-3, 5e-4, 2e-4, 1e-4),
+    "stabilised": (2.5e-3, 2e-3, 1.25e-3, 1e-3, 5e-4),
+    "restarted": (1e-3, 8e-4, 5e-4, 2e-4, 1e-4),
+}
 TOLERANCES = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 SLOWEST = 0.05  # runs/s, where the bars begin
 RATE = "runs/s of one core"
@@ -37,11 +42,16 @@ def speed_figure(rows: Sequence[Row]) -> Figure:
 
 
 def precision_figure(rows: Sequence[Row], effort: Effort) -> Figure:
-    """Error beside speed: the two whose accuracy can be chosen as curves, the others as marks."""
+    """Error beside speed: the methods whose accuracy can be chosen as curves, the others as marks."""
     wanted = reference(effort)
     p, series = rows_of(effort.samples), []
     curves = {
-        "workbench, RK4 at 2.5 to 0.1 ms": [partial(run, horizon=effort.horizon, h=h) for h in STEPS],
+        **{
+            f"workbench, {method}, {1e3 * steps[0]:g} to {1e3 * steps[-1]:g} ms": [
+                partial(through, horizon=effort.horizon, h=h, method=method) for h in steps
+            ]
+            for method, steps in STEPS.items()
+        },
         "CVODES, 1e-3 to 1e-8": [casadi_cvodes(effort.horizon, tolerance) for tolerance in TOLERANCES],
     }
     for style, (name, runners) in enumerate(curves.items()):
@@ -50,7 +60,7 @@ def precision_figure(rows: Sequence[Row], effort: Effort) -> Figure:
         series += [Series(name, *np.array(points).T, style, look) for look in ("line", "marks")]
     marks = [
         Series(row.name, [row.error], [row.runs_per_s], style, "marks")
-        for style, row in enumerate((r for r in rows if r.error and "CVODES" not in r.name), start=2)
+        for style, row in enumerate((r for r in rows if r.error and "CVODES" not in r.name), start=4)
     ]
     panel = Panel(RATE, (*series, *marks), xlabel="relative error of the RMSE", xscale="log", yscale="log")
     return Figure("precision", "Error and speed of each at its settings: better is up and to the left.", (panel,))

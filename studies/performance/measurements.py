@@ -16,7 +16,7 @@ from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
-from studies.performance.steps_of_workload import chosen, through
+from studies.performance.steps_of_workload import by_choice, chosen
 from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from workbench.core.methods import METHODS
 from workbench.simulate import simulate
@@ -163,10 +163,10 @@ def by_pilot(target: float, effort: Effort) -> tuple[Runner, Choice]:
             choice = chosen(rows, tolerance, horizon)
         except ValueError:  # no step keeps it
             return np.inf
-        return error(through(choice, rows[: effort.samples], horizon), wanted)
+        return error(by_choice(choice, rows[: effort.samples], horizon), wanted)
 
     tolerance = coarsest(error_of, target, *OURS)
-    return lambda p: through(chosen(p, tolerance, horizon), p, horizon), chosen(rows, tolerance, horizon)
+    return lambda p: by_choice(chosen(p, tolerance, horizon), p, horizon), chosen(rows, tolerance, horizon)
 
 
 def cvodes_row(target: float, bar: float, effort: Effort) -> Row:

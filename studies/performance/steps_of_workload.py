@@ -20,9 +20,14 @@ def stepped(h: float, method: str = "rk4") -> Step:
     return runge_kutta_step(loop(), h, method)
 
 
-def through(choice: Choice, p: Array, horizon: float) -> Array:
+def through(p: Array, horizon: float, h: float, method: str = "rk4") -> Array:
+    """The RMSE (B, 2) of runs at the step h [s] of a method."""
+    return rmse(simulate(stepped(h, method), p, until=horizon, every=horizon).x[:, -1], horizon)
+
+
+def by_choice(choice: Choice, p: Array, horizon: float) -> Array:
     """The RMSE (B, 2) of runs at a chosen step."""
-    return rmse(simulate(stepped(choice.h, choice.method), p, until=horizon, every=horizon).x[:, -1], horizon)
+    return through(p, horizon, choice.h, choice.method)
 
 
 def chosen(p: Array, tolerance: float, horizon: float) -> Choice:

@@ -49,7 +49,7 @@ def error_at(gain: float, load: float) -> float:
     """The RMSE of the loop at a gain."""
     ode = LOOP.ode()
     p = ode.parameters.pack({"controller.Kp": np.full((160, 1), gain), "plant.b": load * np.linspace(0.05, 0.2, 160)})
-    return float(wb.measure(ode, (METRICS[0],), p, until=2.0, h=1e-3).scores[METRICS[0].name].value.mean())
+    return float(wb.measure(ode, (METRICS[0],), p, until=2.0, h=1e-3).score(METRICS[0].name).value.mean())
 
 
 def find_gain(load: float) -> Search:
@@ -69,7 +69,7 @@ def check_gains(gains: tuple[tuple[str, float], ...]) -> dict[str, float]:
     ode = LOOP.ode()
     p = ode.parameters.pack({f"controller.{name}": np.full((160, 1), gain) for name, gain in gains})
     scores = wb.measure(ode, METRICS, p, until=20.0, h=1e-3).scores
-    return {name: float(score.value.max()) for name, score in scores.items()} | {"none": float("nan")}
+    return {score.metric: float(score.value.max()) for score in scores} | {"none": float("nan")}
 
 
 def works(results):
@@ -81,14 +81,14 @@ def works(results):
 
 def objective(runs):
     """Error and effort of a trial."""
-    return runs["step"].outputs(METRICS[0].name) + 0.1 * runs["step"].outputs(METRICS[1].name)
+    return runs["step"].score(METRICS[0].name).value + 0.1 * runs["step"].score(METRICS[1].name).value
 
 
 def sections(results):
     """All that was found, to its last digit."""
     found = (
-        repr([results["step", law].measurement.scores[METRICS[0].name].value.tolist() for law in ("slow", "fast")]),
-        repr(results.sample("loads").values.sum()),
+        repr([results["step", law].score(METRICS[0].name).pair for law in ("slow", "fast")]),
+        repr(results.sample("loads").measurement.values.sum()),
         repr(dict(results.tuned("gains_by_search").best)),
         repr(results.work("check")),
         repr([(one.gain, one.seen.tolist(), one.remark) for one in results.work("gains")]),

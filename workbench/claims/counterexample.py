@@ -150,18 +150,17 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
     any other that diverges, the step itself may be what diverges, and it is not a number.
     """
     found = measure(ode, (metric, *kept), p, x0, until=until, h=h)
-    score, runs = found.scores[metric.name], found.trajectories
+    scores, runs = found.scores_of(metric.name), found.trajectories
     last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
     state = runs.step.states.unpack(runs.x[0, last])
     excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
-    times = float(runs.diverged_at[0]), float(found.coarse_diverged_at[0])
-    doubt = _doubt(found.limits[0], times, h)
+    times = float(found.half_diverged_at[0]), float(found.diverged_at[0])
+    doubt = _doubt(found.limit, times, h)
     if np.isfinite(times).any():
         return Pair(np.nan, np.nan, excess, times, doubt) if doubt else Pair(np.inf, 0.0, excess, times, "")
-    worst = int(np.argmax(score.value[0]))
-    value, error = float(score.value[0, worst]), float(score.error[0, worst])
+    value, error = max((score.pair for score in scores), key=lambda pair: pair[0])
     if not doubt and error > CREDIBLE * abs(value):
-        doubt = f"{TOO_LONG}: from {h:.3g} s to half of it the value changes by {error:.2g} to {value:.4g}"
+        doubt = f"{TOO_LONG}: at {h:.3g} s the value {value:.4g} has an error of {error:.2g}"
     return Pair(value, error, excess, times, doubt)
 
 
@@ -183,9 +182,9 @@ def hypotheses_kept(
 ) -> tuple[str, ...]:
     """The names of those claims that a run keeps at every step, at the step h and at half of it."""
     violations = [violation(each.claim) for each in claims]
-    scores = measure(watching(ode, claims), violations, p, x0, until=until, h=h).scores
-    kept = [float((scores[each.name].value + scores[each.name].error).max()) <= 0 for each in violations]
-    return tuple(each.claim.name for each, holds in zip(claims, kept, strict=True) if holds)
+    found = measure(watching(ode, claims), violations, p, x0, until=until, h=h)
+    largest = [max(float((s.value + s.error).max()) for s in found.scores_of(each.name)) for each in violations]
+    return tuple(each.claim.name for each, most in zip(claims, largest, strict=True) if most <= 0)
 
 
 @door

@@ -14,7 +14,7 @@ from workbench.cli.run import run_study
 @click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
 @click.option("--study", type=click.Path(path_type=Path), help="The file of the study, which is run as you named it.")
 def report(folder: Path, study: Path | None) -> None:
-    """Write the report in DIR again: sweeps from its ledger, single cases run anew.
+    """Write the report in DIR again, from the runs in its ledger.
 
     A folder may come from anywhere, so the file that it names is never run: name it yourself.
     """

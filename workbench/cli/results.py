@@ -37,15 +37,13 @@ def _write(folder: Path, form: str) -> Iterator[str]:
     from workbench.study.ledger.about import UNUSED
     from workbench.study.ledger.store import TABLE, contents
 
-    cases = (folder / run_tables.CASES).is_file()
-    if cases:
-        yield f"{run_tables.write_cases(folder, form)}: the single cases, one row a metric and number."
-    try:
-        held, about = contents(folder)
-    except LookupError:
-        if not cases:
-            raise
-        return
+    held, about = contents(folder)
+    if about.cases is not None:
+        table = held.get(f"{TABLE}/{about.cases.name}")
+        if table is None:
+            yield f"The cases are not complete: `workbench status {folder}` says how far they are."
+        else:
+            yield f"{run_tables.write_cases(folder, form, table)}: the single cases, one row a metric and signal."
     tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in about.sweeps}
     samples = [run_tables.sample_of(table) for table in tables.values() if table is not None]
     for sample in samples:
@@ -58,8 +56,8 @@ def _write(folder: Path, form: str) -> Iterator[str]:
             continue
         file = write_answers(work.name, [held[name] for name in work.chunks], folder / "runs")
         yield f"{file}: the answers of '{work.name}' to {len(work.chunks):,} items."
-    if not (about.sweeps or about.works):
-        yield f"The study '{about.study}' has no sweeps and no works."
+    if not (about.runs or about.works):
+        yield f"The study '{about.study}' has no cases, no sweeps and no works."
     if unused := about.unused(held):
         yield UNUSED.format(count=unused, out=folder)
     if about.has_changed(folder):

@@ -5,14 +5,11 @@ from __future__ import annotations
 import gc
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from workbench.cli.errors import aside, of_the_study, one_sentence, printable
-
-if TYPE_CHECKING:
-    from workbench.study.study import Outcome, Study
 
 PATH = click.Path(path_type=Path)
 
@@ -55,9 +52,9 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         from functools import partial
         from importlib import import_module
 
-        from workbench.cli.progress import runs_shown, shown
+        from workbench.cli.progress import runs_shown
         from workbench.report import folder
-        from workbench.study import case_runs, run_tables, writeup
+        from workbench.study import run_tables, writeup
         from workbench.study.execution import execute
         from workbench.study.live.live_data import live_data
         from workbench.study.order import Order
@@ -67,18 +64,12 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         folder.check_place(target)
         source = partial(script.Script.of, file, asked["samples"])
 
-        def run_cases(study: Study) -> tuple[Outcome, ...]:
-            with of_the_study(file, study.sections), shown(study.name, aside) as progress:
-                # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
-                gc.freeze()
-                gc.set_threshold(50_000)
-                with ThreadPoolExecutor(1) as beside:
-                    beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
-                    return case_runs.run(study, progress).outcomes
-
-        bar = partial(runs_shown, say=aside)
-        order = Order(file, say=aside, source=source, bar=bar, run_cases=run_cases, **asked)
-        with execute(study, target, order) as (study, results):
+        # what was imported stays, and little is made that only the collector can free: 0.25 s of looking
+        gc.freeze()
+        gc.set_threshold(50_000)
+        order = Order(file, say=aside, source=source, bar=partial(runs_shown, say=aside), **asked)
+        with execute(study, target, order) as (study, results), ThreadPoolExecutor(1) as beside:
+            beside.submit(import_module, "workbench.report.figures.figure_sheet")  # 0.3 s, for the end
             with of_the_study(file, study.headlines):
                 findings = writeup.headlines(study, results)
             with of_the_study(file, study.sections):

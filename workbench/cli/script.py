@@ -15,11 +15,12 @@ from shlex import join
 from types import ModuleType
 from typing import Any, NoReturn
 
+from workbench.study.chosen_steps import ChosenSteps, kept_in
+from workbench.study.compilation import compile_sweeps
 from workbench.study.compiled import CompiledSweep
-from workbench.study.execution import compile_sweeps
 from workbench.study.executors import ClusterError, Pieces
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.order import Arithmetics, Record
+from workbench.study.order import ArithmeticOf, Arithmetics, Record
 from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning
@@ -164,12 +165,16 @@ class Script:
         if not file.is_file() or _digest_of(file) != self.digest:
             raise ClusterError(f"A worker finds no '{self.file}', or another one: the study must be where it is here.")
         study, arithmetic_of = load(file), dict(self.arithmetics).get
+        chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
+        with kept_in(ChosenSteps(chunks.values())):  # no worker chooses again
+            return self._pieces(study, chunks, arithmetic_of)
+
+    def _pieces(self, study: Study, chunks: dict[str, Chunk], arithmetic_of: ArithmeticOf) -> Pieces:
         works = compile_works(() if callable(study.works) else study.works)
         if self.works:
             return works
         sweeps: Any = study.sweeps
         if callable(sweeps):
-            chunks = {name: Chunk(name, head, data) for name, head, data in self.records}
 
             def replay(sweeps: Sequence[CompiledSweep], first: int, last: int) -> list[Chunk]:
                 return [chunks[one.name(first, last)] for one in sweeps]

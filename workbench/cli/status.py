@@ -18,7 +18,7 @@ def status(folder: Path) -> None:
         from workbench.study.ledger.store import contents, lost, runs_of
 
         held, about = contents(folder)
-        for sweep in about.sweeps:
+        for sweep in about.runs:
             there = [held[name] for name in sweep.chunks if name in held]
             of = "of at most" if sweep.at_most else "of"
             line = (
@@ -37,6 +37,6 @@ def status(folder: Path) -> None:
         rest = "Nothing is missing." if complete else "Its command goes on with the rest."
         if about.has_changed(folder):
             rest = "It has changed since it was run: only its command can say what is missing."
-        elif not (about.sweeps or about.works or about.more):
-            rest = "It has no sweeps and no works."
+        elif not (about.runs or about.works or about.more):
+            rest = "It has no cases, no sweeps and no works."
         click.echo(printable(f"The study is '{about.study}' in '{about.script_from(folder)}'. {rest}"))

@@ -63,6 +63,7 @@ class Sampled:
     law_of: Callable[[str, tuple[str, ...]], SampledLaw] | None = None  # the computer's part of it, see `law`
     crossings: tuple[Crossing, ...] = ()  # what goes into the computer and out of it: 'y.q', 'r.q'
     crossed: ca.SX | None = None  # g with the symbols of the crossings; `jump`, which has none, unless given
+    stirred: tuple[str, ...] = ()  # the states of coloured noise, which belong to no computer
 
     def __post_init__(self) -> None:
         seconds("Sampled(period=...)", self.period)
@@ -206,8 +207,9 @@ class Sampled:
         is done in a period: the commands that act stay, and so does all that the computer keeps. Both are 0 unless set,
         and the loop then has the bits of the one without in the portable arithmetic.
 
-        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and an integral
-        counts each period as one period long. Disturbance and reference of the outputs are those of the true time.
+        Times, integrals and samples of a run are nominal: its row k is the state at k period + d_k, and an integral and
+        a coloured noise count each period as one period long. Disturbance and reference of the outputs are those of the
+        true time.
 
         Raises
         ------
@@ -228,7 +230,8 @@ class Sampled:
         pace = 1 + (later - late) / T
         true = t + late + (later - late) / T * (t - instant)
         rate, output = ca.substitute([flow.rate, flow.output], [t], [true])
-        own = [i for name in self.states.names if not name.startswith("plant.") for i in self.states.indices(name)]
+        kept = [name for name in self.states.names if not name.startswith("plant.") and name not in self.stirred]
+        own = [i for name in kept for i in self.states.indices(name)]
         clocks = ca.vertcat(later, jitter * lateness, self.k * T)
         jump, crossed = (ca.vertcat(_unless(luck < missed, flow.x, g, own), clocks) for g in (self.jump, self.after))
         return replace(
@@ -256,7 +259,8 @@ class Sampled:
             )
         for name in self.states.names:
             rows = self.states.slice(name)
-            if name.startswith("plant.") and not ca.is_equal(self.jump[rows], self.flow.x[rows]):
+            moves = name.startswith("plant.") and name not in self.stirred
+            if moves and not ca.is_equal(self.jump[rows], self.flow.x[rows]):
                 raise ValueError(
                     f"`Sampled.disturbed()` needs a plant in continuous time; '{name}' of '{self.name}' moves at the "
                     "instants themselves, which cannot come late for it."

@@ -224,12 +224,17 @@ def rk4(ode: Ode, h: float) -> Step:
 
 @door
 def runge_kutta_step(ode: Ode, h: float, method: str = "rk4") -> Step:
-    """The step of length h [s] for `ode` by a method by its name, as pilot runs choose it.
+    """The step of length h [s] for `ode` by a method of the name "rk4", "stabilised" or "restarted".
 
     Raises
     ------
     ValueError
         If there is no such method, or h is not a positive finite number.
+
+    Examples
+    --------
+    >>> wb.runge_kutta_step(wb.open_loop(wb.DCMotor()), 1e-3, "stabilised")
+    <Step of 'plant': h = 0.001 s, 2 states>
     """
     one_of("runge_kutta_step(method=...)", method, METHODS)
     return _step(ode, seconds("runge_kutta_step(h=...)", h), METHODS[method])

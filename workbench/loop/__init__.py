@@ -6,6 +6,7 @@ no simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
 
 from workbench.loop.arm_ports import AbstractArmController, AbstractArmObserver
 from workbench.loop.closed_loop import ClosedLoop, open_loop
+from workbench.loop.coloured_noise import AbstractNoise, GaussMarkov, RandomWalk, SecondOrderNoise
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, Follows, Inputs, Parts, Reads
 from workbench.loop.dependence import roles
 from workbench.loop.digital_loop import DigitalLoop
@@ -20,21 +21,25 @@ __all__ = [
     "AbstractController",
     "AbstractDisturbance",
     "AbstractInstruments",
+    "AbstractNoise",
     "AbstractObserver",
     "AbstractPlant",
     "AbstractReference",
     "ClosedLoop",
     "DigitalLoop",
     "Follows",
+    "GaussMarkov",
     "Inputs",
     "Instruments",
     "LinearLaw",
     "LinearFilter",
     "LinearPlant",
     "Parts",
+    "RandomWalk",
     "Readings",
     "Reads",
     "Rest",
+    "SecondOrderNoise",
     "open_loop",
     "roles",
 ]

@@ -20,7 +20,7 @@ from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
-from workbench.loop.port_checks import refuse_misfits, refuse_odd_ports, refuse_shared_names
+from workbench.loop.port_checks import refuse_misfits, refuse_noise, refuse_odd_ports, refuse_shared_names
 from workbench.loop.sampled_loop import FINE, INTEGRATORS, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
@@ -65,7 +65,7 @@ class ClosedLoop:
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
         refuse_misfits(self)
-        if not is_recursion(self.plant) and not is_recursion(self.observer):
+        if not is_recursion(self.plant) and not is_recursion(self.observer) and not self.plant.noises:
             _refuse_wrong_sign(self, lambda loop: _around(loop, "loop", Outside()), recursion=False)
 
     @property
@@ -195,7 +195,9 @@ def _refuse_wrong_sign(
         refuse_wrong_sign(law.system, equations(closed), equations(turned))
 
 
-def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
+def _refuse_instants(closed: ClosedLoop, outside: Outside) -> None:
+    """Refuse a loop in continuous time with a block that moves at instants alone."""
+    refuse_noise(closed.plant)
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             way = (
@@ -207,6 +209,10 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
                 f"`{type(part).__name__}` is a recursion in discrete time, which only a computer runs: take "
                 f"`ClosedLoop.{way}`."
             )
+
+
+def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
+    _refuse_instants(closed, outside)
     lifted = lift(closed)
     loop, states, inputs = lifted.block, wiring.memory(closed), closed.plant.inputs
     observer, law = loop.observer, loop.controller
@@ -265,6 +271,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
         raise ValueError(
             f"`{type(plant).__name__}` moves in discrete time and has no rate: take it in a `digital` loop."
         )
+    refuse_noise(plant)
     refuse_shared_names(plant)
     lifted = lift(plant)
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs

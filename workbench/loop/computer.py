@@ -116,15 +116,17 @@ class Computer:
 
         if is_recursion(self.loop.plant):
             plant = numbers("plant", self._moved_plant(k, k * self.period, plant, x))
+        plant, drifts = plant | self.stirred_plant(k, wiring.above({"plant": plant}), w), self._drifts(k, x, w)
         said = self.reference(k)
         crossings.append(said)
         ref = Signals(wiring.below("r", said.parts))
         if self.outside.parts.get("references"):
             ref = numbers("r", self.outside.meets("references", ref))
         y = self.outside.meets("readings", wiring.measured(self.loop, k * self.period, plant))
-        y = y | self.instruments.read(y.only(self.instruments.reads), w)
+        seen = self.instruments.drifting(y.only(self.instruments.reads), drifts)
+        y = y | self.instruments.read(seen, w[: self.instruments.noises])
         answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).crossed()
-        return wiring.above({"plant": plant}) | answer.states(), (*crossings, made)
+        return wiring.above({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
 
     def reference(self, k: ca.SX) -> Crossing:
         """The signals that the law follows at t_k, as the reference says them."""
@@ -154,6 +156,17 @@ class Computer:
             return new
         runs = ca.fmod(k, self.every[socket]) == 0
         return Signals({name: ca.if_else(runs, part, old[name]) for name, part in new.items()})
+
+    def stirred_plant(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> Signals:
+        """The states of the plant that its noise moves at t_k."""
+        last = self.instruments.noises + self.instruments.memory.size
+        return wiring.stirred(self.loop.plant, k, wiring.split(x)["plant"], w[last:], self.period)
+
+    def _drifts(self, k: ca.SX, x: Mapping[str, ca.SX], w: ca.SX) -> Signals:
+        """The memory of the instruments at t_k."""
+        first, size = self.instruments.noises, self.instruments.memory.size
+        z = Signals(wiring.below("instruments", x))
+        return Signals(self.instruments.stirred(k, z, w[first : first + size], self.period))
 
     def _moved_plant(self, k: ca.SX, t: ca.SX, z: Signals, x: Mapping[str, ca.SX]) -> Signals:
         """The states of a plant in discrete time after the held command."""

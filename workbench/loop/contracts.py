@@ -49,6 +49,17 @@ class AbstractPlant(ABC):
     period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
     @property
+    def noises(self) -> int:
+        """The number of standard normal numbers that the plant takes at each instant of a computer."""
+        return 0
+
+    @door
+    def stirred(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
+        """The states that noise moves at the instant k of a computer, by w (noises, 1); a period in s after k - 1."""
+        del k, x, w, period
+        return {}
+
+    @property
     def truths(self) -> Layout:
         """The signals that no instrument measures, such as a disturbance; `measure` returns them beside the outputs."""
         return Layout()

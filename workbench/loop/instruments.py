@@ -11,7 +11,8 @@ import numpy as np
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Vector
 from workbench.core.expressions import refuse_misfit
-from workbench.loop.contracts import AbstractPlant
+from workbench.loop.coloured_noise import AbstractNoise, NoiseStates, noise_of
+from workbench.loop.contracts import AbstractPlant, Parts
 from workbench.loop.quantisation import Converter, quantised, refuse_quantum
 from workbench.loop.surroundings import AbstractInstruments
 from workbench.validation.refusals import known, numbers, refusal
@@ -57,9 +58,9 @@ class Limit:
 class Instruments(AbstractInstruments):
     """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
 
-    A reading passes its sensor, then the converter `adcs` of its name; a command passes its limit, then its converter
-    of `dacs`. The sensors and the converters of readings are on the plant's side; limits and converters of commands are
-    a part of the law that `Sampled.law` hands over.
+    A reading has the `coloured` noises of its name added, then passes its sensor and its converter `adcs`; a command
+    passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and converters of
+    commands are a part of the law that `Sampled.law` hands over.
 
     Examples
     --------
@@ -75,6 +76,7 @@ class Instruments(AbstractInstruments):
     bounds: tuple[Limit, ...] = ()
     adcs: tuple[Converter, ...] = ()
     dacs: tuple[Converter, ...] = ()
+    coloured: tuple[AbstractNoise, ...] = ()
 
     @staticmethod
     def of(
@@ -84,6 +86,7 @@ class Instruments(AbstractInstruments):
         limit: Mapping[str, Any] | None = None,
         adc: Mapping[str, Any] | None = None,
         dac: Mapping[str, Any] | None = None,
+        coloured: tuple[AbstractNoise, ...] = (),
     ) -> Instruments:
         """Instruments of a plant, by the names of its outputs and inputs.
 
@@ -96,6 +99,8 @@ class Instruments(AbstractInstruments):
         adc, dac
             The converter of each output, or input, that is named: (bits, low, high) or (bits, low, high, rounding) with
             a rounding of `Converter`, as in {"omega": (12, -50.0, 50.0)}.
+        coloured
+            Noises of outputs with a memory, which each name their output: drifts, hums.
 
         Raises
         ------
@@ -116,13 +121,15 @@ class Instruments(AbstractInstruments):
             bounds.append(Limit(name, entry.unit, *(_each("limit", entry, end) for end in pair)))
         adcs = tuple(_converter("adc", plant.outputs, "outputs", *given) for given in (adc or {}).items())
         dacs = tuple(_converter("dac", plant.inputs, "inputs", *given) for given in (dac or {}).items())
-        return Instruments(tuple(sensors), tuple(bounds), adcs, dacs)
+        noises = tuple(noise_of("coloured", noise, plant.outputs, "outputs of the plant") for noise in coloured)
+        return Instruments(tuple(sensors), tuple(bounds), adcs, dacs, noises)
 
     @property
     def reads(self) -> Layout:
-        """The outputs that have a sensor or a converter."""
+        """The outputs that have a sensor, a converter or a noise."""
         ports = {sensor.output: _port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors}
-        return Layout(tuple((_ports_of(self.adcs) | ports).values()))
+        drifts = {entry.name: entry for entry in self._drifts.signals.entries}
+        return Layout(tuple((drifts | _ports_of(self.adcs) | ports).values()))
 
     @property
     def limits(self) -> Layout:
@@ -134,6 +141,19 @@ class Instruments(AbstractInstruments):
     def noises(self) -> int:
         """The count of noises of a reading: one for each number that has a sensor."""
         return self._draws.size
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the coloured noises."""
+        return self._drifts.layout
+
+    def stirred(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
+        """The coloured noises at the instant k."""
+        return self._drifts.after(k, z, w, period)
+
+    def drifting(self, y: Signals, z: Parts) -> Signals:
+        """The outputs with their coloured noises."""
+        return y | {name: y[name] + drift for name, drift in self._drifts.added(z).items()}
 
     def read(self, y: Signals, w: ca.SX) -> Signals:
         """The readings."""
@@ -149,6 +169,10 @@ class Instruments(AbstractInstruments):
         commands = dict(u.only(self.limits))
         commands |= {b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds}
         return Signals(commands | {dac.signal: dac.output(commands[dac.signal]) for dac in self.dacs})
+
+    @property
+    def _drifts(self) -> NoiseStates:
+        return NoiseStates(self.coloured)
 
     @property
     def _draws(self) -> Layout:

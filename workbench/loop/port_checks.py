@@ -81,6 +81,15 @@ def refuse_instruments(loop: Blocks, instruments: AbstractInstruments) -> None:
     _refuse(instruments, "limits", instruments.limits, plant, "has as inputs", plant.inputs)
 
 
+def refuse_noise(plant: AbstractPlant) -> None:
+    """Refuse a plant with coloured noise in continuous time, which has no instants at which it could move."""
+    if plant.noises:
+        raise ValueError(
+            f"`{_name(plant)}` has coloured noise, which moves at the instants of a computer, and in continuous time "
+            "there are none: take `ClosedLoop.digital(period)`, or the plant without its noise for a design."
+        )
+
+
 def refuse_shared_names(plant: AbstractPlant) -> None:
     """Refuse a plant in which one name means two things: its equations and its runs are read by name."""
     states, inputs, own = plant.states.names, plant.inputs.names, _parameters(plant)

@@ -40,11 +40,13 @@ def digital(
     refuse_instruments(loop, instruments)
     every = {socket: periods_of(getattr(loop, socket), period) for socket in SOCKETS}
     lifted, gauges = lift(loop), lift(instruments, "instruments.")
-    remembers = wiring.memory(loop) + remembered(loop, every, queue)
-    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises)
+    drifts = instruments.memory.prefixed("instruments.")
+    remembers = wiring.memory(loop) + remembered(loop, every, queue) + drifts
+    k, w = ca.SX.sym("k"), ca.SX.sym("w", instruments.noises + drifts.size + loop.plant.noises)
     x = remembers.symbols()
     computer = Computer(lifted.block, gauges.block, period, every, queue, fine, outside)
     answer, crossings = computer.after(k, remembers.view(x), w)
+    stirred = (*drifts.names, *wiring.above({"plant": computer.stirred_plant(k, remembers.view(x), w)}))
     after = {n: ca.densify(ca.SX(part)) for n, part in answer.items()}
     units = units_of(loop)
     new = [(n, part) for n, part in after.items() if n not in remembers]
@@ -63,7 +65,7 @@ def digital(
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(law_alone, loop, period, instruments, queue, fine)
     crossed = states.flatten(after)
-    return Sampled(flow, period, k, w, plain(crossings, crossed), methods, law, crossings, crossed)
+    return Sampled(flow, period, k, w, plain(crossings, crossed), methods, law, crossings, crossed, stirred)
 
 
 def _between(

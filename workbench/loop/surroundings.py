@@ -51,6 +51,21 @@ class AbstractInstruments(ABC):
     """The sensors and limits between a plant and its computer."""
 
     @property
+    def memory(self) -> Layout:
+        """The states of coloured noise, which move from instant to instant."""
+        return Layout()
+
+    def stirred(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
+        """The memory at the instant k, by standard normal numbers w, one for each of the memory."""
+        del k, z, w, period
+        return {}
+
+    def drifting(self, y: Signals, z: Parts) -> Signals:
+        """The outputs with the coloured noise of the memory, as the sensors meet them."""
+        del z
+        return y
+
+    @property
     @abstractmethod
     def reads(self) -> Layout:
         """The outputs of the plant that they touch."""
@@ -63,7 +78,7 @@ class AbstractInstruments(ABC):
     @property
     @abstractmethod
     def noises(self) -> int:
-        """The count of standard normal numbers that one reading takes."""
+        """The count of standard normal numbers that one reading takes, beside those of the memory."""
 
     @abstractmethod
     def read(self, y: Signals, w: ca.SX) -> Signals:

@@ -85,6 +85,13 @@ def measured(loop: Blocks, t: ca.SX, x: Signals) -> Signals:
     return asked(loop.plant, "measure", loop.plant.outputs + loop.plant.truths, t, x)
 
 
+def stirred(plant: AbstractPlant, k: ca.SX, x: Signals, w: ca.SX, period: float) -> Signals:
+    """The states of a plant that its noise moves at an instant."""
+    with _answering(call := f"{type(plant).__name__}.stirred(...)"):
+        moved = plant.stirred(k, x, w, period) if plant.noises else {}
+    return signals_of(call, Layout(tuple(entry for entry in plant.states.entries if entry.name in moved)), moved)
+
+
 def estimated(loop: Blocks, t: ca.SX, z: Signals, y: Signals) -> tuple[Signals, Signals]:
     """The signals that the observer reads, the truth only where it declares to use it, and its estimates."""
     seen = y.only(loop.observer.reads)

@@ -6,7 +6,8 @@ then `contract.py` for a metric of your own.
 
 from workbench.metrics.accumulators import measured
 from workbench.metrics.contract import AbstractMetric
-from workbench.metrics.measure import Measurement, Score, measure
+from workbench.metrics.measure import measure
+from workbench.metrics.measurement import Measurement, Score
 from workbench.metrics.metric_catalogue import (
     effort,
     energy,

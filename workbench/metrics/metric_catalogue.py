@@ -61,8 +61,8 @@ def rmse(signal: str | None = None, name: str | None = None) -> Integral:
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).scores["RMSE"].value.round(3)
-    array([[0.122]])
+    >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).score("RMSE").value.round(3)
+    array([0.122])
     """
     return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
 
@@ -103,8 +103,8 @@ def effort(signal: str | None = None) -> Integral:
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.effort("v")], until=5.0, h=1e-3).scores["effort of v"].value.round(3)
-    array([[16.238]])
+    >>> wb.measure(loop.ode(), [wb.effort("v")], until=5.0, h=1e-3).score("effort of v").value.round(3)
+    array([16.238])
     """
     about = "root mean square of {}"
     return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
@@ -136,8 +136,8 @@ def peak_error(signal: str | None = None) -> Peak:
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).scores["peak error"].value.round(3)
-    array([[1.]])
+    >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).score("peak error").value.round(3)
+    array([1.])
     """
     return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
 
@@ -204,8 +204,8 @@ def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.total_variation(1e-3)], until=5.0, h=1e-3).scores["TV"].value.round(3)
-    array([[34.388]])
+    >>> wb.measure(loop.ode(), [wb.total_variation(1e-3)], until=5.0, h=1e-3).score("TV").value.round(3)
+    array([34.388])
     """
     sample = seconds("total_variation(sample=...)", sample)
     about = f"total variation of {{}} per second, sampled every {1000 * sample:g} ms"
@@ -220,8 +220,8 @@ def overshoot(signal: str | None = None) -> Overshoot:
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.overshoot()], until=5.0, h=1e-3).scores["overshoot"].value.round(3)
-    array([[30.491]])
+    >>> wb.measure(loop.ode(), [wb.overshoot()], until=5.0, h=1e-3).score("overshoot").value.round(3)
+    array([30.491])
     """
     about = "largest excursion beyond a new level, in percent of the jump"
     return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
@@ -235,8 +235,8 @@ def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime
     --------
     >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
     >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
-    >>> wb.measure(loop.ode(), [wb.settling_time()], until=5.0, h=1e-3).scores["settling time"].value.round(3)
-    array([[0.774]])
+    >>> wb.measure(loop.ode(), [wb.settling_time()], until=5.0, h=1e-3).score("settling time").value.round(3)
+    array([0.774])
     """
     band = positive("settling_time(band=...)", band)
     about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"

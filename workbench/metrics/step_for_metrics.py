@@ -4,25 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
+from typing import Any
 
 import numpy as np
 
 from workbench.core import Ode, Sampled, Step
-from workbench.core.methods import METHODS
-from workbench.metrics.accumulators import common_grid, final_values, maker, resolved
+from workbench.metrics.accumulators import final_values
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.metrics.measurement import error_of
 from workbench.simulate import Trajectories
 from workbench.simulate.state_changes import state_change
 from workbench.simulate.step_choice import Choice, Errors, Pilots, search_step
-from workbench.simulate.step_size import NOTHING, change
+from workbench.simulate.step_size import NOTHING
 from workbench.validation.refusals import Array
 
 TIMED = 20_000  # steps of a run, up to which the step is shortened for the sake of a time
 
 
 def choose_step(
-    equation: Ode | Sampled,
-    metrics: Sequence[AbstractMetric],
+    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], p: Array, x0: Array, *, until: float, **how: Any
+) -> Choice:
+    """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `step_for`."""
+    return step_for(MeasuredEquation.of(equation, metrics, until), p, x0, until=until, **how)
+
+
+def step_for(
+    measured: MeasuredEquation,
     p: Array,
     x0: Array,
     *,
@@ -34,20 +42,15 @@ def choose_step(
 ) -> Choice:
     """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `search_step`.
 
-    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h / 2)|, that of a time at least h, for which the step
-    is shortened to a 20,000th of the horizon at most. Without metrics it is the change of the states. p and x0 are of
-    the equation alone. The step divides the horizon, the kept times `every` [s] and the sample times of the metrics, or
-    the period of a sampled loop.
+    The error of a metric at the horizon is 2 |v(h) - v(h / 2)| relative to |v(h)|, that of a time at least h, for which
+    the step is shortened to a 20,000th of the horizon at most. Without metrics it is the change of the states. p and x0
+    are of the equation alone. The step divides the horizon, the kept times `every` [s] and the sample times of the
+    metrics, or the period of a sampled loop.
     """
-    metrics = resolved(equation, metrics, until)
-    makers = {method: cache(maker(equation, metrics, method)) for method in METHODS}
-
-    def make(h: float, method: str) -> Step:
-        return makers[method](h)
-
+    equation, metrics, make = measured.equation, measured.metrics, cache(measured.step)
     unit = equation.period if isinstance(equation, Sampled) else until
     if isinstance(equation, Ode):
-        unit = common_grid(metrics, until, *([] if every is None else [every])) or every or until
+        unit = measured.grid(until, *([] if every is None else [every])) or every or until
     start = extended(x0, make(unit, "rk4"))
     errors: Errors = state_change  # where no metric is asked for
     if metrics:
@@ -63,18 +66,18 @@ def metric_error(
     lasts, found = ~fine.diverged, (np.nan, "a metric")
     if not lasts.any():
         return found
-    values, rough = final_values(fine, metrics), final_values(coarse, metrics)
+    halves, values = final_values(fine, metrics), final_values(coarse, metrics)
     h, timed = coarse.step.h, fine.t[-1] / coarse.step.h <= TIMED
     for metric in metrics:
-        value, other = values[metric.name][lasts], rough[metric.name][lasts]
+        value, half = values[metric.name][lasts], halves[metric.name][lasts]
         if metric.is_time and not (sampled or timed):
             continue
-        off = 2 * change(value, other, h / 2 if metric.is_time and not sampled else 0.0)
+        off = error_of(value, half, [h if metric.is_time and not sampled else 0.0])
         with np.errstate(invalid="ignore", divide="ignore"):
             relative = np.where(off == 0, 0.0, off / np.maximum(np.abs(value), NOTHING))
-        relative[np.isnan(value) & np.isnan(other)] = 0.0  # it has no value at any step
+        relative[np.isnan(value) & np.isnan(half)] = 0.0  # it has no value at any step
         if metric.is_time:
-            relative[value == 0] = 0.0  # of nothing no step is a small part
+            relative[half == 0] = 0.0  # of nothing no step is a small part
         worst = float(np.nan_to_num(relative, nan=np.inf, posinf=np.inf).max(initial=0.0))
         if not worst <= found[0]:
             found = worst, f"'{metric.name}'"

@@ -6,24 +6,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.core import Step
 from workbench.core.switches import NEAR, find_switches
 from workbench.metrics.contract import AbstractMetric
-from workbench.simulate import Trajectories
-from workbench.validation.refusals import Array, Integers
+from workbench.validation.refusals import Array
 
 
-def unseen_pulses(runs: Trajectories, metrics: Sequence[AbstractMetric], looked_at: Integers) -> tuple[str, ...]:
-    """A sentence for each metric without a grid of its own that may miss a pulse of what it watches in these runs."""
-    flow, until, h = runs.step.flow, float(runs.t[-1]), runs.step.h  # in a computer, a metric looks once a period
-    sentences = []
+def unseen_pulses(step: Step, metrics: Sequence[AbstractMetric], p: Array, until: float) -> tuple[str, ...]:
+    """A sentence for each metric without a grid of its own that may miss a pulse of what it watches in runs p (B, np).
+
+    In a computer, a metric looks once a period.
+    """
+    flow, sentences = step.flow, []
     for metric in metrics:
         if metric.grid is not None or not metric.memory(1).size:
             continue
         rows = [i for name in metric.watches for i in flow.outputs.indices(name)]
         switches = find_switches(flow.rate, flow.t, flow.x, flow.p, flow.output[rows, 0])
-        if any(_meet_in_a_step(instants, h) for instants in switches.until(runs.p[looked_at], until)):
+        if any(_meet_in_a_step(instants, step.h) for instants in switches.until(p, until)):
             sentences.append(
-                f"'{metric.name}' looks at the ends of steps of {h:.3g} s alone, and a pulse of "
+                f"'{metric.name}' looks at the ends of steps of {step.h:.3g} s alone, and a pulse of "
                 f"'{metric.watches[0]}' may lie between two of them"
             )
     return tuple(sentences)

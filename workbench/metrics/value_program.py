@@ -15,8 +15,8 @@ import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from workbench.core import Layout, Step
-from workbench.metrics.accumulators import accumulators
 from workbench.metrics.contract import AbstractMetric, as_written
+from workbench.metrics.measured_equation import accumulators_in
 from workbench.validation.refusals import Array, raised, seconds
 from workbench.validation.signatures import door
 
@@ -120,7 +120,7 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
         If the value of the metric needs an operation that a program does not have, or branches on a number.
     """
     horizon, tape = seconds("program_of(horizon=...)", horizon), _Tape({})
-    held, name = accumulators(step, [metric]), f"integral of {metric.name}"
+    held, name = accumulators_in(step, [metric]), f"integral of {metric.name}"
     parts = {entry: _inputs(tape, step.states, entry, "x" if entry == name else "z") for entry in held.names}
     integral = parts.pop(name, _Traced(tape, np.zeros((1, 0), dtype=np.intp)))
     z = {entry.removeprefix(f"{metric.name}."): part for entry, part in parts.items()}

@@ -7,8 +7,9 @@ simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py
 from workbench.loop.linear_blocks import LinearPlant
 from workbench.plants.buck_converter import BuckConverter
 from workbench.plants.dc_motor import DCMotor
+from workbench.plants.disturbed import Disturbed
 from workbench.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
-from workbench.plants.equipped import Disturbed, Equipped
+from workbench.plants.equipped import Equipped
 from workbench.plants.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
 from workbench.plants.nonlinear_elements import Backlash, DeadZone, Quantiser

@@ -1,24 +1,19 @@
-"""A plant with actuators before its inputs and sensors behind its outputs, and a plant with disturbances."""
+"""A plant with actuators before its inputs and sensors behind its outputs."""
 
 from collections.abc import Iterator, Mapping
-from copy import copy
 from dataclasses import replace
 from itertools import count
 
 import casadi as ca
-import numpy as np
 
-from workbench.core import Entry, Layout, Signals, block
-from workbench.core.block import Number, States, quantities
-from workbench.core.port import column, misfits, signals_of
+from workbench.core import Layout, Signals, block
+from workbench.core.block import Number, States
+from workbench.core.port import column, signals_of
 from workbench.core.shapes import Shape
 from workbench.loop.contracts import AbstractPlant, Inputs, Parts, is_recursion
-from workbench.loop.surroundings import AbstractReference
+from workbench.loop.signal_units import fitted
 from workbench.loop.wiring import asked
 from workbench.plants.elements import AbstractElement
-from workbench.validation.refusals import known
-
-TRUTH = "d_"  # of a disturbance on x is 'd_x'
 
 
 class AbstractAround(AbstractPlant):
@@ -37,6 +32,13 @@ class AbstractAround(AbstractPlant):
     @property
     def outputs(self) -> Layout:
         return self.plant.outputs
+
+    @property
+    def noises(self) -> int:
+        return self.plant.noises
+
+    def stirred(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
+        return self.plant.stirred(k, Signals(x).only(self.plant.states), w, period)
 
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
         return self.plant.drawing(t, Signals(x).only(self.plant.states))
@@ -72,7 +74,7 @@ class Equipped(AbstractAround):
 
     def __post_init__(self) -> None:
         for name, port, of in (("actuators", self.inputs, "inputs"), ("sensors", self.outputs, "outputs")):
-            elements = tuple(_fitted(name, element, port, of) for element in getattr(self, name))
+            elements = tuple(fitted(name, element, port, of) for element in getattr(self, name))
             object.__setattr__(self, name, elements)
             for element in elements:
                 _refuse_other_time(name, element, element.memory(port[element.signal]), self.plant)
@@ -162,84 +164,6 @@ class Equipped(AbstractAround):
         return signals, moves
 
 
-@block
-class Disturbed(AbstractAround):
-    """A plant whose inputs, behind the command, and whose outputs have a signal in time added to them:
-
-        x' = f(t, x, u + d_u(t)),      y = h(t, x) + d_y(t).
-
-    The signals are those of the reference `by`, each named as an input or an output of the plant, without their
-    derivatives; they are truths of the plant, `d_v` that on the input v, which no instrument gives.
-
-    Raises
-    ------
-    ValueError
-        If a signal does not fit the plant by name, size and unit; or the plant is disturbed there already.
-
-    Examples
-    --------
-    >>> motor = wb.Disturbed(wb.DCMotor(), by=wb.Step("v", "V", 1.0, time=2.0))
-    >>> motor.inputs.names, motor.truths.names
-    (('v',), ('d_v',))
-    """
-
-    plant: AbstractPlant
-    by: AbstractReference
-
-    def __post_init__(self) -> None:
-        for clause in misfits(self._added, self.plant.inputs + self.plant.outputs):
-            held = clause.format(gives=f"`{type(self.plant).__name__}` has")
-            raise ValueError(f"`Disturbed(by=...)` adds {held if held.endswith('?') else f'{held}.'}")
-        for name in self._added.prefixed(TRUTH).names:
-            if name in self.plant.outputs + self.plant.truths:
-                raise ValueError(
-                    f"`Disturbed(by=...)` must leave the name '{name}' to `{type(self.plant).__name__}`, which has it "
-                    "already: where that is a disturbance too, add the two up in one signal."
-                )
-
-    @property
-    def period(self) -> float | None:  # type: ignore[override]
-        return self.plant.period
-
-    @property
-    def recursion(self) -> bool:
-        return is_recursion(self.plant)
-
-    @property
-    def states(self) -> Layout:
-        return self.plant.states
-
-    @property
-    def truths(self) -> Layout:
-        return self.plant.truths + self._added.prefixed(TRUTH)
-
-    def measure(self, t: Number, x: States) -> Signals:
-        d, y = self._at(t), Signals(self.plant.measure(t, x))
-        truths = {f"{TRUTH}{name}": part for name, part in d.items()}
-        return y | {name: y[name] + part for name, part in d.items() if name in self.outputs} | truths
-
-    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
-        return self.plant.applied(t, x, self._driven(t, u))
-
-    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        return self.plant.rate(t, x, self._driven(t, u))
-
-    def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        return self.plant.update(t, x, self._driven(t, u))
-
-    @property
-    def _added(self) -> Layout:
-        return Layout(
-            tuple(Entry(e.name, e.default, e.unit) for e in self.by.says.entries if e.name in self.by.primary)
-        )
-
-    def _at(self, t: Number) -> Signals:
-        return Signals(self.by.at(t)).only(self._added)
-
-    def _driven(self, t: Number, u: Inputs) -> Signals:
-        return u | {name: u[name] + part for name, part in self._at(t).items() if name in self.inputs}
-
-
 def _refuse_other_time(field: str, element: AbstractElement, memory: Layout, plant: AbstractPlant) -> None:
     """Refuse an element whose memory moves in continuous time before a plant in discrete time, and the other way."""
     if not memory.size or element.recursion == is_recursion(plant):
@@ -255,21 +179,3 @@ def _refuse_other_time(field: str, element: AbstractElement, memory: Layout, pla
         f"`{kind}` of '{element.signal}' in `{field}` must move in {times[is_recursion(plant)]} time, as "
         f"`{type(plant).__name__}` does, and moves in {times[element.recursion]} time: {way}."
     )
-
-
-def _fitted(field: str, element: AbstractElement, port: Layout, of: str) -> AbstractElement:
-    """An element with the unit of its signal, or a refusal of one that fits no signal of the port."""
-    entry = port[known(element.signal, port.names, f"{of} of the plant")]
-    for f, quantity in quantities(element):
-        shape = np.shape(getattr(element, f.name))
-        differ = quantity.lifted and "{unit}" in quantity.unit and len(set(entry.units)) > 1
-        if quantity.shape != ("*",) or shape == entry.shape or not (shape or differ):
-            continue
-        must = f"be one number, as '{entry.name}' is"
-        if entry.shape:
-            why = f" (in {entry.unit})" if differ else ", or one for all"
-            must = f"be {entry.size} numbers, one for each of '{entry.name}'{why}"
-        raise ValueError(f"`{type(element).__name__}({f.name}=...)` in `{field}` must {must}; got shape {shape}.")
-    twin = copy(element)
-    object.__setattr__(twin, "unit", entry.unit)
-    return twin

@@ -40,9 +40,9 @@ class DeadZone(AbstractElement):
 class Quantiser(AbstractElement):
     """y = round(v / q) q in steps of the `quantum` q, by one of three rules of `rounding`; y = v where q is 0.
 
-    Where a quantiser in continuous time is in the loop, v may stay at an edge and y chatter; what a step of a
-    simulation then means is said by its error, as of a relay. The converter of a computer is
-    `Instruments.of(adc=..., dac=...)`.
+    Between two edges its derivative is zero, so that a design takes the plant without it. Where a quantiser in
+    continuous time is in the loop, v may stay at an edge and y chatter; what a step of a simulation then means is said
+    by its error, as of a relay. The converter of a computer is `Instruments.of(adc=..., dac=...)`.
 
     Examples
     --------

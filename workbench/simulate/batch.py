@@ -38,7 +38,7 @@ def run_step(
     tell = progress_of("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
     stride, kept = _spacing(step, p_rows, until, every)
-    rounding = arithmetic_of(step, len(p_rows), arithmetic, engine)
+    rounding = arithmetic_of(step, arithmetic, engine)
     job = Job(step, p_rows, stride, *_keys(seed, runs, len(p_rows)), arithmetic=rounding)
     march = march_of(job, engine)
     x = np.empty((len(x_rows), kept + 1, step.states.size))

@@ -42,7 +42,7 @@ Errors = Callable[[Trajectories, Trajectories], tuple[float, str]]
 class Choice:
     """A step that pilot runs chose for a tolerance: each of them keeps it there, in every number that was asked for.
 
-    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h / 2)|. Where no metric is asked for, it is the change
+    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h)|. Where no metric is asked for, it is the change
     |x(h) - x(h / 2)| of a state, relative to its largest value in the run.
     """
 

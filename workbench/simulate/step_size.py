@@ -31,14 +31,14 @@ def step_limit(trajectories: Trajectories, run: int = 0, points: int = POINTS) -
 @dataclass(frozen=True)
 @door
 class Accuracy:
-    """The relative change of one metric as every step is halved."""
+    """The relative error of one metric."""
 
     metric: str
     tolerance: float
-    median: float  # over the runs, of the largest change among the metric's numbers
+    median: float  # over the runs, of the largest error among the metric's numbers
     worst: float
-    within: float  # the share of the runs whose change is within the tolerance
-    runs: int  # with a value at the halved steps
+    within: float  # the share of the runs whose error is within the tolerance
+    runs: int  # with a value
     lost: int  # without one
 
     @property
@@ -51,7 +51,7 @@ class Accuracy:
         """The remark beside a run whose metric is beyond its tolerance, or was not tested against it."""
         if not self.runs:
             return f"{self.metric} not tested against its tolerance {self.tolerance:g}"
-        return f"{self.metric} beyond its tolerance {self.tolerance:g}: it changes by {self.worst:.1e} at half the step"
+        return f"{self.metric} beyond its tolerance {self.tolerance:g}: its error is {self.worst:.1e}"
 
     def __str__(self) -> str:
         met = "met" if self.met else "NOT met" if self.runs else "NOT tested"
@@ -91,19 +91,18 @@ def change(fine: Array, coarse: Array, least: float = 0.0) -> Array:
     return np.where(np.isinf(fine) & np.isinf(coarse), 0.0, found)
 
 
-def accuracy(name: str, change: Array, value: Array, tolerance: float) -> Accuracy:
-    """The accuracy of a metric with the values (B, ...) at the half step that changed so much (B, ...).
+def accuracy(name: str, error: Array, value: Array, tolerance: float) -> Accuracy:
+    """The accuracy of a metric with the values (B, ...) and their errors (B, ...).
 
-    A change is relative to the value, but at least to 1e-9 in its unit; where the longer step lost the run it is
-    infinite.
+    An error is relative to the value, but at least to 1e-9 in its unit.
     """
-    change, value = change.reshape(len(change), -1), value.reshape(len(value), -1)
+    error, value = error.reshape(len(error), -1), value.reshape(len(value), -1)
     valued = ~np.isnan(value).any(axis=1)
     if not valued.any():
         return Accuracy(name, tolerance, np.nan, np.nan, 0.0, 0, len(value))
     with np.errstate(invalid="ignore"):
-        relative = change[valued] / np.maximum(np.abs(value[valued]), NOTHING)
-    relative = np.where(change[valued] == 0, 0.0, np.nan_to_num(relative, nan=np.inf, posinf=np.inf)).max(axis=1)
+        relative = error[valued] / np.maximum(np.abs(value[valued]), NOTHING)
+    relative = np.where(error[valued] == 0, 0.0, np.nan_to_num(relative, nan=np.inf, posinf=np.inf)).max(axis=1)
     within = float(np.mean(relative <= tolerance))
     return Accuracy(
         name, tolerance, float(np.median(relative)), float(relative.max()), within, len(relative), int((~valued).sum())

@@ -1,25 +1,55 @@
-"""Run the cases of a study, several at once, and gather their outcomes."""
+"""The cases of a study, each a sweep of one run that keeps its states, and their outcomes."""
 
 from __future__ import annotations
 
-import os
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from dataclasses import dataclass
 from functools import partial
-from threading import Event, Lock
-from typing import Any
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
-from workbench.metrics import Measurement, measure
-from workbench.simulate.job import Progress, ended
-from workbench.study.contract import Run
-from workbench.study.study import Case, Outcome, Results, Study
+from workbench.simulate.arithmetic import signature
+from workbench.simulate.job import Progress, threads
+from workbench.study import cost
+from workbench.study.compiled import CASES, CompiledSweep, compile_case
+from workbench.study.executors import on_threads
+from workbench.study.ledger.about import SweepAbout
+from workbench.study.ledger.chunk import Chunk
+from workbench.study.ledger.store import Counter, Ledger, Task, complete
+from workbench.study.order import Order
+from workbench.study.outcome import Case, Outcome
+from workbench.study.study import Results, Study
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
+
+SAID = 10.0  # s: what takes longer is said before it begins
 
 
 class CaseError(ValueError):
     """An error in a case: its message begins with the name of the case, and its cause is the error itself."""
+
+
+@dataclass(frozen=True, eq=False)
+class CompiledCase:
+    """A case with its sweep of one run."""
+
+    case: Case
+    sweep: CompiledSweep
+
+    def name(self, first: int = 0, last: int = 1) -> str:
+        """The name of its chunk, which follows from all on which its numbers depend."""
+        return self.sweep.name(first, last)
+
+    def chunk(self, first: int = 0, last: int = 1, progress: Progress | None = None) -> Chunk:
+        """Its run, with the states."""
+        with _named(self.case):
+            return self.sweep.chunk(first, last, progress)
+
+    def outcome(self, chunk: Chunk) -> Outcome:
+        """Its outcome, from the chunk of its run."""
+        return Outcome(self.case, self.sweep.equation, self.sweep.sample([chunk]).measurement)
 
 
 @door
@@ -29,7 +59,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     Parameters
     ----------
     progress
-        Called from any thread with the share of all steps that is done.
+        Called with the share of all steps that is done, as each case ends.
     workers
         The number of cases that run at once; as many as there are cores if not given.
 
@@ -40,56 +70,87 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     CaseError
         As soon as a case fails; the other cases end at their next progress.
     """
-    cases = study.cases
-    if callable(cases):
+    if callable(study.cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
-    total = sum(map(_work, cases)) or 1.0
-    weights = [_work(case) / total for case in cases]
-    shares, lock, stopped = [0.0] * len(cases), Lock(), Event()
+    workers = None if workers is None else whole("run(workers=...)", workers)
+    cases = compile_cases(study.cases)
+    work = {i: one.sweep.seconds_of_run for i, one in enumerate(cases)}
+    found: dict[str, Chunk] = {}
+    for chunk in _computed(cases, tasks_of(cases), workers):
+        found[chunk.name] = chunk
+        if progress is not None:
+            done = sum(work[i] for i, one in enumerate(cases) if one.name() in found)
+            progress(done / sum(work.values()))
+    return Results(tuple(one.outcome(found[one.name()]) for one in cases))
 
-    def tell(i: int, share: float) -> None:
-        if stopped.is_set():
-            raise RuntimeError("the study was stopped")
-        with lock:
-            shares[i] = share
-            if progress is not None:
-                progress(sum(w * s for w, s in zip(weights, shares, strict=True)))
 
-    workers = (os.cpu_count() or 1) if workers is None else whole("run(workers=...)", workers)
-    order = sorted(range(len(cases)), key=lambda i: -_work(cases[i]))  # the longest first
-    pool = ThreadPoolExecutor(workers)  # CasADi gives up the interpreter's lock
+def compile_cases(cases: Sequence[Case], arithmetic: str | None = None) -> tuple[CompiledCase, ...]:
+    """The cases with their sweeps of one run, in an arithmetic by its name or each in the one that serves it best."""
+    with ThreadPoolExecutor(threads()) as pool:  # CasADi gives up the interpreter's lock
+        return tuple(pool.map(lambda case: _compiled(case, arithmetic), cases))
+
+
+def _compiled(case: Case, arithmetic: str | None) -> CompiledCase:
+    with _named(case):
+        equation: Ode | Sampled = equations_of(case.run.loop, case.name)
+        _ = equation.fingerprint  # the report needs it, and here the cases make theirs side by side
+        made = CompiledCase(case, compile_case(case.run, equation, arithmetic))
+        _ = made.sweep.fingerprint
+        return made
+
+
+def tasks_of(cases: Sequence[CompiledCase]) -> tuple[Task, ...]:
+    """The run of each case, the longest first; one that several cases share comes once."""
+    order = sorted(range(len(cases)), key=lambda i: -cases[i].sweep.seconds_of_run)
+    tasks = {name: Task(i, 0, 1, name) for i in order if (name := cases[i].name())}
+    return tuple(tasks.values())
+
+
+def about_cases(cases: Sequence[CompiledCase]) -> SweepAbout | None:
+    """The cases as a ledger describes them; None if there are none."""
+    if not cases:
+        return None
+    arithmetics = sorted({signature(one.sweep.arithmetic) for one in cases})
+    return SweepAbout(CASES, len(cases), "; ".join(arithmetics), tuple(one.name() for one in cases))
+
+
+def outcomes_in(ledger: Ledger, cases: Sequence[CompiledCase], order: Order, study: str) -> tuple[Outcome, ...]:
+    """The outcome of each case, computed where the ledger lacks its run; runs of earlier cases are removed from there.
+
+    Raises
+    ------
+    LookupError
+        If nothing shall be computed, and a case is missing.
+    """
+    missing = [one for one in cases if one.name() not in ledger]
+    if missing and order.only_report:
+        raise LookupError(
+            f"{len(missing)} of {len(cases)} cases are missing in '{ledger.out}': `workbench run {order.script} --out "
+            f"{ledger.out}` computes them."
+        )
+    if missing:
+        there = len(cases) - len(missing)
+        some = f"; {there} of {len(cases)} cases are there already." if there else "."
+        needed = cost.cost_of([one.sweep for one in missing], order.workers)
+        if needed.seconds > SAID:
+            order.say(f"{study}, cases: {needed}{some}")
+        with order.bar(study, "cases") as tell:
+            tasks = tasks_of(cases)
+            counter = Counter(len(tasks), lambda: tell)
+            complete(tasks, ledger, partial(_computed, cases, workers=order.workers), counter, order.acknowledge)
+    ledger.drop(CASES, {one.name() for one in cases})
+    return tuple(one.outcome(ledger.read(one.name())) for one in cases)
+
+
+def _computed(cases: Sequence[CompiledCase], tasks: Sequence[Task], workers: int | None) -> Iterator[Chunk]:
+    return on_threads(cases, tasks, workers, at_once=threads())
+
+
+@contextmanager
+def _named(case: Case) -> Iterator[None]:
+    """An error is raised with the name of the case."""
     try:
-        futures = {i: pool.submit(_outcome, cases[i], partial(tell, i)) for i in order}
-        done = ended(futures.values())
-        failed = [i for i in sorted(futures) if futures[i] in done and futures[i].exception() is not None]
-        if failed:
-            futures[failed[0]].result()
-        return Results(tuple(futures[i].result() for i in range(len(cases))))
-    finally:
-        stopped.set()
-        pool.shutdown(cancel_futures=True)
-
-
-def _work(case: Case) -> float:
-    # of steps that are not chosen yet, `every` is all that is known: they are no longer
-    return case.run.until / (2 * case.run.h if case.run.h else case.run.kept)
-
-
-def _outcome(case: Case, tell: Progress) -> Outcome:
-    """The equations and the measurement of a case; an error is raised with its name."""
-    try:
-        ode: Ode | Sampled = equations_of(case.run.loop, case.name)
-        _ = ode.fingerprint  # the report needs it, and here the cases make theirs side by side
-        return Outcome(case, ode, measurement(case.run, ode, f"Case({case.scenario!r}, {case.law!r}, run=...)", tell))
+        yield
     except Exception as error:
         kind = "" if type(error) in (ValueError, LookupError) else f"{type(error).__name__}: "
         raise CaseError(f"{case.name}: {kind}{error}") from error
-
-
-def measurement(
-    run: Run, equation: Ode | Sampled, call: str = "Run(...)", progress: Progress | None = None
-) -> Measurement:
-    """The measurement of a run, its values at the step and their change from twice the step, in the name of a call."""
-    h = None if run.h is None else run.doubled(equation, call)
-    asked: dict[str, Any] = {"until": run.until, "h": h, "every": run.every, "tolerance": run.tolerance}
-    return measure(equation, run.metrics, **asked, seed=run.seed, progress=progress)

@@ -3,86 +3,83 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from workbench.core import Ode, Sampled, Step
+from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
-from workbench.metrics import AbstractMetric
-from workbench.metrics.accumulators import accumulated, accumulators, maker, resolved, values
-from workbench.metrics.step_for_metrics import choose_step
-from workbench.simulate import Trajectories, simulate
-from workbench.simulate.arithmetic import default_for, signature
+from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
+from workbench.metrics.measurement import Column
+from workbench.metrics.step_for_metrics import step_for
+from workbench.simulate import Trajectories
+from workbench.simulate.arithmetic import signature
 from workbench.simulate.batch import SECONDS_PER_OPERATION
+from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Progress
-from workbench.simulate.stability import longest_steps, modes_at
-from workbench.simulate.step_size import change
-from workbench.study.contract import Sweep, again
+from workbench.simulate.step_choice import Choice
+from workbench.study.chosen_steps import choice_of
+from workbench.study.contract import Run, Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.designs import AbstractDesign
+from workbench.study.uncertainty.designs import AbstractDesign, Alone
 from workbench.study.uncertainty.factors import Space
 from workbench.validation.refusals import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
-STATES = 4  # of a run at which its modes are looked at: the first, the last, and kept ones between them
+CASES = "cases"  # the name of the sweep that each case is
 BLOCK = 256  # a chunk is a multiple of so many runs, where it has more: whole vectors for two threads, also at h / 2
 
 
 @dataclass(frozen=True, eq=False)
 class CompiledSweep:
-    """A sweep with its equation and its steps of length h and h / 2, both with the metrics beside the states."""
+    """A sweep with its measured equation at the step h, whose rows are runs and whose chunks are kept in a ledger."""
 
     sweep: Sweep
-    equation: Ode | Sampled
-    metrics: tuple[AbstractMetric, ...]
-    coarse: Step
-    fine: Step
+    run: MeasuredRun
     space: Space
-    arithmetic: str
     size: int  # of its runs; of a search, at most
-    watched: bool = False  # the longest stable step is looked for along every run, not only along those run again
-    chosen: bool = False  # by pilots, of the step
+    choice: Choice | None = None  # of the step by pilots
+    keeps: bool = False  # the states of its runs too, as a case does
+
+    @property
+    def equation(self) -> Ode | Sampled:
+        """The equation that is run."""
+        return self.run.measured.equation
+
+    @property
+    def arithmetic(self) -> str:
+        """The arithmetic of its runs."""
+        return self.run.arithmetic
 
     @property
     def h(self) -> float:
         """The step in s."""
-        assert self.sweep.run.h is not None
-        return self.sweep.run.h
+        return self.run.h
 
     @property
-    def every(self) -> float:
-        """The distance of the times at which metrics are taken, in s."""
-        return self.sweep.run.kept
-
-    @property
-    def times(self) -> int:
-        """The number of these times, T."""
-        return round(self.sweep.run.until / self.every)
-
-    @cached_property
-    def columns(self) -> tuple[tuple[str, int, str], ...]:
-        """The metric, its number counted from 0, and its unit, of each column of values."""
-        return tuple((m.name, number, unit) for m in self.metrics for number, unit in enumerate(m.units))
+    def columns(self) -> tuple[Column, ...]:
+        """The columns of its values."""
+        return self.run.measured.columns
 
     @property
     def seconds_of_run(self) -> float:
         """The time that a run takes of one processor, by a cautious estimate."""
-        steps = self.sweep.run.until / self.coarse.h
-        return SECONDS_PER_OPERATION * steps * self.coarse.operations * (1 + 2 / (self.sweep.halved or np.inf))
+        steps = self.run.until / self.run.step.h
+        return SECONDS_PER_OPERATION * steps * self.run.step.operations * (1 + 2 / (self.sweep.halved or np.inf))
 
     @property
     def bytes_of_run(self) -> int:
         """The memory of a run's kept states."""
-        return 8 * self.coarse.states.size * (1 + self.times)
+        return 8 * self.run.step.states.size * (1 + round(self.run.until / self.run.every))
 
     @property
     def runs_of_chunk(self) -> int:
@@ -100,24 +97,24 @@ class CompiledSweep:
     @cached_property
     def fingerprint(self) -> str:
         """The digest of equations, times, seed and arithmetic, on which a run depends besides its own row."""
-        sweep = self.sweep
+        run, rule = self.run, self.run.step.rule
         parts = {
-            "arithmetic": signature(self.arithmetic),
-            "times": [float(time).hex() for time in (self.h, sweep.run.until, self.every)],
-            "seed": [sweep.run.seed, sweep.common],
-            "kept": [sweep.halved, self.watched, accumulators(self.coarse, self.metrics).size],
-            "rates": self.coarse.rule.rate.numel(),
-            "method": self.coarse.rule.method.name,
+            "arithmetic": signature(run.arithmetic),
+            "times": [float(time).hex() for time in (run.h, run.until, run.every, run.spacing)],
+            "seed": [run.seed, self.sweep.common],
+            "kept": [self.sweep.halved, self.keeps, run.points, run.measured.accumulators.size],
+            "rates": rule.rate.numel(),
+            "method": rule.method.name,
         }
-        rule, head = self.coarse.rule, plain(parts)
+        head = plain(parts)
         if rule.segment_parts is not None:
             head += fingerprint_of(b"", rule.segment_parts).encode()
         return fingerprint_of(head, rule.parts)
 
     def rows(self, first: int, last: int) -> tuple[Array, Array]:
-        """The parameters (n, np) and the initial states (n, nx) of some runs, those of their metrics among them."""
+        """The parameters (n, np) and the initial states (n, nx) of some runs."""
         p, x0 = map(np.ascontiguousarray, self.space.rows(self.sweep.design.points(first, last)))
-        return p, np.hstack([x0, np.tile(self.coarse.states.default[x0.shape[1] :], (last - first, 1))])
+        return p, x0
 
     def at(self, design: AbstractDesign) -> CompiledSweep:
         """The sweep with the runs of another design."""
@@ -127,12 +124,12 @@ class CompiledSweep:
 
     def under(self, seed: int) -> CompiledSweep:
         """The sweep under the noise of another seed."""
-        return replace(self, sweep=replace(self.sweep, run=replace(self.sweep.run, seed=seed)))
+        return self if seed == self.run.seed else replace(self, run=replace(self.run, seed=seed))
 
-    def at_half(self, name: str, size: int) -> CompiledSweep:
-        """The sweep at h / 2 with so many runs, under another name; none is halved again, and all are watched."""
-        sweep = replace(self.sweep, name=name, run=replace(self.sweep.run, h=self.h / 2), halved=None)
-        return replace(self, sweep=sweep, coarse=self.fine, watched=True, size=size)
+    def looked_at(self, name: str, size: int) -> CompiledSweep:
+        """The sweep under another name, with so many runs, each of which is looked at."""
+        sweep = replace(self.sweep, name=name, halved=1)
+        return replace(self, sweep=sweep, run=replace(self.run, points=points_of(size)), size=size)
 
     def name(self, first: int, last: int) -> str:
         """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
@@ -142,145 +139,95 @@ class CompiledSweep:
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 
     def chunk(self, first: int, last: int, progress: Progress | None = None) -> Chunk:
-        """The runs first to last - 1 as the kernel computed them: n runs at the step h, and m of them at h / 2 too.
-
-        They are the accumulators of the metrics, (n, T, a) and (m, T, a); when each diverged, NaN for none; and some
-        states of runs whose stability is looked at.
-        """
+        """The runs first to last - 1 as the kernel computed them: an `Accumulation`, and states where they are kept."""
         p, x0 = self.rows(first, last)
         runs = np.arange(first, last)
+        keys = np.zeros_like(runs) if self.sweep.common else runs
         few = again(first, last, self.sweep.halved) - first
-        share = 2 * len(few) / (2 * len(few) + len(runs))
-        tell = progress or (lambda done: None)
-
-        arrays = {}
-        if len(few):  # the longer run first: from it the engine sees how good its code should be
-            fine = self._march(self.fine, runs[few], p[few], x0[few], lambda done: tell(share * done))
-            arrays = {"again": self._accumulated(fine), "again_diverged_at": fine.diverged_at}
-        coarse = self._march(self.coarse, runs, p, x0, lambda done: tell(share + (1 - share) * done))
-        arrays |= {"accumulated": self._accumulated(coarse), "diverged_at": coarse.diverged_at}
-        seen = runs - first if self.watched else few
-        arrays["states"] = coarse.x[seen][:, self._looks, : self.coarse.flow.states.size]
+        found, trajectories = self.run.march(p, x0, keys, few, progress or (lambda done: None))
+        arrays = {field.name: getattr(found, field.name) for field in fields(found)}
+        if self.keeps:
+            arrays |= {"x": trajectories.x, "diverged_in": trajectories.divergence.state}
         return chunk_of(self.name(first, last), arrays)
 
-    def _march(self, step: Step, runs: Integers, p: Array, x0: Array, tell: Progress) -> Trajectories:
-        run, keys = self.sweep.run, np.zeros_like(runs) if self.sweep.common else runs
-        call = partial(simulate, step, p, x0, until=run.until, every=self.every, seed=run.seed)
-        return call(runs=keys, progress=tell, arithmetic=self.arithmetic)
+    def sample(self, chunks: Iterable[Chunk], first: int = 0, at_half: bool = False) -> Sample:
+        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics.
 
-    def _accumulated(self, runs: Trajectories) -> Array:
-        return np.stack([accumulated(runs, self.metrics, row) for row in range(1, len(runs.t))], axis=1)
-
-    @cached_property
-    def _looks(self) -> Integers:
-        """The kept times at which the stability of a run is looked at, by their numbers."""
-        return np.unique(np.linspace(0, self.times, STATES).round().astype(int))
-
-    def sample(self, chunks: Iterable[Chunk], first: int = 0) -> Sample:
-        """The runs of some chunks that follow one another from the run `first` on, with the values of their metrics."""
+        With `at_half` the values are those of h / 2, of the runs that were looked at.
+        """
         parts = [self._arrays(chunk) for chunk in chunks]
         held = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        found = self._values(held["accumulated"], held["diverged_at"])
-        last = first + len(found)
-        some = again(first, last, self.sweep.halved) - first
-        errors, limits = np.empty((0, *found.shape[1:])), np.empty(0)
-        if len(some):
-            errors = self._changes(self._values(held["again"], held["again_diverged_at"]), found[some])
-        points = self.sweep.design.points(first, last)
-        if not self.watched:
-            limits = self._limits(held["states"], self.space.rows(points)[0][some])
+        last = first + len(held["diverged_at"])
+        points, few = self.sweep.design.points(first, last), again(first, last, self.sweep.halved) - first
+        p = self.space.rows(points)[0]
+        kept = self._trajectories(p, np.arange(first, last), held)
+        found = Accumulation(**{field.name: held[field.name] for field in fields(Accumulation)})
+        tolerance = self.sweep.run.tolerance if self.choice or self.keeps else None
+        told: Any = {"tolerance": tolerance, "choice": self.choice, "kept": kept}
         return Sample(
             name=self.sweep.name,
             factors=tuple(factor.name for factor in self.sweep.factors),
-            columns=self.columns,
-            labels=tuple(label for m in self.metrics for label in m.labels),
-            t=np.asarray(self.every * np.arange(1, self.times + 1)),
-            h=self.h,
-            tolerance=self.sweep.run.tolerance if self.chosen else None,
-            seed=self.sweep.run.seed,
-            arithmetic=signature(self.arithmetic),
+            drawn=self.space.values(points[few] if at_half else points),
+            measurement=self.run.measurement(found, p, few, at_half, **told),
+            seed=self.run.seed,
             fingerprint=self.fingerprint,
-            drawn=self.space.values(points),
-            values=found,
-            again=some,
-            errors=errors,
-            limits=limits,
-            diverged_at=held["diverged_at"],
             design=self.sweep.design,
+            arithmetic=signature(self.arithmetic),
         )
 
-    def watched_limits(self, chunk: Chunk) -> Array:
-        """The longest stable step along each run of a chunk whose runs are all watched, (n,) in s."""
-        first, last = map(int, chunk.name.split("/")[1].split("-"))
-        return self._limits(self._arrays(chunk)["states"], self.rows(first, last)[0])
+    def _trajectories(self, p: Array, keys: Integers, held: Mapping[str, Array]) -> Trajectories | None:
+        if not self.keeps:
+            return None
+        divergence = Divergence(held["diverged_at"], held["diverged_in"].astype(int))
+        return self.run.trajectories(p, np.zeros_like(keys) if self.sweep.common else keys, held["x"], divergence)
 
     def _arrays(self, chunk: Chunk) -> dict[str, Array]:
         """The arrays of a chunk, where they have the shapes of those that were computed."""
         arrays = chunk.arrays()
-        n, m = (np.size(arrays.get(name, ())) for name in ("diverged_at", "again_diverged_at"))
-        a = accumulators(self.coarse, self.metrics).size
-        shapes = {"accumulated": (n, self.times, a), "diverged_at": (n,)}
-        shapes |= {"again": (m, self.times, a), "again_diverged_at": (m,)} if m else {}
-        shapes["states"] = (n if self.watched else m, len(self._looks), self.coarse.flow.states.size)
+        n, m = (np.size(arrays.get(name, ())) for name in ("diverged_at", "halved_diverged_at"))
+        shapes = self.run.shapes(n, m)
+        if self.keeps:
+            shapes |= {"x": (n, 1 + round(self.run.until / self.run.every), self.run.step.states.size)}
+            shapes |= {"diverged_in": (n,)}
         if {name: array.shape for name, array in arrays.items()} != shapes:
             raise LedgerError(
                 f"The chunk '{chunk.name}' does not hold the runs of its name: remove its file "
                 f"'{FOLDER}/{file_of(chunk.name)}', and the same command computes these runs again, and no others."
             )
-        none = {"again": np.empty((0, self.times, a)), "again_diverged_at": np.empty(0)}
-        return none | arrays
-
-    def _values(self, accumulated: Array, diverged_at: Array) -> Array:
-        """The metrics (n, T, k) from their accumulators (n, T, a); NaN from the time at which a run diverged."""
-        held, stride = accumulators(self.coarse, self.metrics), round(self.every / self.coarse.h)
-        rows = []
-        for row in range(self.times):
-            horizon = (row + 1) * stride * self.coarse.h
-            found = values(self.metrics, held, accumulated[:, row], horizon)
-            lost = (diverged_at <= horizon)[:, np.newaxis]
-            rows.append(np.where(lost, np.nan, np.hstack([found[m.name] for m in self.metrics])))
-        return np.stack(rows, axis=1)
-
-    def _limits(self, states: Array, p: Array) -> Array:
-        """The longest step that is stable at some states (m, S, nx) of runs, (m,); NaN where none has a Jacobian."""
-        if not len(states):
-            return np.empty(0)
-        t = np.tile(self._looks * self.every, len(states))
-        rows = np.repeat(p, len(self._looks), axis=0)
-        modes = modes_at(self.coarse.flow, t, states.reshape(len(t), -1), rows)
-        longest = np.min(longest_steps(modes, self.coarse.amplification), axis=1, initial=np.inf)
-        longest[np.isnan(modes).any(axis=1)] = np.nan
-        return np.asarray(np.fmin.reduce(longest.reshape(len(states), -1), axis=1))
-
-    def _changes(self, fine: Array, rough: Array) -> Array:
-        floors = [self.coarse.h if m.is_time else 0.0 for m in self.metrics for _ in m.labels]
-        return np.stack([change(fine[..., i], rough[..., i], floor) for i, floor in enumerate(floors)], axis=-1)
+        return arrays
 
 
-def compile_sweep(sweep: Sweep, arithmetic: str | None = None, *, search: bool = False) -> CompiledSweep:
+def compile_sweep(sweep: Sweep, arithmetic: str | None = None) -> CompiledSweep:
     """A sweep with its equation, in an arithmetic by its name, or else in the one that serves best here.
 
     A sweep that names no step is run at its points of least and largest coordinate along each axis, to choose one.
-    The runs of a search are at twice the step.
     """
-    run = sweep.run
-    equation: Ode | Sampled = equations_of(run.loop, sweep.name)
-    metrics = resolved(equation, run.metrics, run.until)
-    method = "rk4"
-    space = Space(sweep.factors, equation.parameters, equation.states)
-    if run.h is None:
+    made = _compiled(sweep, equations_of(sweep.run.loop, sweep.name), arithmetic)
+    multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", made.run.every, made.run.step.h, "the step")
+    looked_at = made.runs_of_chunk // (sweep.halved or made.runs_of_chunk)
+    return replace(made, run=replace(made.run, points=points_of(looked_at)))
+
+
+def compile_case(run: Run, equation: Ode | Sampled, arithmetic: str | None = None) -> CompiledSweep:
+    """A case as a sweep of one row: the metrics are taken at the horizon, the row is looked at, its states are kept."""
+    sweep = Sweep(CASES, run, (), Alone(), halved=1, runs_of_chunk=1)
+    made = _compiled(sweep, equation, arithmetic)
+    every = made.run.step.h if run.every is None else run.every
+    return replace(made, run=replace(made.run, every=every, spacing=run.until), keeps=True)
+
+
+def _compiled(sweep: Sweep, equation: Ode | Sampled, arithmetic: str | None) -> CompiledSweep:
+    run, space = sweep.run, Space(sweep.factors, equation.parameters, equation.states)
+    measured, h, method, choice = MeasuredEquation.of(equation, run.metrics, run.until), run.h, "rk4", None
+    if h is None:
         assert run.tolerance is not None
         points = sweep.design.points()
-        p, x0 = space.rows(points[np.unique([points.argmin(axis=0), points.argmax(axis=0)])])
+        ends = np.unique([points.argmin(axis=0), points.argmax(axis=0)]) if sweep.factors else [0]
         how: Any = {"until": run.until, "every": run.kept, "tolerance": run.tolerance, "seed": run.seed}
-        choice = choose_step(equation, run.metrics, p, x0, **how)
-        run, method = replace(run, h=choice.h / (2 if search else 1)), choice.method
-    h = run.doubled(equation, f"Trial(run=...) of {sweep.name!r}") if search else run.h
-    assert h is not None
-    make = maker(equation, metrics, method)
-    coarse, fine = make(h), make(h / 2)
-    multiple(f"Sweep({sweep.name!r}, run=Run(every=...))", run.kept, coarse.h, "the step")
-    chosen = sweep.run.h is None
-    sweep = replace(sweep, run=replace(run, h=h))
-    arithmetic = arithmetic or default_for(coarse)
-    return CompiledSweep(sweep, equation, metrics, coarse, fine, space, arithmetic, sweep.design.size, chosen=chosen)
+        p, x0 = space.rows(points[ends])
+        asked = (equation, measured.metrics, p, x0, run.until, run.kept, run.tolerance, run.seed)
+        choice = choice_of(asked, lambda: step_for(measured, p, x0, **how))
+        h, method = choice.h, choice.method
+    rounding = arithmetic_for(measured.step(h, method), arithmetic)
+    made = MeasuredRun(measured, h, run.until, run.kept, run.kept, run.seed, rounding, method)
+    return CompiledSweep(sweep, made, space, sweep.design.size, choice)

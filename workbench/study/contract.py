@@ -34,13 +34,14 @@ class Run:
     loop
         Equations, an `Ode` or a `Sampled`, or what gives them by `ode(name)`, as a `ClosedLoop` does.
     until, every
-        Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step of its
-        check, a sweep and a tuning the horizon alone.
+        Horizon and distance of the kept times, in s, multiples of `h`. Without `every` a case keeps each step, a sweep
+        and a tuning the horizon alone.
     h
-        The step in s at which values are taken; of a sampled loop the substep. Without it, pilot runs choose one.
+        The step in s at which values are taken; of a sampled loop the substep. Their errors are twice the change to
+        half of it. Without `h`, pilot runs choose one.
     tolerance
-        By how much a value may change, relative to itself, from twice the step to the step. A case with an `h` is held
-        against it, None against none; without `h` it is 0.001 if not given.
+        Of the error of a value, relative to the value. A case with an `h` is held against it, None against none;
+        without `h` it is 0.001 if not given.
     seed
         Of the noise.
 
@@ -86,16 +87,6 @@ class Run:
         """The step in words."""
         return f"steps for a tolerance of {self.tolerance:g}" if self.h is None else f"h = {self.h:g} s"
 
-    def doubled(self, equation: Ode | Sampled, call: str) -> float:
-        """The step of the check, 2 h, in s, which must divide the period of a sampled loop."""
-        assert self.h is not None
-        if isinstance(equation, Sampled) and equation.substeps(self.h) % 2:
-            raise ValueError(
-                f"`{call}` needs an `h` of which an even number makes the sampling period {equation.period:g} s, as "
-                f"its values are held against those at 2 h; got {self.h:g} s: take {self.h / 2:g} s."
-            )
-        return 2 * self.h
-
 
 @dataclass(frozen=True, eq=False)
 @door
@@ -112,7 +103,7 @@ class Sweep:
     common
         True if all runs have the same noise; else it is each run's own.
     halved
-        One run of so many, those whose number it divides, is run again at h / 2, for the error of the step.
+        One run of so many, those whose number it divides, is run at h / 2 too, for the error of its values.
     runs_of_chunk
         The number of runs that are computed and kept together; by default as many as take a processor a second or two.
     least
@@ -147,7 +138,7 @@ class Sweep:
             raise ValueError(
                 f"`Sweep({self.name!r}, factors=...)` needs another name for {taken}: tables have that column."
             )
-        if not self.run.metrics:
+        if self.factors and not self.run.metrics:
             raise ValueError(f"`Sweep({self.name!r}, run=...)` needs a run with at least one metric; got none.")
         for name in ("halved", "runs_of_chunk", "least"):
             if (count := getattr(self, name)) is not None:
@@ -161,7 +152,7 @@ class Sweep:
 
 
 def again(first: int, last: int, halved: int | None) -> Integers:
-    """The numbers of those runs from first to last - 1 that are run again at half the step."""
+    """The numbers of those runs from first to last - 1 that are run at half the step too."""
     runs = np.arange(first, last)
     return runs[:0] if halved is None else runs[runs % halved == 0]
 

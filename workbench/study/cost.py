@@ -17,6 +17,7 @@ PATIENCE = 3600.0  # s
 MEMORY = 4 * 2**30  # bytes
 COPIES = 8  # of all results, while a report is written: in two kinds of arrays, and as text, of 20 characters a number
 ON_DISK = 6  # the ledger, and the text of the earlier report and of the new one
+KEPT = 2  # copies of the states of cases, which pages draw: as read, and as arrays
 CHUNKS = 4  # in memory at once: two that are marched, one that waits, one that is written
 SECONDS_OF_CHUNK = 0.01  # beside its runs: it is named, written, and forced to the disk
 SECONDS_OF_NUMBER = 2e-6  # of a table: it is drawn or measured, and written as text by one thread
@@ -52,20 +53,22 @@ class Cost:
 def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None, works: Sequence[CompiledWork] = ()) -> Cost:
     """A cautious estimate of all runs of some sweeps and items of works, as if none of them were done."""
     side = workers or threads()
-    seconds = results = chunk = 0.0
+    seconds = results = chunk = kept = 0.0
     for one in sweeps:
-        values, factors = len(one.columns) * one.times, len(one.sweep.factors)
-        cells = one.times * (3 + factors) + 2 * values  # of the table
+        times = len(one.run.times)
+        values, factors = len(one.columns) * times, len(one.sweep.factors)
+        cells = times * (3 + factors) + 2 * values  # of the table
         results += 8 * one.size * (factors + 1 + values * (1 + 1 / (one.sweep.halved or inf)))
         seconds += one.size * (one.seconds_of_run * _slower(one) / side + SECONDS_OF_NUMBER * cells)
         seconds += SECONDS_OF_CHUNK * ceil(one.size / one.runs_of_chunk)
         chunk = max(chunk, min(one.runs_of_chunk, one.size) * one.bytes_of_run)
+        kept += one.size * one.bytes_of_run if one.keeps else 0
     for work in works:
         seconds += work.seconds_of_item * ceil(work.size / side) + SECONDS_OF_CHUNK * work.size
     runs, items = sum(one.size for one in sweeps), sum(work.size for work in works)
     guesses = sum(work.size for work in works if work.work.seconds is None)
-    memory = PROGRAM + CHUNKS * chunk + COPIES * results
-    return Cost(runs, side, seconds, memory, ON_DISK * results + BYTES_OF_ITEM * items, items, guesses)
+    memory = PROGRAM + CHUNKS * chunk + COPIES * results + KEPT * kept
+    return Cost(runs, side, seconds, memory, ON_DISK * results + kept + BYTES_OF_ITEM * items, items, guesses)
 
 
 def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:
@@ -76,7 +79,7 @@ def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:
 
 
 def _slower(one: CompiledSweep) -> int:
-    return 1 if is_compiled(one.coarse, one.arithmetic) else SLOWER[one.arithmetic]
+    return 1 if is_compiled(one.run.step, one.arithmetic) else SLOWER[one.arithmetic]
 
 
 def check(cost: Cost, out: Path) -> None:

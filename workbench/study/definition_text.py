@@ -35,6 +35,7 @@ NO_CONTENT = {
     *("__annotations_cache__", "__dataclass_fields__", "__dataclass_params__", "__match_args__", "__firstlineno__"),
     *("__static_attributes__", "__abstractmethods__", "__parameters__", "__orig_bases__", "_abc_impl"),
 }
+DESCRIPTORS = {"member_descriptor", "getset_descriptor", "_tuplegetter"}  # of slots and of named tuples
 WRITTEN_BY_PYTHON = "<string>"  # the file of methods that `dataclass` and `NamedTuple` make
 
 Definition = FunctionType | type
@@ -142,7 +143,7 @@ class Reader:
         home = getattr(value, "__module__", None) or "builtins"
         if isinstance(name, str) and callable(value) and _is_library(home):  # builtins, slots, ufuncs
             return f"{_versioned(home)}: {name}"
-        if type(value).__module__ in ("typing", "types") or type(value).__qualname__ == "member_descriptor":
+        if type(value).__module__ in ("typing", "types") or type(value).__qualname__ in DESCRIPTORS:
             return repr(value)
         return ""
 

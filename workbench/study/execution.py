@@ -11,17 +11,17 @@ from typing import Any
 
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import threads
-from workbench.study import cost
-from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.contract import Sweep, count_of, resized
+from workbench.study import case_runs, cost
+from workbench.study.chosen_steps import ChosenSteps, kept_in
+from workbench.study.compilation import arithmetics_of, compiled_cases, compiled_sweeps
+from workbench.study.compiled import CompiledSweep
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, Task, Tell
 from workbench.study.order import Order, check_options
-from workbench.study.run_tables import table_of
+from workbench.study.run_tables import case_table_of, table_of
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
@@ -29,11 +29,7 @@ from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search, compile_tuning
 from workbench.study.work import CompiledWork, compile_works
 
-NAMED = 3  # sweeps that a message names
-
-ArithmeticOf = Callable[[str], str | None]
 Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
-Sweeps = tuple[Sweep, ...] | Callable[..., tuple[Sweep, ...]]
 Answers = dict[str, tuple[Any, ...]]
 
 
@@ -56,36 +52,47 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
     The ledger in the folder `out` stays locked until the report is written.
     """
     check_options(study, order)
-    if not (study.sweeps or study.tunings or study.works):
+    if not (study.sweeps or study.tunings or study.works or study.cases):
         _leave(study, out, order)
-        yield study, Results(order.run_cases(study))
+        yield study, Results()
         return
-    arithmetic_of = _arithmetics(out, order)
-    searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+    arithmetic_of = arithmetics_of(out, order)
+    steps = ChosenSteps(() if order.fresh else store.steps_in(out))
+    with kept_in(steps):
+        searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
+        sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of)
+        cases = compiled_cases(study, out, order)
     searched = [one for search in searches for one in search.sweeps]
-    sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
     works = () if callable(study.works) else compile_works(study.works)
-    _afford([*searched, *sweeps], works, out, order)
+    _afford([*searched, *sweeps, *(one.sweep for one in cases)], works, out, order)
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
         for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
             order.say(remark)
-        ledger.drop_tables()
+        ledger.drop(store.TABLE)
+        ledger.add(steps.chunks.values())
         about = About.of(study.name, order.script, ledger.out, order.samples)
         about = replace(about, works=_about_works(works), more=callable(study.works))
+        about = replace(about, cases=case_runs.about_cases(cases))
         answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
         tuned, tuned_about = _tuned(searches, ledger, order, about)
-        later = callable(study.sweeps)
+        later, later_cases = callable(study.sweeps), callable(study.cases)
         study = study.resolved({**tuned, **answers})
-        if later:
-            sweeps = _compiled(study.name, study.sweeps, order, arithmetic_of)
-            _afford(sweeps, works, out, order)
+        with kept_in(steps):
+            cases = compiled_cases(study, out, order) if later_cases else cases
+            sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of) if later else sweeps
+        if later or later_cases:
+            ledger.add(steps.chunks.values())
+            _afford([*sweeps, *(one.sweep for one in cases)], works, out, order)
         about = replace(about, sweeps=tuned_about)
-        records = Records(tuple(searched), about.chunks) if later else Records()
+        own = (*steps.chunks, *(replace(about, cases=None).chunks if later else ()))
+        records = Records(tuple(searched) if later else (), own)
+        about = replace(about, cases=case_runs.about_cases(cases))
         samples, about = _samples(sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
-        results = replace(results, outcomes=order.run_cases(study))
+        results = replace(results, outcomes=case_runs.outcomes_in(ledger, cases, order, study.name))
+        ledger.write_durably(case_table_of(results))
         if callable(study.works):
             results = replace(results, works=_later_answers(study, results, ledger, order, about))
         yield study, results
@@ -99,7 +106,7 @@ def _leave(study: Study, out: Path, order: Order) -> None:
     now = About.of(study.name, order.script, out)
     if about != now:
         with store.opened(out) as ledger:
-            ledger.drop_tables()
+            ledger.drop(store.TABLE)
             ledger.describe(now)
             _say_unused(now, ledger, order)
 
@@ -107,51 +114,6 @@ def _leave(study: Study, out: Path, order: Order) -> None:
 def _say_unused(about: About, ledger: Ledger, order: Order) -> None:
     if unused := about.unused(ledger.names):
         order.say(UNUSED.format(count=unused, out=ledger.out))
-
-
-def _arithmetics(out: Path, order: Order) -> ArithmeticOf:
-    """The arithmetic of a sweep, by its name: the one that is asked for, or else that of its chunks in the ledger."""
-    about = None if order.fresh else store.about_in(out)
-    kept = {sweep.name: sweep.arithmetic for sweep in about.sweeps} if about else {}
-
-    def arithmetic_of(name: str) -> str | None:
-        if name not in kept:
-            return order.arithmetic
-        chosen = order.arithmetic or kept[name].partition(" ")[0]
-        if signature(chosen) != kept[name]:
-            raise LedgerError(
-                f"The ledger in '{out}' holds runs of '{name}' in the arithmetic '{kept[name]}', and this run would "
-                f"compute in '{signature(chosen)}': two do not mix. Take the other one by `--arithmetic` or its own "
-                "version, name another folder with `--out`, or begin anew with `--fresh`."
-            )
-        return chosen
-
-    return arithmetic_of
-
-
-def _compiled(name: str, sweeps: Sweeps, order: Order, arithmetic_of: ArithmeticOf) -> tuple[CompiledSweep, ...]:
-    """The sweeps of a study that are known, compiled, with as many samples as are asked for."""
-    if callable(sweeps):
-        return ()
-    fixed = [one.name for one in sweeps if count_of(one) is None]
-    if order.samples is not None and fixed:
-        names = ", ".join(f"'{name}'" for name in fixed[:NAMED]) + (
-            f" and {len(fixed) - NAMED} more" * (len(fixed) > NAMED)
-        )
-        if len(fixed) == len(sweeps):
-            raise ValueError(
-                f"`--samples` cannot change the study '{name}': the designs of its sweeps, {names}, have no "
-                "number of samples; leave it out."
-            )
-        order.say(f"`--samples` changes nothing of {names}: their designs have no number of samples.")
-    return compile_sweeps(sweeps, order.samples, arithmetic_of)
-
-
-def compile_sweeps(
-    sweeps: Sequence[Sweep], samples: int | None, arithmetic_of: ArithmeticOf
-) -> tuple[CompiledSweep, ...]:
-    """Sweeps compiled, with so many samples each."""
-    return tuple(compile_sweep(resized(one, samples), arithmetic_of(one.name)) for one in sweeps)
 
 
 def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:

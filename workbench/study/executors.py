@@ -11,17 +11,15 @@ from queue import Empty, Queue, SimpleQueue
 from threading import Event, Lock, Thread
 from threading import enumerate as enumerate_threads
 from time import monotonic
-from typing import Any
+from typing import Any, Protocol
 
 import casadi as ca
 
 from workbench import __version__
 from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import LOOK, look_to, threads, use_threads
-from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
-from workbench.study.work import CompiledWork
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
@@ -39,7 +37,17 @@ class ClusterError(ValueError):
     """The error of a cluster that cannot do what it is asked for; its finished chunks are kept."""
 
 
-Pieces = Sequence[CompiledSweep | CompiledWork]
+class Piece(Protocol):
+    """A sweep, a case or a work, compiled: it names and computes its chunks."""
+
+    def name(self, first: int, last: int) -> str:
+        """The name of a chunk."""
+
+    def chunk(self, first: int, last: int) -> Chunk:
+        """A chunk."""
+
+
+Pieces = Sequence[Piece]
 # The source of a study's sweeps or works for another process, as plain data that is sent there and can be hashed.
 Source = Callable[[], Pieces]
 

@@ -6,7 +6,7 @@ Each is made from an outcome and says which: its law and scenario, its metric or
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -23,12 +23,8 @@ from workbench.validation.signatures import door
 @door
 def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Source:
     """The source of a number of a metric, of the signal with a label or a number from 0."""
-    scores, case = outcome.measurement.scores, outcome.case
-    of = scores[known(metric, scores, f"metrics of '{case.name}'")].metric
-    place = place_of(of.labels, signal, f"numbers of '{metric}' in '{case.name}'")
-    label = of.labels[place] if place < len(of.labels) else ""
-    unit = of.units[place] if place < len(of.units) else of.unit
-    about = outcome.label, outcome.notes
+    case, about = outcome.case, (outcome.label, outcome.notes)
+    _, place, unit, label = outcome.column(metric, signal)
     return Source(case.law, case.scenario, "metric", metric, place, label, unit, outcome.digest, None, 1.0, *about)
 
 
@@ -53,15 +49,9 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
 @door
 def sample_source(sample: Sample, metric: str, signal: int | str = 0, law: str = "") -> Source:
     """The source of a metric of one signal in the runs of a sweep, of a law; its note is that of the sample."""
-    found = {place: (unit, label) for (name, place, unit), label in _columns(sample) if name == metric}
-    place = place_of(tuple(label for _, label in found.values()), signal, f"numbers of '{metric}' in '{sample.name}'")
+    _, place, unit, label = sample.measurement.column(metric, signal)
     notes = sample.note, sample.note_of(metric, place).removeprefix(f"{sample.note}; ")
-    unit, label = found[place]
     return Source(law, sample.name, "metric", metric, place, label, unit, sample.digest, None, 1.0, law, notes)
-
-
-def _columns(sample: Sample) -> Iterable[tuple[tuple[str, int, str], str]]:
-    return zip(sample.columns, sample.labels or ("",) * len(sample.columns), strict=True)
 
 
 @door
@@ -105,10 +95,10 @@ def cell(outcome: Outcome, metric: str, signal: int | str = 0, scale: float = 1.
     LookupError
         If the metric has no such number.
     """
-    if metric not in outcome.measurement.scores:
+    if metric not in outcome.measurement.names:
         return None
     source = metric_source(outcome, metric, signal).times(scale, unit)
-    value, error = outcome.score(metric, source.place)
+    value, error = outcome.score(metric, source.place).pair
     if outcome.diverged_at is not None:
         return Diverged(outcome.diverged_at, source)
     if value == math.inf:
@@ -152,5 +142,5 @@ def points(
 
 
 def _values(outcomes: Sequence[Outcome], metric: str, sources: Sequence[Source]) -> Array:
-    values = [outcome.score(metric, one.place)[0] for outcome, one in zip(outcomes, sources, strict=True)]
+    values = [outcome.score(metric, one.place).pair[0] for outcome, one in zip(outcomes, sources, strict=True)]
     return np.where(np.isfinite(values), values, np.nan)

@@ -10,12 +10,12 @@ from pathlib import Path
 from workbench.study.executors import LOCAL, Source
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Tell
-from workbench.study.outcome import Outcome
 from workbench.study.study import Study
 from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names
+ArithmeticOf = Callable[[str], str | None]
 
 
 def _ignore(*told: object) -> None:
@@ -27,12 +27,6 @@ def _no_bar(name: str, unit: str) -> AbstractContextManager[Tell]:
     """A bar that shows nothing."""
     del name, unit
     return nullcontext(_ignore)
-
-
-def _no_cases(study: Study) -> tuple[Outcome, ...]:
-    """The outcomes for one who asks for sweeps and works alone."""
-    del study
-    return ()
 
 
 @dataclass(frozen=True)
@@ -53,7 +47,6 @@ class Order:
     source: Callable[..., Source] | None = None
     # a place, by the name of the study and of its pieces, where one is told how far they are
     bar: Callable[[str, str], AbstractContextManager[Tell]] = _no_bar
-    run_cases: Callable[[Study], tuple[Outcome, ...]] = _no_cases
 
 
 def check_options(study: Study, order: Order) -> None:
@@ -69,7 +62,7 @@ def check_options(study: Study, order: Order) -> None:
     searched, works = bool(study.tunings), bool(study.works)
     options = (
         ("--samples", order.samples, False),
-        ("--workers", order.workers, searched or works),
+        ("--workers", order.workers, searched or works or bool(study.cases)),
         ("--cluster", order.cluster, searched or works),
     )
     for option, value, used in options:

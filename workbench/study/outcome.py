@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
-from workbench.metrics import Measurement
+from workbench.metrics import Measurement, Score
+from workbench.metrics.measurement import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
-from workbench.validation.refusals import Array, described, known, multiple, refusal
+from workbench.validation.refusals import Array, known, refusal
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
@@ -33,8 +34,7 @@ class Case:
     scenario, law
         Together the name of the case.
     run
-        Its values are taken at the step of the run, and held against those at twice that step, of which the horizon
-        and `every` are multiples: the change is their error.
+        Its values are taken at the step of the run, their errors from half of it, and the states are kept.
     style
         Which line of the figures belongs to the law.
     remark
@@ -51,13 +51,6 @@ class Case:
     run: Run
     style: int = 0
     remark: str = ""
-
-    def __post_init__(self) -> None:
-        run = self.run
-        for name in ("until", "every"):
-            if run.h is not None and (span := getattr(run, name)) is not None:
-                call, of = f"Case(run=Run({name}=...))", f"2 h, the step of the check of {described(self.name)},"
-                multiple(call, span, 2 * run.h, of)
 
     @property
     def name(self) -> str:
@@ -81,8 +74,7 @@ class Outcome:
     def digest(self) -> str:
         """A name of equations, parameters, initial state, steps, horizon and noise (64 hexadecimal digits)."""
         run, ode = self.case.run, self.ode
-        times = (None if run.h is None else 2 * run.h, run.until, run.every, run.tolerance)
-        spans = [None if span is None else float(span) for span in times]
+        spans = [None if span is None else float(span) for span in (run.h, run.until, run.every, run.tolerance)]
         seed = (run.seed,) if isinstance(ode, Sampled) and ode.w.numel() else ()  # that of its noise
         digest = hashlib.sha256(repr((ode.fingerprint, spans, *seed)).encode())
         digest.update(np.concatenate([ode.parameters.default, ode.states.default]).astype("<f8").tobytes())
@@ -91,7 +83,7 @@ class Outcome:
     @property
     def diverged_at(self) -> float | None:
         """The time at which the run diverged, in s."""
-        at = self.measurement.trajectories.diverged_at[0]
+        at = self.measurement.diverged_at[0]
         return float(at) if at == at else None
 
     @property
@@ -103,7 +95,7 @@ class Outcome:
     @property
     def notes(self) -> tuple[str, ...]:
         """The notes below a table beside the law's name: truth used, methods of a computer, steps, tolerance."""
-        limit, check, run = self.measurement.limits[0], self.measurement.check, self.case.run
+        limit, check, run = self.measurement.limit, self.measurement.check, self.case.run
         how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
         steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
@@ -121,31 +113,35 @@ class Outcome:
         return met[known(metric, met, f"metrics of '{self.case.name}'")]
 
     @door
-    def score(self, metric: str, joint: int) -> tuple[float, float]:
-        """The value and error of one number of a metric, a joint of an arm."""
-        scores = self.measurement.scores
-        score = scores[known(metric, scores, f"metrics of '{self.case.name}'")]
-        _check_place(f"score('{metric}', joint)", joint, score.value.shape[1], self.case.name)
-        return float(score.value[0, joint]), float(score.error[0, joint])
+    def score(self, metric: str, signal: int | str = 0) -> Score:
+        """A metric of one signal, by the signal's label or its number from 0; its `pair` is the value and the error."""
+        self.column(metric, signal)
+        return self.measurement.score(metric, signal)
 
     @door
-    def signal(self, name: str, joint: int) -> Array:
-        """One number of an output or state over the kept times, (N,); a matrix counts row by row."""
+    def column(self, metric: str, signal: int | str = 0) -> Column:
+        """The metric, the number, the unit and the label of a score."""
+        try:
+            return self.measurement.column(metric, signal)
+        except LookupError as error:
+            raise LookupError(f"'{self.case.name}': {error}") from None
+
+    @door
+    def signal(self, name: str, component: int = 0) -> Array:
+        """One component of an output or state over the kept times, (N,); a matrix counts row by row."""
         values = self.measurement.trajectories[name][0]
         rows = values.reshape(len(values), -1)
-        _check_place(f"signal('{name}', joint)", joint, rows.shape[1], self.case.name)
-        return np.asarray(rows[:, joint])
+        if not 0 <= component < rows.shape[1]:  # a negative number would be counted from the end
+            raise LookupError(
+                f"`signal('{name}', component)` counts from 0 and knows 0 to {rows.shape[1] - 1} in "
+                f"'{self.case.name}'; got {component!r}."
+            )
+        return np.asarray(rows[:, component])
 
     @property
     def t(self) -> Array:
         """The kept times, (N,), in s."""
         return self.measurement.trajectories.t
-
-
-def _check_place(call: str, joint: int, size: int, case: str) -> None:
-    """Refuse a number that is not there; negative ones too, which would be counted from the end."""
-    if not 0 <= joint < size:
-        raise LookupError(f"`{call}` counts from 0 and knows 0 to {size - 1} in '{case}'; got {joint!r}.")
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,12 +180,12 @@ class Results:
     @property
     def all_samples(self) -> tuple[Sample, ...]:
         """The samples of the sweeps, and of all runs of the tunings."""
-        held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.halves.values()))
+        held = (sample for one in self.tunings for sample in (*one.samples.values(), *one.final_samples.values()))
         return (*self.samples, *held)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """A row for each case, metric and signal, or joint of an arm: value, error, unit, and the time of divergence.
+        """A row for each case, metric and signal: value, error, unit, and the time of divergence.
 
         If a case has a tolerance: that too, and whether the metric is within it.
         """
@@ -198,17 +194,16 @@ class Results:
             {
                 "scenario": outcome.case.scenario,
                 "law": outcome.case.law,
-                "metric": name,
-                "unit": unit,
-                "signal": label,
-                "value": score.value[0, number],
-                "error": score.error[0, number],
+                "metric": score.metric,
+                "unit": score.unit,
+                "signal": score.label,
+                "value": score.value[0],
+                "error": score.error[0],
                 "diverged_at": outcome.diverged_at,
-                **({"tolerance": outcome.case.run.tolerance, "within": outcome.within(name)} if asked else {}),
+                **({"tolerance": outcome.case.run.tolerance, "within": outcome.within(score.metric)} if asked else {}),
             }
             for outcome in self.outcomes
-            for name, score in outcome.measurement.scores.items()
-            for number, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True))
+            for score in outcome.measurement.scores
         ]
 
     def to_frame(self) -> pd.DataFrame:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import csv
 import io
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.metrics import Measurement
+from workbench.metrics.measurement import Column
+from workbench.simulate.step_choice import Choice
 from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
@@ -27,13 +30,13 @@ if TYPE_CHECKING:
 
 CASES = "runs/cases.csv"  # below the folder of a report
 BLOCK = 10_000  # rows of a table that are text at once
-WORDS = ("name", "factors", "columns", "h", "seed", "fingerprint", "arithmetic", "labels", "tolerance")  # of a record
+WORDS = ("name", "factors", "seed", "fingerprint", "arithmetic")  # of a record
 
 
 def tables(results: Results) -> dict[str, bytes]:
     """The tables of all results as CSV, by their places below the folder of a report."""
     files = {f"runs/{sample.name}.csv": to_csv(sample) for sample in results.all_samples}
-    return files | ({CASES: cases_to_csv(results)} if results.rows else {})
+    return files | ({CASES: cases_to_csv(results.rows)} if results.rows else {})
 
 
 def to_csv(sample: Sample) -> bytes:
@@ -48,9 +51,9 @@ def to_csv(sample: Sample) -> bytes:
     return out.getvalue()
 
 
-def cases_to_csv(results: Results) -> bytes:
-    """The values of single cases after RFC 4180, one row a metric and number; missing values are empty."""
-    rows, out = results.rows, io.StringIO()
+def cases_to_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
+    """The values of single cases after RFC 4180, one row a metric and signal; missing values are empty."""
+    out = io.StringIO()
     writer = csv.writer(out)
     writer.writerow(rows[0] if rows else ())
     writer.writerows([_cell(value) for value in row.values()] for row in rows)
@@ -98,9 +101,18 @@ def write(sample: Sample, folder: Path, form: str) -> Path:
     return file
 
 
-def write_cases(folder: Path, form: str) -> Path:
-    """Write the table of the single cases of a report, which stands there as CSV, in another form."""
+def case_table_of(results: Results) -> Chunk:
+    """The values of single cases as a record, which can be read without their study."""
+    return chunk_of(f"{TABLE}/cases", {}, {"rows": results.rows})
+
+
+def write_cases(folder: Path, form: str, table: Chunk | None = None) -> Path:
+    """Write the table of the single cases, from its record or else from the CSV of a report, in a form."""
     file = (folder / CASES).with_suffix(f".{form}")
+    if table is not None:
+        refuse_links(folder, CASES)
+        (folder / CASES).parent.mkdir(parents=True, exist_ok=True)
+        write_durably(folder / CASES, cases_to_csv(_rows_of(table)))
     if form == "csv":
         return file
     refuse_links(folder, str(file.relative_to(folder)))
@@ -110,6 +122,13 @@ def write_cases(folder: Path, form: str) -> Path:
     held = {str(name): column.to_numpy() for name, column in frame.items()}
     write_durably(file, _to_parquet(frame) if form == "parquet" else _to_mat(held))
     return file
+
+
+def _rows_of(table: Chunk) -> list[dict[str, Any]]:
+    rows = table.content.get("rows")
+    if not (isinstance(rows, list) and all(isinstance(row, dict) and row.keys() == rows[0].keys() for row in rows)):
+        raise LedgerError(f"The record '{table.name}' is no table of cases: `workbench run` writes it again.")
+    return rows
 
 
 def _to_parquet(frame: pd.DataFrame) -> bytes:
@@ -130,39 +149,41 @@ def _to_mat(held: Mapping[str, Any]) -> bytes:
 
 
 def _arrays(sample: Sample) -> dict[str, Any]:
-    """Arrays as `Sample` has them, and the names of their columns beside them."""
-    labels = [f"{head} [{unit}]" for head, (_, _, unit) in zip(sample.heads, sample.columns, strict=True)]
+    """Arrays as `Measurement` has them, and the names of their columns beside them."""
+    found = sample.measurement
+    labels = [f"{head} [{one.unit}]" for head, one in zip(found.heads, found.columns, strict=True)]
     return {
-        "t": sample.t,
+        "t": found.t,
         "factors": sample.drawn,
         "factor_names": np.array(sample.factors, dtype=object),
-        "metrics": sample.values,
+        "metrics": found.values,
         "metric_names": np.array(labels, dtype=object),
-        "errors": sample.errors,
-        "error_runs": sample.again,
-        "limits": sample.limits,
-        "diverged_at": sample.diverged_at,
+        "errors": found.errors,
+        "error_runs": found.looked_at,
+        "limits": found.limits,
+        "diverged_at": found.diverged_at,
         "seed": float(sample.seed),
-        "h": sample.h,
+        "h": found.h,
         "fingerprint": sample.fingerprint,
     }
 
 
 def _columns(sample: Sample) -> Iterator[tuple[str, Array]]:
-    runs, times = sample.values.shape[:2]
+    found = sample.measurement
+    runs, times = found.values.shape[:2]
     run, time, lost = COLUMNS
     yield run, np.repeat(np.arange(runs), times)
     if times > 1:
-        yield time, np.tile(sample.t, runs)
+        yield time, np.tile(found.t, runs)
     for name, column in zip(sample.factors, sample.drawn.T, strict=True):
         yield name, np.repeat(column, times)
-    errors = np.full(sample.values.shape, np.nan)
-    errors[sample.again] = sample.errors
-    for i, (head, (_, _, unit)) in enumerate(zip(sample.heads, sample.columns, strict=True)):
-        measured = f" [{unit}]" if unit else ""
-        yield f"{head}{measured}", sample.values[..., i].ravel()
+    errors = np.full(found.values.shape, np.nan)
+    errors[found.looked_at] = found.errors
+    for i, (head, one) in enumerate(zip(found.heads, found.columns, strict=True)):
+        measured = f" [{one.unit}]" if one.unit else ""
+        yield f"{head}{measured}", found.values[..., i].ravel()
         yield f"{head} (error){measured}", errors[..., i].ravel()
-    yield lost, np.repeat(sample.diverged_at, times)
+    yield lost, np.repeat(found.diverged_at, times)
 
 
 def _written(value: float) -> str:
@@ -171,9 +192,13 @@ def _written(value: float) -> str:
 
 def table_of(sample: Sample) -> Chunk:
     """The sample as a record, which can be read without its study."""
-    words = {name: getattr(sample, name) for name in WORDS}
-    arrays = {name: getattr(sample, name).astype(float) for name in ARRAYS}
-    return chunk_of(f"{TABLE}/{sample.name}", arrays, words)
+    found = sample.measurement
+    words: dict[str, Any] = {name: getattr(sample, name) for name in WORDS}
+    words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance}
+    words |= {"choice": None if found.choice is None else found.choice.record}
+    words |= {"unseen": found.unseen}
+    arrays = {name: getattr(found, name).astype(float) for name in ARRAYS}
+    return chunk_of(f"{TABLE}/{sample.name}", {"drawn": sample.drawn, **arrays}, words)
 
 
 def sample_of(table: Chunk) -> Sample:
@@ -181,28 +206,29 @@ def sample_of(table: Chunk) -> Sample:
     try:
         words, arrays = table.content, table.arrays()
         check_name("Sample", words["name"])
-        factors = tuple(map(str, words["factors"]))
-        columns = tuple((str(metric), int(joint), str(unit)) for metric, joint, unit in words["columns"])
-        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "again"))
-        shapes = ((times,), (runs, len(factors)), (runs, times, len(columns)), (m,), (m, times, len(columns)), (m,))
-        if tuple(arrays[name].shape for name in ARRAYS) != (*shapes, (runs,)):
+        columns = tuple(
+            Column(str(m), int(number), str(unit), str(label)) for m, number, unit, label in words["columns"]
+        )
+        factors, drawn = tuple(map(str, words["factors"])), arrays.pop("drawn")
+        runs, times, m = (arrays[name].size for name in ("diverged_at", "t", "looked_at"))
+        shapes = ((times,), (runs, times, len(columns)), (runs,), (m,), (m, times, len(columns)), (m,), (m,))
+        if tuple(arrays[name].shape for name in ARRAYS) != shapes or drawn.shape != (runs, len(factors)):
             raise ValueError(table.name)
-        again = arrays.pop("again")
-        if not ((again >= 0) & (again < runs)).all():
+        looked_at = arrays.pop("looked_at")
+        if not ((looked_at >= 0) & (looked_at < runs)).all():
             raise ValueError(table.name)
-        tolerance = words.get("tolerance")  # an earlier version did not write it
-        return Sample(
-            words["name"],
-            factors,
+        found = Measurement(
             columns,
             h=float(words["h"]),
-            seed=int(words["seed"]),
-            fingerprint=str(words["fingerprint"]),
-            again=again.astype(int),
-            arithmetic=str(words["arithmetic"]),
-            labels=tuple(map(str, words.get("labels", ()))),
-            tolerance=None if tolerance is None else float(tolerance),
+            looked_at=looked_at.astype(int),
+            tolerance=None if words["tolerance"] is None else float(words["tolerance"]),
+            choice=None if words["choice"] is None else Choice.read(words["choice"]),
+            unseen=tuple(map(str, words["unseen"])),
             **arrays,
+        )
+        rounding = str(words["arithmetic"])
+        return Sample(
+            words["name"], factors, drawn, found, int(words["seed"]), str(words["fingerprint"]), arithmetic=rounding
         )
     except (LookupError, TypeError, ValueError, OverflowError):
         raise LedgerError(f"The record '{table.name}' is no table of runs: `workbench run` writes it again.") from None

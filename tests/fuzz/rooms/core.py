@@ -91,6 +91,7 @@ def calls() -> dict[str, Any]:
             symbol="x",
         ),
         "rk4": partial(core.rk4, ODE, 0.1),
+        "runge_kutta_step": partial(core.runge_kutta_step, ODE, 0.1, "stabilised"),
         "with_quadrature": partial(core.with_quadrature, ODE, {"z": ODE.x**2}, {"z": "m"}),
         "with_sensitivity": partial(core.with_sensitivity, ODE, ["k", "x"]),
         "rows": partial(rows, ODE.f, np.zeros((3, 1)), np.ones((3, 1)), np.ones((1, 1))),

@@ -9,8 +9,9 @@ import numpy as np
 
 from workbench import metrics as room
 from workbench.core import Layout, Ode
-from workbench.metrics.accumulators import accumulated, accumulators, common_grid, final_values, maker, resolved, values
+from workbench.metrics.accumulators import final_values
 from workbench.metrics.contract import Integral
+from workbench.metrics.measured_equation import common_grid
 from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 from workbench.simulate import simulate
 
@@ -80,10 +81,12 @@ def calls() -> dict[str, Any]:
     return {
         "AbstractMetric": rms,
         "Measurement": partial(
-            room.Measurement, measurement.trajectories, measurement.scores, measurement.limits,
-            measurement.looked_at, measurement.coarse_diverged_at, measurement.check,
+            room.Measurement,
+            **{name: getattr(measurement, name)
+               for name in ("columns", "t", "h", "values", "diverged_at", "looked_at", "errors", "half_diverged_at",
+                            "limits", "limited_at", "tolerance", "choice", "metrics", "unseen", "kept")},
         ),
-        "Score": partial(room.Score, rms, np.ones((1, 1)), np.zeros((1, 1))),
+        "Score": partial(room.Score, "own", "y", "m", np.ones(1), np.zeros(1)),
         "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),
         "Peak": partial(Peak, "own", "m", "about", "y", 0.5),
         "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1),
@@ -110,12 +113,7 @@ def calls() -> dict[str, Any]:
                                remembered=Layout(), updated=None, valued=None),
         "measure_integral": partial(measure_integral, g, finish, ("y",)),
         "measured": partial(room.measured, ODE, [rms], 0.1),
-        "maker": partial(maker, ODE, [rms]),
-        "resolved": partial(resolved, ODE, [rms], 1.0),
         "common_grid": partial(common_grid, [room.total_variation(0.1)], 1.0),
-        "accumulators": partial(accumulators, step, [rms]),
-        "accumulated": partial(accumulated, runs, [rms], -1),
-        "values": partial(values, [rms], accumulators(step, [rms]), np.ones((2, 1)), 1.0),
         "final_values": partial(final_values, runs, [rms], -1),
     }  # fmt: skip
 

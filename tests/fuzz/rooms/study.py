@@ -45,7 +45,7 @@ TRIAL = tuning.Trial("step", RUN)
 
 
 def objective(runs: Any) -> Any:
-    return runs["step"].outputs("IAE")
+    return runs["step"].score("IAE").value
 
 
 TUNING = tuning.Tuning("pd", (TRIAL,), (FACTOR,), objective, 16, 8, (0, 1))
@@ -205,7 +205,7 @@ def functions() -> dict[str, Any]:
             lambda given: case_runs.run(replace(STUDY, cases=(replace(CASE, run=saying(given)),))),
             LOOP.ode(),
         ),
-        "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).times, LOOP.ode()),
+        "ode of a sweep": partial(lambda given: compile_sweep(replace(SWEEP, run=saying(given))).run.times, LOOP.ode()),
         "objective": partial(lambda found: tuning.tune(replace(TUNING, objective=found)), objective),
     }
 

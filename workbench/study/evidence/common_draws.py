@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.study.document.source import Source
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, check_size
@@ -29,6 +30,7 @@ class Paired:
     errors: Array  # (L,), how far off a value may be by the step; NaN where that is not known
     failed: Integers  # (L,), how many runs failed
     note: str = ""  # below a table: draws, seed, steps
+    sources: tuple[Source | None, ...] = ()  # (L,), the samples; None for values of another origin
 
     def __post_init__(self) -> None:
         check_size("Paired(values=...)", self.values, infinite=True)
@@ -49,6 +51,11 @@ class Paired:
         """The column of a law."""
         return self.laws.index(known(law, self.laws, "laws"))
 
+    @door
+    def source(self, law: str) -> Source | None:
+        """The sample of a law, with the metric; None for values of another origin."""
+        return self.sources[self.place(law)] if self.sources else None
+
     @property
     def said(self) -> str:
         """The note below a table: the failed runs and the largest error of the step."""
@@ -64,7 +71,13 @@ class Paired:
 
 @door
 def paired(
-    values: Mapping[str, Any], *, metric: str, unit: str = "", errors: Mapping[str, float] | None = None, note: str = ""
+    values: Mapping[str, Any],
+    *,
+    metric: str,
+    unit: str = "",
+    errors: Mapping[str, float] | None = None,
+    note: str = "",
+    samples: Mapping[str, Sample] | None = None,
 ) -> Paired:
     """The values of one metric, of which less is better, by law.
 
@@ -74,12 +87,15 @@ def paired(
         Law to its values (N,) over the same draws in the same order; NaN where a run failed.
     errors
         Law to the error of its values by the step, in their unit; without it they are taken as exact.
+    samples
+        Law to the sample of which its values are made: the note below a table, and the source of each number, are then
+        read from these.
 
     Raises
     ------
     ValueError
         If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus
-        infinity, or an error is negative or that of no law.
+        infinity, an error is negative or that of no law, or the samples are of other laws or draws.
     """
     if len(values) < 2:
         raise ValueError(f"`paired(values)` must map two laws or more to their values; got {described(values)}.")
@@ -93,7 +109,19 @@ def paired(
     off = np.zeros(len(columns)) if errors is None else _errors(errors, columns)
     table = np.column_stack(list(columns.values()))
     failed = np.isnan(table).sum(axis=0)
-    return Paired(metric, unit, tuple(columns), np.where(np.isnan(table), np.inf, table), off, failed, note)
+    sources: tuple[Source, ...] = ()
+    if samples is not None:
+        note, sources = "; ".join(filter(None, (note, same_draws(samples)))), _sources(samples, columns, metric, unit)
+    return Paired(metric, unit, tuple(columns), np.where(np.isnan(table), np.inf, table), off, failed, note, sources)
+
+
+def _sources(samples: Mapping[str, Sample], columns: Mapping[str, Array], metric: str, unit: str) -> tuple[Source, ...]:
+    if set(samples) != set(columns):
+        raise ValueError(
+            f"`paired(samples=...)` must have one sample for each of {list(columns)}; got {described(list(samples))}."
+        )
+    held = ((law, samples[law]) for law in columns)
+    return tuple(Source(law, one.name, "metric", metric, 0, "", unit, one.digest, title=law) for law, one in held)
 
 
 def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
@@ -137,7 +165,7 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
     seed = f"; seed {held.design.seed}" if isinstance(held.design, MonteCarlo | LatinHypercube) else ""
     steps = "; ".join(f"{h:g} s for {', '.join(laws)}" for h, laws in by_step.items())
     step = f"steps {steps}" if len(by_step) > 1 else f"step {held.h:g} s"
-    again = min(len(sample.again) for sample in samples.values())
+    again = min(len(sample.measurement.looked_at) for sample in samples.values())
     beyond = "".join(f"; {law}: {said[2:]}" for law, sample in samples.items() if (said := sample.beyond))
     return f"{runs}{seed}; {step}, and half of it in {again:,} runs{beyond}."
 

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
+from workbench.study.document.source import Source
 from workbench.study.evidence.estimands import Success, unit_of, words_of
 from workbench.study.evidence.judgement import Judgement, listed
 from workbench.study.evidence.pairwise_comparison import Comparison
@@ -125,17 +126,18 @@ def _level(one: Comparison, law: str) -> Cell:
 
 def _shown(one: Comparison, i: int) -> Value:
     value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
+    source = one.paired.source(one.paired.laws[i])
     if np.isinf(value):
         return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
     if isinstance(one.estimand, Success):
-        return _measured(*(100 * (1 - end) + 0.0 for end in (value, high, low)))
+        return _measured(source, *(100 * (1 - end) + 0.0 for end in (value, high, low)))
     wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
-    return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(value, low, high)
+    return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(source, value, low, high)
 
 
-def _measured(value: float, low: float, high: float) -> Value:
+def _measured(source: Source | None, value: float, low: float, high: float) -> Value:
     half = max(high - value, value - low)
-    return Measured(value, half) if np.isfinite(half) else f"{value:.3g}, not bounded"
+    return Measured(value, half, source) if np.isfinite(half) else f"{value:.3g}, not bounded"
 
 
 def _change(one: Comparison, i: int, at: int) -> Cell:

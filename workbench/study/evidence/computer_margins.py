@@ -10,6 +10,8 @@ import numpy as np
 from workbench.core import Sampled
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Cell, Column, Table
+from workbench.study.document.source import Source
+from workbench.study.marks import sample_source
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
@@ -172,11 +174,15 @@ class ComputerMargin:
 @dataclass(frozen=True, eq=False)
 @door
 class ComputerMargins:
-    """The margins of a loop by a metric: its values without effect and with all declared ones, (draws, numbers)."""
+    """The margins of a loop by a metric: its values without effect and with all declared ones, (draws, numbers).
+
+    `sources` are the sample with each number of the metric.
+    """
 
     each: tuple[ComputerMargin, ...]
     without: Array
     declared: Array  # infinite where a run diverged
+    sources: tuple[Source, ...] = ()
 
 
 @door
@@ -203,15 +209,16 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
             f"`computer_margins(sample, effects)` needs the sample of `computer_sweep` for the effects "
             f"{', '.join(names)}; got '{sample.name}' of {', '.join(sample.factors)}."
         )
-    numbers = [number for name, number, _ in sample.columns if name == metric] or [0]
-    values = np.stack([sample.outputs(metric, number) for number in numbers], axis=-1)
+    numbers = [one.number for one in sample.measurement.columns if one.metric == metric] or [0]
+    values = np.stack([sample.score(metric, number).value for number in numbers], axis=-1)
     values = np.where(np.isnan(values), np.inf, values).reshape(kinds, draws, len(numbers))
     ratios, margins, first = worst_ratio(values, values[0]), [], 1
     for effect in effects:
         own = slice(first, first + len(effect.levels))
         margins.append(ComputerMargin(effect, values[own], ratios[own]))
         first = own.stop
-    return ComputerMargins(tuple(margins), values[0], values[-1])
+    sources = tuple(sample_source(sample, metric, number) for number in numbers)
+    return ComputerMargins(tuple(margins), values[0], values[-1], sources)
 
 
 @door
@@ -224,7 +231,7 @@ def worst_ratio(values: Array, base: Array) -> Array:
 
 @door
 def computer_table(name: str, caption: str, margins: Sequence[tuple[str, ComputerMargins]]) -> Table:
-    """The margins of several loops, a row for each loop and effect."""
+    """The margins of several loops, a row for each loop and effect; the note of its runs stands below for each loop."""
     rows: list[tuple[Cell, ...]] = []
     for loop, own in margins:
         for one in own.each:
@@ -240,7 +247,8 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
         Column(f"at most {KEPT:g} times"),
         Column(f"at most {STANDS:g} times"),
     )
-    return Table(name, caption, columns, tuple(rows))
+    said = {loop: "; ".join(dict.fromkeys(note for one in own.sources for note in one.notes)) for loop, own in margins}
+    return Table(name, caption, columns, tuple(rows), tuple(f"{loop}: {note}." for loop, note in said.items() if note))
 
 
 def _level(effect: ComputerEffect, level: float) -> str:

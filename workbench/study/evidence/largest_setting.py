@@ -86,10 +86,15 @@ class LoopLimits:
         span = equation.period if isinstance(equation, Sampled) else self.longest_step
         h = span / max(int(np.ceil(span / self.longest_step - ROUNDING)), 1)
         until = span * max(round(self.until / span), 1)
-        scores = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed).scores
-        each = ((name, scores[name], limit) for name, limit in self.limits.items())
-        parts = {name: (score.value[0] / limit, score.error[0] / limit) for name, score, limit in each}
-        return LoopTrial(*({name: part[i] for name, part in parts.items()} for i in (0, 1)))
+        found = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed)
+        shares, errors = {}, {}
+        for name, limit in self.limits.items():
+            value, error = np.array([one.pair for one in found.scores_of(name)]).T
+            if limit.shape not in ((), value.shape):
+                must = f"one number, or {len(value)}, as '{name}' has"
+                raise refusal(f"LoopLimits(limits={{'{name}': ...}})", must, limit)
+            shares[name], errors[name] = value / limit, error / limit
+        return LoopTrial(shares, errors)
 
 
 @dataclass(frozen=True, eq=False)

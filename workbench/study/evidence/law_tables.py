@@ -60,7 +60,7 @@ def side_by_side(
     if not outcomes:
         raise ValueError(f"`side_by_side('{name}', outcomes=...)` needs at least one outcome; got none.")
     finite("side_by_side(margin=...)", margin, low=0)
-    taken = {m: score.metric for o in reversed(outcomes) for m, score in o.measurement.scores.items()}
+    taken = {m.name: m for o in reversed(outcomes) for m in o.measurement.metrics}
     for m in metrics:
         if m not in taken:
             there = f" It knows: {', '.join(taken) or 'none'}."
@@ -77,7 +77,7 @@ def side_by_side(
 
 def _unit(outcomes: Iterable[Outcome], metric: str, signal: int | str) -> str:
     """The unit of a metric where it was taken first; empty where it never was."""
-    taken = (o for o in outcomes if metric in o.measurement.scores)
+    taken = (o for o in outcomes if metric in o.measurement.names)
     return next((metric_source(o, metric, signal).unit for o in taken), "")
 
 
@@ -87,11 +87,11 @@ def _cell(outcome: Outcome, metric: str, signal: int | str, *, bold: bool) -> Ce
 
 
 def _score(outcome: Outcome, metric: str, signal: int | str) -> tuple[float, float]:
-    return outcome.score(metric, metric_source(outcome, metric, signal).place)
+    return outcome.score(metric, signal).pair
 
 
 def _best(outcomes: Sequence[Outcome], metric: str, signal: int | str, margin: float) -> Outcome | None:
-    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.scores]
+    ran = [o for o in outcomes if o.diverged_at is None and metric in o.measurement.names]
     scores = [(o, _score(o, metric, signal)) for o in ran]
     finite = [(o, score) for o, score in scores if score[0] < float("inf")]
     for outcome, a in finite:

@@ -46,7 +46,7 @@ class WorkAbout:
 @dataclass(frozen=True)
 @door
 class About:
-    """The name and script of a study, the samples asked for, its sweeps and works, and its script's digest.
+    """The name and script of a study, the samples asked for, its sweeps, works and cases, and its script's digest.
 
     There are `more` if its works follow from results that are not there yet.
     """
@@ -58,15 +58,21 @@ class About:
     digest: str = ""  # an earlier version did not write it
     works: tuple[WorkAbout, ...] = ()
     more: bool = False
+    cases: SweepAbout | None = None  # each is a sweep of one run
 
     def __post_init__(self) -> None:
         if self.samples is not None:
             whole("About(samples=...)", self.samples, 0)
 
     @property
+    def runs(self) -> tuple[SweepAbout, ...]:
+        """Its sweeps, and its cases as one more."""
+        return self.sweeps if self.cases is None else (*self.sweeps, self.cases)
+
+    @property
     def chunks(self) -> tuple[str, ...]:
-        """The names of the chunks of its sweeps and works."""
-        held = [part.chunks for part in self.sweeps] + [part.chunks for part in self.works]
+        """The names of the chunks of its sweeps, cases and works."""
+        held = [part.chunks for part in self.runs] + [part.chunks for part in self.works]
         return tuple(name for names in held for name in names)
 
     @property
@@ -103,8 +109,9 @@ def about_of(chunk: Chunk) -> About | None:
         content = chunk.content
         sweeps = tuple(SweepAbout(**sweep) for sweep in content["sweeps"])
         works = tuple(WorkAbout(**work) for work in content.get("works", ()))
-        digest, more = content.get("digest", ""), content.get("more", False)
-        return About(content["study"], content["script"], content["samples"], sweeps, digest, works, more)
+        digest, more, cases = content.get("digest", ""), content.get("more", False), content.get("cases")
+        held = None if cases is None else SweepAbout(**cases)
+        return About(content["study"], content["script"], content["samples"], sweeps, digest, works, more, held)
     except (LookupError, TypeError, ValueError):
         return None
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from workbench.study.ledger.durability import PART
 
 FOLDER, LOCK, END, DAMAGED = "ledger", "lock", ".record", ".damaged"  # below the study's output
-_RECORD = re.compile(rf"(about|table\.\w+|\w+\.(?:\d+-\d+|item)\.\w+){END}")
+_RECORD = re.compile(rf"(about|(?:table|step)\.\w+|\w+\.(?:\d+-\d+|item)\.\w+){END}")
 _PART = re.compile(rf".+{END}\.[0-9a-f]+{PART}")
 _OURS = re.compile(rf"{LOCK}|{_RECORD.pattern}|{_PART.pattern}|(about|.+\.\w+){DAMAGED}")
 LOCK_SIZE = 1000  # bytes of a lock's file that are looked at

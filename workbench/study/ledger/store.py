@@ -5,7 +5,7 @@ A record whose digest does not match when it is read is computed again.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +24,7 @@ __all__ = [
     "ABOUT",
     "FOLDER",
     "LATER",
+    "STEP",
     "TABLE",
     "About",
     "Counter",
@@ -43,9 +44,11 @@ __all__ = [
     "lost",
     "opened",
     "runs_of",
+    "steps_in",
 ]
 
 TABLE = "table"  # begins the names of tables, which `results` hands on and no run ever reads
+STEP = "step"  # begins the names of the steps that pilot runs chose
 LATER = "The same command goes on from there."
 
 # Told the runs that are done, those among them that diverged, and all of them.
@@ -94,14 +97,20 @@ class Ledger:
             )
         return chunk
 
+    def add(self, chunks: Iterable[Chunk]) -> None:
+        """Write the records that are not there yet."""
+        for chunk in chunks:
+            if chunk.name not in self:
+                self.write_durably(chunk)
+
     def describe(self, about: About) -> None:
         """Record how far the study is, if that is not recorded already."""
         if about_in(self.out) != about:
             self.write_durably(about.chunk)
 
-    def drop_tables(self) -> None:
-        """Remove the tables of an earlier run."""
-        for name in [name for name in self.names if name.startswith(f"{TABLE}/")]:
+    def drop(self, start: str, kept: Container[str] = ()) -> None:
+        """Remove the records whose names begin so, but those that are to be kept."""
+        for name in [name for name in self.names if name.startswith(f"{start}/") and name not in kept]:
             (self.folder / file_of(name)).unlink(missing_ok=True)
             self.names.remove(name)
 
@@ -152,6 +161,11 @@ def chunks(out: Path) -> Iterator[Chunk]:
         yield from filter(None, map(_read, records(out.resolve() / FOLDER)))
     except OSError as error:
         raise LedgerError(f"The ledger in '{out}' cannot be read: {error.strerror}.") from error
+
+
+def steps_in(out: Path) -> Iterator[Chunk]:
+    """The records of chosen steps in an output folder; none if there are none."""
+    yield from filter(None, map(_read, sorted((out.resolve() / FOLDER).glob(f"{STEP}.*{END}"))))
 
 
 def contents(out: Path) -> tuple[dict[str, Chunk], About]:

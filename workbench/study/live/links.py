@@ -122,7 +122,7 @@ def _score(
     """The loop, the metric, its number and the scale of a source, if it is a score of an outcome."""
     if source is None or source.kind != "metric" or (loop := _loop(source, loops)) is None:
         return
-    metrics = [*outcomes[loop].measurement.scores]
+    metrics = [*outcomes[loop].measurement.names]
     yield loop, metrics.index(source.name), source.place, source.scale
 
 

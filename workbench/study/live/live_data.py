@@ -11,13 +11,12 @@ import casadi as ca
 
 from workbench.core import Ode, Step
 from workbench.metrics import AbstractMetric
-from workbench.metrics.accumulators import resolved
 from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, LiveCell, LiveMark, links
-from workbench.study.live.marches import Modules, coarse_and_fine, march, may_switch, plain, switches, watched
+from workbench.study.live.marches import Modules, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
@@ -28,7 +27,7 @@ FORMAT = 2
 PYTHON = """import workbench as wb
 
 study = wb.load({script!r})
-scores = wb.turned(study, {{case}}, {{values}}, seed={{seed}}).scores
+found = wb.turned(study, {{case}}, {{values}}, seed={{seed}})
 """
 
 
@@ -116,14 +115,14 @@ def _loop(
 ) -> tuple[dict[str, Any], list[Curve]]:
     """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there."""
     case, run = outcome.case, outcome.measurement.trajectories
-    coarse, fine = coarse_and_fine(outcome)
-    every = case.run.every or coarse.h
+    whole, half = whole_and_half(outcome)
+    every = case.run.every or whole.h
     wanted = sorted({int(axis[1]) for link in links for axis in (link.x, link.y) if axis[0] == "y"})
-    metrics = resolved(outcome.ode, case.run.metrics, case.run.until)
+    metrics = outcome.measurement.metrics
     drawing = outcome.ode.drawing
-    seen = ca.vertcat(fine.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, fine))
-    places = [knob.places(fine) for knob in knobs]
-    switched = may_switch(fine, run.p[0], [k for here in places for k in here if k < fine.parameters.size])
+    seen = ca.vertcat(whole.rule.output[wanted], ca.SX(0, 1) if drawing is None else _moving(outcome, whole))
+    places = [knob.places(whole) for knob in knobs]
+    switched = may_switch(whole, run.p[0], [k for here in places for k in here if k < whole.parameters.size])
     moving = {"first": len(wanted), "places": seen.numel() - len(wanted)}  # behind the outputs
     made = {
         "scenario": case.scenario,
@@ -135,21 +134,20 @@ def _loop(
         "rows": len(run.t) - 1,
         "p": plain(run.p[0]),
         "x0": plain(run.x[0, 0]),
-        "moves": _moves(knobs, fine.parameters.size, places),
+        "moves": _moves(knobs, whole.parameters.size, places),
         "seed": str(case.run.seed),
-        "normals": fine.noises,
+        "normals": whole.noises,
         "switches": switches(outcome.ode),
-        "coarse": march(coarse, round(every / coarse.h), modules, switched),
-        "fine": march(fine, round(every / fine.h), modules, switched),
-        "outputs": march(watched(fine, seen), 1, modules) if seen.numel() else None,
+        "whole": march(whole, round(every / whole.h), modules, switched),
+        "half": march(half, round(every / half.h), modules, switched),
+        "outputs": march(watched(whole, seen), 1, modules) if seen.numel() else None,
         "drawing": None if drawing is None else drawing.data | moving,
         "metrics": [
             {"name": m.name, "units": m.units, "labels": m.labels, "time": m.is_time, "program": program}
-            for m, program in zip(metrics, _programs(fine, metrics, run.t), strict=True)
+            for m, program in zip(metrics, _programs(whole, metrics, run.t), strict=True)
         ],
         "scores": [
-            [plain(pair) for pair in zip(score.value[0], score.error[0], strict=True)]
-            for score in outcome.measurement.scores.values()
+            [plain(score.pair) for score in outcome.measurement.scores_of(name)] for name in outcome.measurement.names
         ],
     }
 

@@ -12,7 +12,7 @@ import numpy as np
 from workbench.core import Entry, Ode, Sampled, Step
 from workbench.core.equations import Loop, equations_of
 from workbench.metrics import AbstractMetric, effort, peak_error, rmse
-from workbench.metrics.accumulators import maker
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.study.contract import Run
 from workbench.study.document.document import (
     Cell,
@@ -49,20 +49,20 @@ def loop_study(
 ) -> Study:
     """The study with one case: a loop until a horizon [s], at a step h [s], of a sampled loop a substep.
 
-    The values are those of the step h; their errors are the change from 2 h. Without `metrics` they are those of
+    The values are those of the step h, their errors from h / 2. Without `metrics` they are those of
     tracking errors and inputs; without `knobs` every number on which the page depends is one, a vector by a share of
     itself, and so is each initial state of the plant that is not zero.
 
     Raises
     ------
     ValueError
-        If the loop is none, or h does not divide the horizon into an even number of steps.
+        If the loop is none, or h does not divide the horizon.
     """
     equation, until = equations_of(loop, "loop"), seconds("live(until=...)", until)
     flow = equation if isinstance(equation, Ode) else equation.flow
-    step = equation.period if isinstance(equation, Sampled) else 2 * seconds("live(h=...)", h)
+    step = equation.period if isinstance(equation, Sampled) else seconds("live(h=...)", h)
     every = step * max(1, round(until / step / POINTS))
-    while multiple("live(until=...)", until, step, "2 h, the step of the check,") % round(every / step):
+    while multiple("live(until=...)", until, step, "the step") % round(every / step):
         every -= step
     taken = tuple(metrics) or _usual_metrics(flow)
     case = Case("run", flow.name, Run(equation, taken, until, every, h))
@@ -70,10 +70,10 @@ def loop_study(
         "live",
         title or f"The loop '{flow.name}', to be turned",
         "How does the loop answer to its numbers?",
-        f"One run over {until:g} s at h = {h:g} s; values at the step, errors from twice the step.",
+        f"One run over {until:g} s at h = {h:g} s; values at the step, errors from half of it.",
         _sections,
         cases=(case,),
-        live=tuple(knobs) or knobs_of(maker(equation, taken)(h)),
+        live=tuple(knobs) or knobs_of(MeasuredEquation.of(equation, taken).step(h)),
     )
 
 
@@ -143,7 +143,7 @@ def _sections(results: Results) -> tuple[Section, ...]:
 
 
 def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:
-    """The warnings of the run as it is printed, of the step of the check and of the one of the values."""
+    """The warnings of the run as it is printed."""
     runs = outcome.measurement.trajectories
     said = dict.fromkeys((*outcome.measurement.warnings, *runs.check.warnings))
     return (Paragraph(f"As printed, {'; '.join(said)}."),) if said else ()
@@ -152,9 +152,8 @@ def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:
 def _scores(outcome: Outcome) -> Table:
     """A row for each number of each metric."""
     rows: list[tuple[Cell, ...]] = []
-    for name, score in outcome.measurement.scores.items():
-        for place, (label, unit) in enumerate(zip(score.metric.labels, score.metric.units, strict=True)):
-            rows.append((name, label, cell(outcome, name, place), raised(unit)))
+    for name, place, unit, label in outcome.measurement.columns:
+        rows.append((name, label, cell(outcome, name, place), raised(unit)))
     columns = (Column("metric"), Column("of"), Column("value", align="right"), Column("unit"))
     return Table("scores", "The metrics of the loop.", columns, tuple(rows))
 

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step, rk4
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate.kernel.graph import Level
 from workbench.simulate.kernel.plan import Plan, pass_of
 from workbench.study.study import Outcome
@@ -86,14 +87,10 @@ def switches(equation: Ode | Sampled) -> bool:
     return any(node.op in JUMPS and level is Level.STATE for node, level in zip(graph.nodes, graph.levels, strict=True))
 
 
-def coarse_and_fine(outcome: Outcome) -> tuple[Step, Step]:
-    """The step of the check, and the one at which the values of an outcome were taken, with its metrics beside it."""
-    from workbench.metrics.accumulators import maker
-
-    fine, h = outcome.measurement.trajectories.step, outcome.measurement.h
-    if isinstance(outcome.ode, Ode):
-        return replace(fine, h=2 * h), fine
-    return maker(outcome.ode, outcome.case.run.metrics)(2 * h), fine
+def whole_and_half(outcome: Outcome) -> tuple[Step, Step]:
+    """The step of the values of an outcome, with its metrics beside it, and half of it, for their errors."""
+    whole, h = outcome.measurement.trajectories.step, outcome.measurement.h
+    return whole, MeasuredEquation.of(outcome.ode, outcome.measurement.metrics).step(h / 2, whole.rule.method.name)
 
 
 def plain(numbers: Sequence[float] | Array) -> list[float | str]:

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core import Step
 from workbench.core.equations import equations_of
 from workbench.metrics import Measurement, measure
-from workbench.metrics.accumulators import maker
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.study.live.knob import Knob, has
 from workbench.study.study import Study
 from workbench.validation.refusals import finite, known
@@ -36,8 +36,8 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
     >>> case = wb.Case("speed", "PI", wb.Run(loop, (wb.rmse(),), until=5.0, h=1e-3))
     >>> knobs = (wb.Knob("Kp", "controller.Kp", 10.0, 1000.0, log=True),)
     >>> study = wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,), live=knobs)
-    >>> wb.turned(study, "speed: PI", {"Kp": 50.0}).scores["RMSE"].value.round(3)
-    array([[0.151]])
+    >>> wb.turned(study, "speed: PI", {"Kp": 50.0}).score("RMSE").value.round(3)
+    array([0.151])
     """
     if callable(study.cases):
         raise ValueError("`turned(study, ...)` needs the cases themselves: take `study.resolved(tuned)`.")
@@ -46,7 +46,7 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
     equation = equations_of(run.loop, case)
     if run.h is None:
         raise ValueError(f"`turned(study, {case!r}, ...)` needs a case with a step; this one's was chosen by pilots.")
-    step = maker(equation, run.metrics)(run.h)
+    step = MeasuredEquation.of(equation, run.metrics).step(run.h)
     knobs = {knob.name: knob for knob in study.live or offered(study, [step])}
     row = np.concatenate([step.parameters.default, step.states.default])
     own = row.copy()
@@ -64,7 +64,7 @@ def turned(study: Study, case: str, values: Mapping[str, float], seed: int | Non
         row[np.newaxis, :size],
         row[np.newaxis, size : size + equation.states.size],
         until=run.until,
-        h=run.doubled(equation, "turned(...)"),
+        h=run.h,
         every=run.every,
         seed=run.seed if seed is None else seed,
         arithmetic="portable",

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 
 from workbench.study.document.figure import Bars, Figure, Panel, Tiles
-from workbench.study.document.phrases import Cell, Phrase
+from workbench.study.document.phrases import Cell, Phrase, head_of
 from workbench.study.evidence import Comparison, Intervals, Success
 from workbench.study.pictures.captions import Note, number, picture
 from workbench.validation.refusals import Array, known, refusal
@@ -20,7 +20,7 @@ WIDE = 6  # scenarios beyond which two panels fill the width
 DIGITS = 3  # of a number in the panel that leads; one less in all others
 LEAST, MOST = 1e-3, 1e5  # beyond these a number has a power of ten
 POWERS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-HEADS = ("statistic", "scenario", "law", "level", "low", "high", "standing", "failed runs")
+HEADS = ("statistic", "scenario", "law", "level", "low", "high", "standing", "failed runs", "of")
 ORDER = "Laws stand in the order of their mean ranks."
 ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
@@ -186,6 +186,7 @@ def _rows(words: str, scenario: str, one: Comparison) -> list[tuple[Cell, ...]]:
             *(words, scenario, law),
             *(number(float(part[i])) for part in (shown.value, shown.low, shown.high)),
             *(standing(one, law), int(one.paired.failed[i])),
+            None if (source := one.paired.source(law)) is None else head_of(source),
         )
         for i, law in enumerate(one.paired.laws)
     ]

@@ -67,12 +67,12 @@ def about_of_searches(searches: Sequence[Search], names: Names) -> tuple[SweepAb
     """The runs of tunings as a ledger describes them; a chunk not known yet has a placeholder as its name."""
     sweeps = []
     for search in searches:
-        ended = bool(names[search.halves[0].sweep.name])  # the best are run again once all searches have ended
+        ended = bool(names[search.finals[0].sweep.name])  # the best are run again once all searches have ended
         for one in search.trials:
             known, size = names[one.sweep.name], search.tuning.population
             runs = _asked(known) if ended else one.size
             sweeps.append(_about(one, known, runs, size, search.tuning.settle is not None and not ended))
-        for one in search.halves:
+        for one in search.finals:
             known = names[one.sweep.name]
             size = _asked(known[:1]) or one.size // search.noises
             sweeps.append(_about(one, known, size * search.noises, size, not ended))

@@ -12,7 +12,7 @@ from workbench.study.contract import Run
 from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array, described, finite, known, multiple, positive, seed, text, whole
+from workbench.validation.refusals import Array, described, finite, known, positive, seed, text, whole
 from workbench.validation.signatures import door
 
 LEAST = 4  # members of a population, of which a new point is made
@@ -31,8 +31,8 @@ Objective = Callable[[Mapping[str, Sample]], Array]
 class Trial:
     """A run on which a search judges the numbers of a loop: one of the scenarios that it trains on.
 
-    A search looks at its points at twice the step of the run, of which the horizon and `every` are multiples, and takes
-    the values of the best at the step. Without `h`, pilots at the ends of each factor's range choose it.
+    A search takes the values of its points at the step of the run, and runs the best at half of it too. Without `h`,
+    pilots at the ends of each factor's range choose it.
     """
 
     name: str
@@ -40,10 +40,6 @@ class Trial:
 
     def __post_init__(self) -> None:
         check_name("Trial", self.name)
-        if self.run.h is not None:
-            of = f"2 h, the step of a search in '{self.name}',"
-            multiple("Trial(run=Run(until=...))", self.run.until, 2 * self.run.h, of)
-            multiple("Trial(run=Run(every=...))", self.run.kept, 2 * self.run.h, of)
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,7 +96,7 @@ class Tuning:
                     f"`Tuning({self.name!r}, {part}=...)` needs at least one {part[:-1]}, each of another name; "
                     f"got {names}."
                 )
-        for trial in self.trials:  # the sweep that it becomes at half the step
+        for trial in self.trials:  # the sweep that its best points become
             check_name(f"Tuning({self.name!r}, trials=...): Sweep", f"{self.name}_{trial.name}_half")
         for factor in self.factors:
             spread = factor.distribution

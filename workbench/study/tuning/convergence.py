@@ -75,7 +75,7 @@ def reasons_of(objectives: Array, samples: Mapping[str, Sample]) -> dict[str, in
 
 def have_values(sample: Sample) -> Flags:
     """The runs that have a value of every metric at the horizon; a run near overflow may not, though it is finite."""
-    return np.asarray(~np.isnan(sample.values[:, -1]).any(axis=1))
+    return np.asarray(~np.isnan(sample.measurement.values[:, -1]).any(axis=1))
 
 
 def share(part: float, whole: float) -> float:

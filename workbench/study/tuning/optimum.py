@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
 from workbench.core.equations import Loop, answer, equations_of
+from workbench.metrics.measurement import error_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.convergence import Course, percent, share
@@ -19,7 +20,7 @@ from workbench.validation.signatures import door
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched
-STEP = 0.01  # of the objective, by which it may change at half the step
+STEP = 0.01  # of the objective, which its error may be
 SEEDS = 0.05  # of the objective, by which the bests of several searches, or that of the best by noise, may differ
 
 Measure = Callable[[Mapping[str, Sample]], Array]
@@ -30,8 +31,8 @@ Measure = Callable[[Mapping[str, Sample]], Array]
 class Tuned:
     """All points that a tuning evaluated, their objectives, and the best of them: N points of d numbers, K finalists.
 
-    The finalists, the best points of each search, are run at h / 2 under the S training noises of all searches (S = 1
-    if no trial has noise).
+    The finalists, the best points of each search, are run at h and h / 2 under the S training noises of all searches
+    (S = 1 if no trial has noise).
     """
 
     tuning: Tuning
@@ -41,9 +42,9 @@ class Tuned:
     objectives: Array  # (N,), at the step h, under the noise of the point's search; infinite where not admissible
     samples: Mapping[str, Sample]  # by trial; what they say of a seed is that of the first search
     finalists: Integers  # (K,), their places
+    finals: Array  # (K, S), their objectives at h
     halved: Array  # (K, S), their objectives at h / 2
-    halves: Mapping[str, Sample]  # their runs at h / 2 by trial, all under one noise behind all under the one before
-    limits: Mapping[str, Array]  # (K,) by trial, as those of a `Sample`
+    final_samples: Mapping[str, Sample]  # their runs by trial, all under one noise behind all under the one before
 
     @property
     def name(self) -> str:
@@ -53,11 +54,11 @@ class Tuned:
     @property
     def _row(self) -> int:
         """The place of the best point among the finalists."""
-        return int(np.argmin(self.halved.mean(axis=1)))
+        return int(np.argmin(self._admissible(self.finals.mean(axis=1), self.halved.mean(axis=1))))
 
     @property
     def place(self) -> int:
-        """The number of the best point: that finalist whose objective at h / 2 is least in the mean over the noises."""
+        """The number of the best point: the finalist of the least objective in the mean over the noises."""
         return int(self.finalists[self._row])
 
     @property
@@ -67,10 +68,11 @@ class Tuned:
 
     @door
     def best_of(self, seed: int) -> dict[str, float]:
-        """The best value of each factor by the search of a seed alone: its best finalist at h / 2 under its noise."""
+        """The best value of each factor by the search of a seed alone: its best finalist under its noise."""
         seeds = list(map(str, self.tuning.seeds))
         search = seeds.index(known(str(seed), seeds, f"searches of '{self.name}' by their seeds"))
-        own = np.where(self._searches[self.finalists] == search, self._own, np.inf)
+        objectives = self._admissible(self._own(self.finals), self._own(self.halved))
+        own = np.where(self._searches[self.finalists] == search, objectives, np.inf)
         if not np.isfinite(own).any():
             raise ValueError(
                 f"`best_of({seed})`: this search of '{self.name}' has no admissible point at half the step."
@@ -92,23 +94,23 @@ class Tuned:
 
     @property
     def objective(self) -> float:
-        """The objective of the best point at h / 2, in the mean over the training noises."""
-        return float(self.halved[self._row].mean())
+        """The objective of the best point, in the mean over the training noises."""
+        return float(self.finals[self._row].mean())
 
     @property
     def spread(self) -> float:
-        """The greatest less the least objective of the best point at h / 2 over the training noises."""
-        return float(np.ptp(self.halved[self._row]))
+        """The greatest less the least objective of the best point over the training noises."""
+        return float(np.ptp(self.finals[self._row]))
 
     @property
     def step_error(self) -> float:
-        """The change of the objective of the best point from h to h / 2 under the noise of its search."""
-        return abs(float(self.objectives[self.place] - self._own[self._row]))
+        """The error of the objective of the best point: twice its change from h to h / 2."""
+        return float(error_of(np.array([self.objective]), self.halved[[self._row]].mean(axis=1), [0.0])[0])
 
     @property
     def stable_steps(self) -> dict[str, float]:
         """The longest stable step along the run of the best point, in s, by trial."""
-        return {name: float(limits[self._row]) for name, limits in self.limits.items()}
+        return {name: float(one.measurement.limits[self._row]) for name, one in self.final_samples.items()}
 
     @property
     def failed(self) -> int:
@@ -155,11 +157,14 @@ class Tuned:
         """The search that each point is of, (N,)."""
         return np.arange(len(self.used)).repeat(self.used)
 
-    @property
-    def _own(self) -> Array:
-        """The objectives of the finalists at h / 2, each under the noise of its own search, (K,)."""
-        noises = self._searches[self.finalists] % self.halved.shape[1]
-        return np.asarray(self.halved[np.arange(len(self.halved)), noises])
+    def _own(self, objectives: Array) -> Array:
+        """Those of objectives (K, S) that are each under the noise of the finalist's own search, (K,)."""
+        noises = self._searches[self.finalists] % objectives.shape[1]
+        return np.asarray(objectives[np.arange(len(objectives)), noises])
+
+    def _admissible(self, finals: Array, halved: Array) -> Array:
+        """The objectives at h (K,), infinite where the point is not admissible at h / 2."""
+        return np.where(np.isfinite(halved), finals, np.inf)
 
     def _numbers(self, place: int) -> dict[str, float]:
         names = (factor.name for factor in self.tuning.factors)
@@ -197,7 +202,7 @@ class Tuned:
         return (
             f"{used}{most} evaluations a search, {tuning.evaluations_per_number:,.4g} a number; {self.failed:,} of "
             f"{len(self.objectives):,} not admissible; {'seed' if len(tuning.seeds) == 1 else 'seeds'} {seeds}; step "
-            f"{steps}, at half of which the best objective changes by {percent(share(self.step_error, self.objective))}"
+            f"{steps}, error of the best objective {percent(share(self.step_error, self.objective))}"
             + (f"; it varies {varies}, {NOISES} apart in seed" if noises > 1 else "")
             + "".join(f"; '{name}' is at a physical limit: {why}" for name, why in self.at_physical.items())
         )
@@ -208,7 +213,7 @@ class Tuned:
         said = [f"The best '{name}' lies at the {self._ends[name]} end of its range." for name in self.at_edge]
         said += [sentence for one in self.searches if (sentence := one.doubt)]
         if (error := share(self.step_error, self.objective)) > STEP:
-            said.append(f"The objective of the best changes by {percent(error)} at half the step.")
+            said.append(f"The objective of the best has an error of {percent(error)} by the step.")
         for name, limit in self.stable_steps.items():
             h = self.samples[name].h
             if np.isnan(limit):

@@ -1,4 +1,4 @@
-"""The search of a tuning: whole generations on the engine, and the best of them again at half the step."""
+"""The search of a tuning: whole generations on the engine, and the best of them looked at at half the step too."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from workbench.study.uncertainty.distributions import AbstractDistribution
 from workbench.validation.refusals import Array, Integers, vector
 from workbench.validation.signatures import door
 
-FINALISTS = 8  # points of a search that are run again at half the step: one vector of the widest processors
+FINALISTS = 8  # points of a search that are looked at: one vector of the widest processors
 BISECTIONS = 60  # of the unit interval, to its last bit
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
 
@@ -32,17 +32,17 @@ Evaluate = Callable[[Sequence[CompiledSweep], int, int], Sequence[Chunk]]
 
 @dataclass(frozen=True, eq=False)
 class Search:
-    """A tuning with the sweeps of its trials: at the step h for all points, and at h / 2 for the best of them."""
+    """A tuning with the sweeps of its trials: of all points, and of the best of them, which are looked at."""
 
     tuning: Tuning
     trials: tuple[CompiledSweep, ...]
-    halves: tuple[CompiledSweep, ...]
+    finals: tuple[CompiledSweep, ...]
     noises: int  # a training noise for each seed, or one alone where no trial has any noise
 
     @property
     def sweeps(self) -> tuple[CompiledSweep, ...]:
         """All its sweeps."""
-        return (*self.trials, *self.halves)
+        return (*self.trials, *self.finals)
 
     @property
     def start(self) -> tuple[Array, Array]:
@@ -62,9 +62,9 @@ class Search:
 def compile_tuning(tuning: Tuning, arithmetic_of: Callable[[str], str | None] = lambda name: None) -> Search:
     """The search of a tuning, in arithmetics by the names of its sweeps."""
     trials = tuple(_compiled(tuning, trial, arithmetic_of) for trial in tuning.trials)
-    noises = len(tuning.seeds) if any(one.coarse.noises for one in trials) else 1
+    noises = len(tuning.seeds) if any(one.run.step.noises for one in trials) else 1
     finalists = min(FINALISTS, tuning.evaluations) * len(tuning.seeds) * noises
-    return Search(tuning, trials, tuple(one.at_half(f"{one.sweep.name}_half", finalists) for one in trials), noises)
+    return Search(tuning, trials, tuple(one.looked_at(f"{one.sweep.name}_half", finalists) for one in trials), noises)
 
 
 def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str | None]) -> CompiledSweep:
@@ -79,7 +79,7 @@ def _compiled(tuning: Tuning, trial: Trial, arithmetic_of: Callable[[str], str |
             halved=None,
             runs_of_chunk=tuning.population,
         )
-        return replace(compile_sweep(sweep, arithmetic_of(sweep.name), search=True), size=tuning.size)
+        return replace(compile_sweep(sweep, arithmetic_of(sweep.name)), size=tuning.size)
     except (LookupError, ValueError) as error:
         if type(error) not in (LookupError, ValueError):
             raise
@@ -125,8 +125,9 @@ def tune(tuning: Tuning | Search, evaluate: Evaluate = here) -> Tuned:
     """The best parameters of a tuning, by differential evolution: one search per seed, each with the same budget.
 
     A point is not admissible if a run diverges in any trial, or a metric is no number; of two such the one whose runs
-    last longer is nearer to it. Each search has its own training noise. The best points of each are run again at h / 2
-    under the noises of all searches, and the answer is that of the least mean. The same seeds give the same bits.
+    last longer is nearer to it. Each search has its own training noise. The best points of each are run under the
+    noises of all searches, at h and h / 2, and the answer is that of the least mean at h among those admissible at
+    both. The same seeds give the same bits.
 
     Raises
     ------
@@ -177,19 +178,17 @@ def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], 
     _refuse_dependent(search, samples, objective)
     best = _best(objective, used)
     again = Listed(np.tile(points.given[best], (search.noises, 1)))
-    halves = [one.at(again) for one in search.halves]
+    looked_at = [one.at(again) for one in search.finals]
     ends = [(k * len(best), (k + 1) * len(best)) for k in range(search.noises)]
-    chunks = [evaluate(search.under(halves, k), *ends[k]) for k in range(search.noises)]
+    chunks = [evaluate(search.under(looked_at, k), *ends[k]) for k in range(search.noises)]
     by_trial = list(zip(*chunks, strict=True))
-    finer = _samples(search, halves, by_trial)
-    worth = -_judged(search.tuning, finer).value.reshape(search.noises, -1).T
-    found = np.isfinite(worth.mean(axis=1))
-    where = f"at half the step, {_steps(halves)}, though their runs are finite at the step"
-    _refuse_nothing(search, found, worth.T.ravel(), finer, where)
+    runs, halves = (_samples(search, looked_at, by_trial, at_half=at_half) for at_half in (False, True))
+    finals, halved = (-_judged(search.tuning, held).value.reshape(search.noises, -1).T for held in (runs, halves))
+    found = np.isfinite(halved.mean(axis=1) + finals.mean(axis=1))
+    where = f"at half the step, {_steps(looked_at, 2)}, though their runs are finite at the step"
+    _refuse_nothing(search, found, halved.T.ravel(), halves, where)
     values = search.trials[0].space.values(points.given)
-    watched = zip(finer, halves, by_trial, strict=True)
-    limits = {name: np.min([half.watched_limits(chunk) for chunk in held], axis=0) for name, half, held in watched}
-    return Tuned(search.tuning, used, points.given, values, objective, samples, best, worth, finer, limits)
+    return Tuned(search.tuning, used, points.given, values, objective, samples, best, finals, halved, runs)
 
 
 def _best(objective: Array, used: Sequence[int]) -> Integers:
@@ -199,8 +198,8 @@ def _best(objective: Array, used: Sequence[int]) -> Integers:
     return np.concatenate([places[np.isfinite(objective[places])][:FINALISTS] for places in each])
 
 
-def _steps(sweeps: Sequence[CompiledSweep]) -> str:
-    return ", ".join(f"{h:g} s" for h in dict.fromkeys(one.h for one in sweeps))
+def _steps(sweeps: Sequence[CompiledSweep], parts: int = 1) -> str:
+    return ", ".join(f"{h / parts:g} s" for h in dict.fromkeys(one.h for one in sweeps))
 
 
 def _refuse_dependent(search: Search, samples: Mapping[str, Sample], objective: Array) -> None:
@@ -228,10 +227,14 @@ def _refuse_nothing(search: Search, found: Flags, objective: Array, samples: Map
 
 
 def _samples(
-    search: Search, sweeps: Sequence[CompiledSweep], chunks: Sequence[Sequence[Chunk]], first: int = 0
+    search: Search,
+    sweeps: Sequence[CompiledSweep],
+    chunks: Sequence[Sequence[Chunk]],
+    first: int = 0,
+    at_half: bool = False,
 ) -> dict[str, Sample]:
     """The chunks of each trial, from a first run on, as one sample by its name."""
-    found = (one.sample(held, first) for one, held in zip(sweeps, chunks, strict=True))
+    found = (one.sample(held, first, at_half) for one, held in zip(sweeps, chunks, strict=True))
     return dict(zip((trial.name for trial in search.tuning.trials), found, strict=True))
 
 

@@ -54,6 +54,22 @@ def uniforms(seed: int, first: int, last: int, width: int) -> Array:
 
 @dataclass(frozen=True, eq=False)
 @door
+class Alone(AbstractDesign):
+    """The one point of the unit cube of no factor: a run with the numbers of its loop."""
+
+    dimensions: int = field(default=0, init=False)
+
+    @property
+    def size(self) -> int:
+        """The number of runs."""
+        return 1
+
+    def _rows(self, first: int, last: int) -> Array:
+        return np.empty((last - first, 0))
+
+
+@dataclass(frozen=True, eq=False)
+@door
 class Listed(AbstractDesign):
     """The points (N, d) of the unit cube as they are given.
 

@@ -72,10 +72,12 @@ class Factor:
 class Space:
     """Factors over the parameters and initial states of a loop: points of the unit cube to the rows of runs.
 
+    Without a factor each row has the loop's own numbers.
+
     Raises
     ------
     ValueError
-        If there is no factor, two have one name or move one number, a distribution reaches beyond the bounds of a
+        If two factors have one name or move one number, a distribution reaches beyond the bounds of a
         number, a share is one of zero, or a matrix is given one value for all its places.
     LookupError
         If a path is neither a parameter's nor a state's; the message names the nearest.
@@ -87,8 +89,8 @@ class Space:
 
     def __post_init__(self) -> None:
         names = [factor.name for factor in self.factors]
-        if not names or len(set(names)) < len(names):
-            raise ValueError(f"`Space(factors=...)` needs at least one factor, each of another name; got {names}.")
+        if len(set(names)) < len(names):
+            raise ValueError(f"`Space(factors=...)` needs factors, each of another name; got {names}.")
         owners: dict[int, str] = {}
         for factor, places in zip(self.factors, self.places, strict=True):
             for place in places:
@@ -128,8 +130,10 @@ class Space:
 
     def values(self, points: Array) -> Array:
         """The values (B, d) of the factors themselves at points (B, d) of the unit cube: numbers, or shares."""
-        columns = zip(self.factors, self._cube("values", points).T, strict=True)
-        return np.stack([factor.distribution.quantile(u) for factor, u in columns], axis=1)
+        points = self._cube("values", points)
+        columns = zip(self.factors, points.T, strict=True)
+        held = (factor.distribution.quantile(u)[:, np.newaxis] for factor, u in columns)
+        return np.hstack([np.empty((len(points), 0)), *held])
 
     @door
     def table(self, name: str, caption: str) -> Table:

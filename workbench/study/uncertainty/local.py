@@ -11,7 +11,8 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step
 from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.accumulators import final_values, resolved
+from workbench.metrics.accumulators import final_values
+from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate import simulate
 from workbench.simulate.arithmetic import continued
 from workbench.validation.refusals import Array, described, known, matrix, seconds, vector
@@ -135,8 +136,9 @@ def local_sensitivities(
         If a name is neither a parameter's nor a state's; the message names the nearest.
     """
     seconds("local_sensitivities(until=...)", until)
-    metrics = resolved(equation, metrics, until)
-    step, loop = measured(equation, metrics, h), equation if isinstance(equation, Ode) else equation.flow
+    whole = MeasuredEquation.of(equation, metrics, until)
+    metrics = whole.metrics
+    step, loop = whole.step(h), equation if isinstance(equation, Ode) else equation.flow
     p = vector("local_sensitivities(p=...)", loop.parameters.default if p is None else p, loop.parameters.size, "p")
     x0 = vector("local_sensitivities(x0=...)", loop.states.default if x0 is None else x0, loop.states.size, "states")
     places = _places(loop, names)

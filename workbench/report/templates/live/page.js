@@ -169,18 +169,19 @@ class LivePage {
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
-    const shown = { ...this.views.get(place), ...view, fine: null };
-    if (view.done) {
-      if (view.phase === "coarse") shown.coarse = view.ends;
+    const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
+    const shown = { ...this.views.get(place), ...(errors ? { phase } : view), fine: null };
+    if (done) {
+      if (!errors) shown.whole = ends;
       else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
-      shown.scores = scoresOf(this.data.loops[place], shown.coarse, view.phase === "fine" ? view.ends : undefined);
+      shown.scores = scoresOf(this.data.loops[place], shown.whole, errors ? ends : undefined);
       flight.rough.delete(place);
-      if (view.phase === "fine") flight.fine.delete(place);
+      if (errors) flight.fine.delete(place);
       this.spent = (performance.now() - this.turnedAt) / 1000;
     }
     this.views.set(place, shown);
     this.redraw(place);
-    if (!view.done) return;
+    if (!done) return;
     this.report();
     if (!flight.rough.size && this.held) this.ask();
   }
@@ -294,7 +295,7 @@ class LivePage {
     const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
     const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
     const printed = Number.isNaN(value) ? "\u2014" : evenNumber(value);
-    const line = { scenario, label, printed, now: "", rough: view.phase !== "fine", spoken: "" };
+    const line = { scenario, label, printed, now: "", rough: view.phase !== "half", spoken: "" };
     if (typeof view.divergedAt === "number") {
       line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
       line.spoken = `${label} ${line.now}.`;

@@ -40,8 +40,8 @@ class Pool {
 
   // About how long a loop takes: its steps, by the length of their code.
   weight(place) {
-    const { rows, fine } = this.data.loops[place];
-    return rows * fine.stride * this.data.modules[fine.module].length;
+    const { rows, whole } = this.data.loops[place];
+    return rows * whole.stride * this.data.modules[whole.module].length;
   }
 
   module(place) {
@@ -58,9 +58,9 @@ class Pool {
   }
 
   async hand(place) {
-    const { p, x0, rows, coarse, fine, outputs } = this.data.loops[place], modules = {};
-    for (const { module } of [coarse, fine, outputs].filter(Boolean)) modules[module] = await this.module(module);
-    const loop = { p, x0, rows, coarse, fine, outputs };
+    const { p, x0, rows, whole, half, outputs } = this.data.loops[place], modules = {};
+    for (const { module } of [whole, half, outputs].filter(Boolean)) modules[module] = await this.module(module);
+    const loop = { p, x0, rows, whole, half, outputs };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
   }
 

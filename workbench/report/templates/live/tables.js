@@ -38,23 +38,26 @@ function evaluateProgram(program, x, xAt, z, zAt) {
   return Float64Array.from(results, (node) => values[node]);
 }
 
-// |fine - coarse|, but at least the resolution of one step; zero where two infinite values agree.
-function changeOfValue(fine, coarse, least) {
-  if (Math.abs(fine) === Infinity && Math.abs(coarse) === Infinity) return 0;
-  return Math.max(Math.abs(fine - coarse), least);
+// The error of a value at the step: twice its change to half of the step, but at least the resolution of one step; zero
+// where two infinite values agree, and infinite where half of the step alone gives none.
+function errorOfValue(value, half, least) {
+  if (Math.abs(value) === Infinity && Math.abs(half) === Infinity) return 0;
+  if (Number.isNaN(half) && !Number.isNaN(value)) return Infinity;
+  return Math.max(2 * Math.abs(value - half), least);
 }
 
 // The numbers of a loop, by metrics, as pairs of value and error. A run is {x, z}, its states at the horizon and one
-// step later, or null if it has diverged. Without a fine run the values are of the coarse one and errors are null; null
+// step later, or null if it has diverged. Errors are null without the run at half of the step, and null
 // stands for a metric without a program.
-function scoresOf(loop, coarse, fine) {
+function scoresOf(loop, whole, half) {
   const valuesOf = ({ program, labels }, run) =>
     run ? evaluateProgram(program, run.x, 0, run.z, 0) : new Float64Array(labels.length).fill(NaN);
   return loop.metrics.map((metric) => {
     if (!metric.program) return null;
-    const rough = valuesOf(metric, coarse), least = metric.time ? loop.coarse.h : 0;
-    if (fine === undefined) return Array.from(rough, (value) => [value, null]);
-    return Array.from(valuesOf(metric, fine), (value, i) => [value, changeOfValue(value, rough[i], least)]);
+    const values = valuesOf(metric, whole), least = metric.time ? loop.whole.h : 0;
+    if (half === undefined) return Array.from(values, (value) => [value, null]);
+    const halved = valuesOf(metric, half);
+    return Array.from(values, (value, i) => [value, errorOfValue(value, halved[i], least)]);
   });
 }
 

@@ -186,7 +186,7 @@ function pause() {
 
 function take({ place, loop, modules }) {
   const kernels = {};
-  for (const name of ["coarse", "fine", "outputs"]) {
+  for (const name of ["whole", "half", "outputs"]) {
     const march = loop[name], steps = name === "outputs" ? 1 : STEPS_AT_ONCE;
     if (march) kernels[name] = new Kernel(modules[march.module], march, steps);
   }
@@ -205,12 +205,13 @@ function tell(ticket, { loop: place, printed }, phase, run) {
 // One run, slice by slice; false if a newer request has come.
 async function march(ticket, phase, asked) {
   const { loop, kernels } = loops.get(asked.loop);
-  const run = new Run(loop, kernels[phase], kernels.outputs, asked.p, asked.x, asked.seed);
+  const outputs = phase === "whole" ? kernels.outputs : null; // half of the step is for errors alone
+  const run = new Run(loop, kernels[phase], outputs, asked.p, asked.x, asked.seed);
   let told = performance.now(), started = told;
   while (!run.done) {
     run.advance();
     if (performance.now() - started < SLICE - CALL) continue;
-    if (phase === "coarse" && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
+    if (phase === "whole" && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
       tell(ticket, asked, phase, run);
       told = performance.now();
     }
@@ -226,13 +227,13 @@ async function march(ticket, phase, asked) {
   return true;
 }
 
-// All loops of a request at the coarse step, which shows where the curves go, then at the fine one.
+// All loops of a request at their step, which gives curves and values, then at half of it, which gives errors.
 async function serve({ ticket, runs }) {
   newest = ticket;
   await pause();
-  for (const phase of ["coarse", "fine"]) {
+  for (const phase of ["whole", "half"]) {
     for (const run of runs) {
-      if (run.printed && phase === "coarse") continue; // which is asked for once, and exact
+      if (run.printed && phase === "half") continue; // whose errors nobody asks for
       if (ticket !== newest || !(await march(ticket, phase, run))) return;
     }
   }

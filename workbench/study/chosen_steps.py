@@ -1,0 +1,50 @@
+"""Steps that pilot runs chose: each once for all that it was chosen for, and kept in the ledger of the study."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import Any
+
+from workbench.simulate.step_choice import Choice
+from workbench.study.definition_text import UnseenError
+from workbench.study.definitions import Definitions
+from workbench.study.ledger.chunk import Chunk, plain
+from workbench.study.ledger.store import STEP
+
+
+class ChosenSteps:
+    """The records of chosen steps, by the digest of equation, metrics, pilot runs, times and tolerance."""
+
+    def __init__(self, chunks: Iterable[Chunk] = ()) -> None:
+        self.chunks = {chunk.name: chunk for chunk in chunks if chunk.name.startswith(f"{STEP}/")}
+
+    def choice(self, asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
+        """The step that was chosen for all that is asked, or is chosen now; always as its record has it."""
+        try:
+            name = f"{STEP}/{Definitions().digest(*asked)[:32]}"
+        except UnseenError:  # a metric of the user's own, of which two could not be told apart
+            return choose()
+        if name not in self.chunks:
+            self.chunks[name] = Chunk(name, plain({"choice": choose().record}))
+        return Choice.read(self.chunks[name].content["choice"])
+
+
+@contextmanager
+def kept_in(steps: ChosenSteps) -> Iterator[None]:
+    """Let steps that are chosen in this context be taken from some records, and be kept there."""
+    mark = _here.set(steps)
+    try:
+        yield
+    finally:
+        _here.reset(mark)
+
+
+def choice_of(asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
+    """The step that was chosen for all that is asked, where records are kept, or else one that is chosen now."""
+    steps = _here.get()
+    return choose() if steps is None else steps.choice(asked, choose)
+
+
+_here: ContextVar[ChosenSteps | None] = ContextVar("chosen steps", default=None)
