@@ -124,4 +124,5 @@ study = wb.Study(
         ),
     ),
     works=works,
+    live=None,
 )
