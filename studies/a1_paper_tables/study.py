@@ -217,8 +217,8 @@ def trust_section(results: Results) -> Section:
     beyond = ", ".join(run.case.name for run in results.outcomes if not run.measurement.limit.holds)
     about = (
         "Values are those of RK4; errors are twice the change to half of the step. The limit of stability is the "
-        "longest step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of the run, "
-        "still decays: beyond it a simulation chatters by itself. The step is beyond it in: "
+        "longest step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of "
+        "the run, still decays: beyond it a simulation chatters by itself. The step is beyond it in: "
         f"{beyond or 'no run'}. Where switching has begun the method is of first order only: the error is estimated "
         "there, and not bounded."
     )
