@@ -12,8 +12,7 @@ from typing import Any
 from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import threads
 from workbench.study import case_runs, cost
-from workbench.study.chosen_steps import ChosenSteps, kept_in
-from workbench.study.compilation import arithmetics_of, compiled_cases, compiled_sweeps
+from workbench.study.compilation import CompiledStudy, afford
 from workbench.study.compiled import CompiledSweep
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
@@ -26,7 +25,7 @@ from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
 from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
-from workbench.study.tuning.search import Search, compile_tuning
+from workbench.study.tuning.search import Search
 from workbench.study.work import CompiledWork, compile_works
 
 Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
@@ -56,46 +55,31 @@ def execute(study: Study, out: Path, order: Order) -> Iterator[tuple[Study, Resu
         _leave(study, out, order)
         yield study, Results()
         return
-    arithmetic_of = arithmetics_of(out, order)
-    steps = ChosenSteps(() if order.fresh else store.steps_in(out))
-    with kept_in(steps):
-        searches = tuple(compile_tuning(tuning, arithmetic_of) for tuning in study.tunings)
-        sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of)
-        cases = compiled_cases(study, out, order)
-    searched = [one for search in searches for one in search.sweeps]
-    works = () if callable(study.works) else compile_works(study.works)
-    _afford([*searched, *sweeps, *(one.sweep for one in cases)], works, out, order)
+    plan = CompiledStudy.of(study, out, order)
+    plan.afford()
     with store.opened(out, order.fresh) as ledger, _stoppable(ledger):
-        for remark in (*ledger.remarks, *cost.slow([*searched, *sweeps])):
+        for remark in (*ledger.remarks, *cost.slow([*plan.searched, *plan.sweeps])):
             order.say(remark)
         ledger.drop(store.TABLE)
-        ledger.add(steps.chunks.values())
-        about = About.of(study.name, order.script, ledger.out, order.samples)
-        about = replace(about, works=_about_works(works), more=callable(study.works))
-        about = replace(about, cases=case_runs.about_cases(cases))
-        answers = _answers(works, ledger, order, replace(about, sweeps=_all_sweeps(searches, sweeps))) if works else {}
-        tuned, tuned_about = _tuned(searches, ledger, order, about)
-        later, later_cases = callable(study.sweeps), callable(study.cases)
-        study = study.resolved({**tuned, **answers})
-        with kept_in(steps):
-            cases = compiled_cases(study, out, order) if later_cases else cases
-            sweeps = compiled_sweeps(study.name, study.sweeps, order, arithmetic_of) if later else sweeps
-        if later or later_cases:
-            ledger.add(steps.chunks.values())
-            _afford([*sweeps, *(one.sweep for one in cases)], works, out, order)
+        ledger.add(plan.steps.chunks.values())
+        about = replace(About.of(study.name, order.script, ledger.out, order.samples), **plan.about)
+        later, yet = callable(study.sweeps), replace(about, sweeps=_all_sweeps(plan.searches, plan.sweeps))
+        answers = _answers(plan.works, ledger, order, yet) if plan.works else {}
+        tuned, tuned_about = _tuned(plan.searches, ledger, order, about)
+        plan = plan.resolved({**tuned, **answers}, ledger)
         about = replace(about, sweeps=tuned_about)
-        own = (*steps.chunks, *(replace(about, cases=None).chunks if later else ()))
-        records = Records(tuple(searched) if later else (), own)
-        about = replace(about, cases=case_runs.about_cases(cases))
-        samples, about = _samples(sweeps, records, ledger, order, about)
+        own = (*plan.steps.chunks, *(replace(about, cases=None).chunks if later else ()))
+        records = Records(plan.searched if later else (), own)
+        about = replace(about, cases=case_runs.about_cases(plan.cases))
+        samples, about = _samples(plan.sweeps, records, ledger, order, about)
         results = Results(samples=samples, tunings=tuple(tuned.values()), works=answers)
         for sample in results.all_samples:  # for those who only read the folder
             ledger.write_durably(table_of(sample))
-        results = replace(results, outcomes=case_runs.outcomes_in(ledger, cases, order, study.name))
+        results = replace(results, outcomes=case_runs.outcomes_in(ledger, plan.cases, order, study.name))
         ledger.write_durably(case_table_of(results))
         if callable(study.works):
-            results = replace(results, works=_later_answers(study, results, ledger, order, about))
-        yield study, results
+            results = replace(results, works=_later_answers(plan.study, results, ledger, order, about))
+        yield plan.study, results
 
 
 def _leave(study: Study, out: Path, order: Order) -> None:
@@ -114,15 +98,6 @@ def _leave(study: Study, out: Path, order: Order) -> None:
 def _say_unused(about: About, ledger: Ledger, order: Order) -> None:
     if unused := about.unused(ledger.names):
         order.say(UNUSED.format(count=unused, out=ledger.out))
-
-
-def _about_works(works: Sequence[CompiledWork]) -> tuple[WorkAbout, ...]:
-    return tuple(WorkAbout(one.work.name, one.names) for one in works)
-
-
-def _afford(sweeps: Sequence[CompiledSweep], works: Sequence[CompiledWork], out: Path, order: Order) -> None:
-    if not (order.yes or order.only_report):
-        cost.check(cost.cost_of(sweeps, order.workers, works), out)
 
 
 @contextmanager
@@ -206,8 +181,8 @@ def _about_sweeps(sweeps: Sequence[CompiledSweep]) -> tuple[SweepAbout, ...]:
 def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order, about: About) -> Answers:
     """The answers of the works that follow from the results of all else, by threads of this machine."""
     works = compile_works(study.works_from(results))
-    _afford((), works, ledger.out, order)
-    now = replace(about, works=_about_works(works), more=False)
+    afford((), works, ledger.out, order)
+    now = replace(about, works=tuple(WorkAbout(one.work.name, one.names) for one in works), more=False)
     ledger.describe(now)
     answers = _answers(works, ledger, replace(order, cluster=None), now)
     _say_unused(now, ledger, order)
