@@ -84,7 +84,7 @@ def test_a_design_that_changes_makes_the_runs_that_follow_from_it_again(command,
     designed.write_text(DESIGNED.replace("poles / 10", "poles / 5"), encoding="utf-8")
     assert command("run", "designed.py", "--out", "out").stdout.splitlines()[0] == "2 laws, 4"
     now = set(json.loads(command("results", "out", "--digests").stdout))
-    assert len(now - before) == len(before) == 3  # two gains and a sweep
+    assert len(now - before) == len(before) == 5  # two gains, two cases and a sweep
 
 
 def test_a_worker_of_a_cluster_finds_the_sweeps_from_the_answers(command, designed, tmp_path):

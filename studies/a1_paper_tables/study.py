@@ -259,6 +259,5 @@ study = Study(
     ),
     cases=(*comparison("FS"), *comparison("SS"), *variants()),
     sections=sections,
-    headlines=lambda results: [str(one.statement) for one in findings(results)],
     live=LIVE,
 )

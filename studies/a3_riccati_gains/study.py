@@ -216,5 +216,4 @@ study = Study(
     cases=(*cases("FS"), *cases("SS")),
     works=works,
     sections=sections,
-    headlines=lambda results: [str(one.statement) for one in findings(results)],
 )

@@ -179,5 +179,4 @@ study = Study(
     works=WORKS,
     cases=cases,
     sections=sections,
-    headlines=lambda results: [f"{one.kind}: {one.statement}" for one in verdicts(results)],
 )

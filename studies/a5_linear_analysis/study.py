@@ -143,6 +143,5 @@ study = Study(
     cases=comparison("FS"),
     works=pages.works,
     sections=sections,
-    headlines=lambda results: [str(one.statement) for one in findings(results)],
     seed=SEED,
 )

@@ -4,7 +4,6 @@ Runs in about two minutes on two cores.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,60 +12,33 @@ from studies.a6_unstated_choices.fits import Fit, Shared, shared
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, named, slug
 from studies.paper.card import LAWS, PUBLISHED
 from workbench.study.contract import Sweep
-from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Itemize, Measured, Paragraph, Section, Table
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
-from workbench.study.uncertainty import SobolIndices
 from workbench.study.uncertainty.factors import Space
 
 Fits = Mapping[tuple[str, str], Fit]  # by law and target
 COUNTED = (Column("of draws", align="right"), Column("of search", align="right"))
 
 
-@dataclass(frozen=True, eq=False)
-class Findings:
-    """The rankings of the laws, the indices of what is open, and the nearest choices, from all runs."""
-
-    ranked: ranking.Ranked
-    indices: SobolIndices
-    fits: Fits
-    shared: Shared
-
-
-def findings_of(results: Results) -> Findings:
-    """The findings, computed from the runs."""
-    met = {(law, target): one for law in LAWS for target, one in fits.fits_of(results, law).items()}
-    return Findings(ranking.ranked(results), ranking.indices(results), met, shared(results))
-
-
-def verdicts(results: Results, found: Findings) -> tuple[Verdict, ...]:
-    """All of them, who is first before what fits."""
-    step = ranking.step_words(results)
-    return (
-        ranking.first_verdict(found.ranked, step),
-        ranking.pairs_verdict(found.ranked, step),
-        ranking.deciding_verdict(found.indices),
-        *findings.fit_verdicts(found.fits),
-        findings.horizon_verdict(results),
-        findings.shared_verdict(found.shared),
-    )
-
-
-def headlines(results: Results) -> Sequence[str]:
-    return tuple(f"{one.kind}: {one.statement}" for one in verdicts(results, findings_of(results)))
-
-
 def sections(results: Results) -> Sequence[Section]:
-    found = findings_of(results)
-    every, met = found.ranked, found.fits
-    pictures = (
+    every, indices, one = ranking.ranked(results), ranking.indices(results), shared(results)
+    met = {(law, target): fit for law in LAWS for target, fit in fits.fits_of(results, law).items()}
+    step = ranking.step_words(results)
+    found = (  # who is first before what fits
         ranking.ranks_figure(results, every["of the card"]),
-        ranking.deciding_figure(results, found.indices),
+        ranking.deciding_figure(results, indices),
+        ranking.first_verdict(every, step),
+        ranking.pairs_verdict(every, step),
+        ranking.deciding_verdict(indices),
+        *findings.fit_verdicts(met),
+        findings.horizon_verdict(results),
+        findings.shared_verdict(one),
     )
     return (
-        Section("What was found", (*pictures, *verdicts(results, found))),
+        Section("What was found", found),
         Section("The rankings under four priors", (RANKING, ranking.priors_table(every))),
-        Section("The nearest fits", (FITTING, cells(met), together(met), shared_table(found.shared))),
+        Section("The nearest fits", (FITTING, cells(met), together(met), shared_table(one))),
         Section("What is open", (*OPEN, *map(open_table, LAWS))),
         Section("How far these numbers can be trusted", (TRUST, trust_table(results))),
     )
@@ -215,6 +187,5 @@ study = Study(
     tunings=(*map(fits.search, LAWS), *map(fits.common_search, LAWS), *map(fits.shared_search, LAWS)),
     sweeps=sweeps,
     sections=sections,
-    headlines=headlines,
     seed=loops.RANDOM.seed,
 )

@@ -54,6 +54,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
 
         from workbench.cli.progress import runs_shown
         from workbench.report import folder
+        from workbench.report.verdict_lines import verdict_lines
         from workbench.study import run_tables, writeup
         from workbench.study.execution import execute
         from workbench.study.live.live_data import live_data
@@ -77,6 +78,7 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
                 folder.write(
                     page, target, run_tables.tables(results), live_data(study, results, page, script.shown(place))
                 )
+            findings = findings or verdict_lines(page)
         places = f"The report is {target / 'index.html'}, and {target / 'report.pdf'}."
         click.echo("\n".join(map(printable, [*findings, places])))
         gc.freeze()  # nothing more is freed before the process ends, which frees all

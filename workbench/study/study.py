@@ -32,7 +32,8 @@ class Study:
     name
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
-        The sections of the report, and the findings that the command line prints, one a line.
+        The sections of the report, and the findings that the command line prints, one a line; without any, these are
+        the verdicts of the report.
     measures_time
         True if the report holds times, which differ from one run to the next.
     least

@@ -120,10 +120,15 @@ class CompiledWork:
 
     def chunk(self, first: int, last: int) -> Chunk:
         """The answer of the item `first`, computed."""
+        from workbench.design.matrices import one_thread  # brings SciPy's linear algebra, which few studies wait for
+
         del last
         work, item = self.work, self.work.over[first]
         try:
-            answer = work.function(item)
+            with (
+                one_thread()
+            ):  # else the threads of one item wait for those of another, and bits depend on their number
+                answer = work.function(item)
         except Exception as error:
             why = raised(error).removesuffix(".")
             raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {why}.") from error
