@@ -28,7 +28,7 @@ sweep = wb.Sweep("tank", wb.Run(computer, (wb.rmse(),), until=200.0), (outlet, g
 def sections(results):
     runs = results.sample("tank")
     indices = wb.sobol(runs.design, runs.score("RMSE").value, ["RMSE of the level"], factors=runs.factors)
-    return [wb.Section("Who decides", (wb.sobol_bars("indices", "Sobol indices", indices, runs.note_of("RMSE")),))]
+    return [wb.Section("Who decides", (wb.sobol_bars("indices", "Sobol indices", indices, runs.source("RMSE")),))]
 
 
 title, question = "What decides how well a level is held?", "Outlet, gain or noise: which of them decides the error?"

@@ -76,11 +76,11 @@ def files(folder):
 
 
 def disturb(folder, pieces, rng, most, tally):
-    """Kill runs in a folder, one to four times at random pieces of random kinds, at most so often, then finish it."""
+    """Kill runs in a folder, one to six times at random pieces of random kinds, at most so often, then finish it."""
     folder.mkdir()
     tally.folders += 1
     kinds = list(dict.fromkeys(name.split("/")[0] for name in pieces))
-    for _ in range(min(rng.randint(1, 4), most)):
+    for _ in range(min(rng.randint(1, 6), most)):
         kind = rng.choice(["start", *kinds, "end"])
         places = [i for i, name in enumerate(pieces) if name.startswith(f"{kind}/")]
         wanted = 0 if kind == "start" else len(pieces) if kind == "end" else rng.choice(places) + 1

@@ -296,7 +296,7 @@ def test_a_rival_run_by_a_computer_with_a_relay_has_the_rmse_of_its_boundary_lay
 
     def rmse(loop, h):
         one = compile_sweep(Sweep("x", Run(loop, (loops.RMSE,), 4.0, h=h), factors, Listed(gentle), halved=None))
-        return one.sample([one.chunk(0, 2)]).measurement.values
+        return one.sample([one.chunk(0, 2)]).values
 
     # a period of 2 ms holds every torque 1 ms too long, beside the 170 ms of the surface
     np.testing.assert_allclose(rmse(loops.relayed("SMC", layer), loops.PERIOD), rmse(layer, 2e-4), rtol=0.01)

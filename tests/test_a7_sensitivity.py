@@ -51,7 +51,7 @@ def usual():
 def with_values(one, kind, change):
     """The same results with other values of a sample: `change` is given the column of the late error of joint 2."""
     sample = getattr(one, kind)
-    values = sample.measurement.values.copy()
+    values = sample.values.copy()
     change(values, sample.measurement.place("late error", 1))
     return replace(one, **{kind: with_measurement(sample, values=values)})
 

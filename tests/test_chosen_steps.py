@@ -105,3 +105,14 @@ def test_the_workers_of_a_cluster_are_told_the_step(command, tmp_path):
     (tmp_path / "chosen.py").write_text(CHOSEN, encoding="utf-8")
     done = command("run", "chosen.py", "--out", "out", "--cluster", "local", "--workers", 2)
     assert done.exit_code == 0, done.output
+
+
+def test_the_step_of_a_case_is_taken_from_the_ledger_too(command, asked, tmp_path):
+    lines = CHOSEN.replace("sweeps=(", 'cases=(wb.Case("one", "motor", run),), sweeps=(').replace(
+        '("motor").note', '("motor").name'
+    )
+    (tmp_path / "chosen.py").write_text(lines, encoding="utf-8")
+    for _ in range(2):
+        done = command("run", "chosen.py", "--out", "out")
+        assert done.exit_code == 0, done.output
+    assert len(list((tmp_path / "out" / FOLDER).glob("step.*.record"))) == len(asked) == 2

@@ -238,9 +238,9 @@ REFUSED = [
         r"`FirstOrder` of 'v' in `actuators` must move in discrete time, as `Discrete` does.*without a `time_constant`",
     ),
     (
-        lambda: Equipped(Motor(), (), (Backlash("omega", 0.1),)),
+        lambda: open_loop(Equipped(Motor(), (), (Backlash("omega", 0.1),))),
         ValueError,
-        r"`Backlash` of 'omega' in `sensors` must move in continuous time.*: give it a `time_constant`",
+        r"`Equipped` has 'omega.driven', which moves at the instants of a comp.*give it its `time_constant`",
     ),
 ]
 

@@ -161,6 +161,40 @@ def test_a_plant_in_discrete_time_has_its_elements_sample_by_sample():
     np.testing.assert_allclose(run["x"].ravel(), [y for _, y in given], rtol=0, atol=1e-13)
 
 
+def play(z, v, gap):
+    return min(max(z, v - gap / 2), v + gap / 2)
+
+
+def test_backlash_without_a_time_constant_moves_at_the_instants_of_a_computer():
+    gap, wide, period = 0.5, 0.02, 0.05
+    plant = wb.Equipped(
+        wb.Disturbed(wb.DCMotor(), by=wb.Sines(0.4, 3.0, signal="v", unit="V")),
+        (wb.DeadZone("v", -0.05, 0.05), wb.Backlash("v", gap, driven=0.1)),
+        (wb.Backlash("omega", wide),),
+    )
+    loop = wb.ClosedLoop(plant, controller=Wave(1.0))
+    digital = loop.digital(period, delay=True)
+    run = wb.simulate(digital.step(2), until=12.0, every=period)
+    command, z, seen = run["v"][0, :, 0], 0.1, 0.0
+    for k, (v, omega) in enumerate(zip(command, run["omega_true"][0, :, 0], strict=True)):
+        z, seen = play(z, v - np.clip(v, -0.05, 0.05), gap), play(seen, omega, wide)
+        assert run["v_applied"][0, k, 0] - 0.4 * np.sin(3 * k * period) == pytest.approx(z, abs=1e-13)
+        assert run["omega"][0, k, 0] == pytest.approx(seen, abs=1e-13)
+    with pytest.raises(ValueError, match=r"'v.driven', 'omega.driven', which moves at the instants of a computer"):
+        loop.ode()
+    with pytest.raises(ValueError, match="moves at the instants themselves"):
+        digital.disturbed()
+
+
+def test_backlash_sample_by_sample_is_the_limit_of_the_one_with_a_time_constant():
+    def applied(T):
+        plant = wb.Equipped(wb.DCMotor(), (wb.Backlash("v", 0.5, T),))
+        return wb.simulate(wb.ClosedLoop(plant, controller=Wave(1.0)).digital(0.1).step(40), until=12.0)["v_applied"]
+
+    # the share exp(-period / T) of a jump of the held command, at most 0.75 V, is not remembered at the next one
+    np.testing.assert_allclose(applied(None), applied(0.01), rtol=0, atol=0.75 * np.exp(-10) * 1.01)
+
+
 def test_a_quantised_loop_keeps_the_limit_cycle_that_its_describing_function_predicts():
     # K / (s (s + 1) (s + 2)) has the phase -180 degrees at sqrt(2) rad/s and the gain K / 6 there: with K = 5.5 the
     # loop is stable without the quantiser, whose describing function is at most 4 / pi

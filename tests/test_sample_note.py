@@ -84,7 +84,7 @@ def test_samples_of_one_equation_with_other_numbers_have_other_digests_and_with_
     one = sample([[0.1, 0.1, 0.1]])
     others = [
         replace(one, drawn=np.ones((1200, 1))),
-        with_measurement(one, values=one.measurement.values + 1e-12),
+        with_measurement(one, values=one.values + 1e-12),
         with_measurement(one, t=one.t + 1),
     ]
     assert len({one.digest, *(other.digest for other in others)}) == 4

@@ -31,7 +31,7 @@ from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
-from workbench.study.marks import bars, cell, labels_of, metric_source, points, sample_source, signal_source
+from workbench.study.marks import bars, cell, labels_of, metric_source, points, signal_source
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
 from workbench.study.pictures.traces import Window, components, curve, traces
 from workbench.study.study import Case, Results, Study
@@ -181,6 +181,15 @@ def test_a_signal_or_a_metric_that_is_not_there_is_refused_by_name(results):
         metric_source(outcome, "RMSE", "omgea")
     with pytest.raises(LookupError, match="There is no 'speed'"):
         curve(outcome, "speed")
+    for number in (1, -1):
+        with pytest.raises(
+            LookupError, match=rf"signal 'omega' of 'speed: first'` has the numbers 0 to 0, omega; got {number}"
+        ):
+            curve(outcome, "omega", number)
+    with pytest.raises(
+        ValueError, match=r"must hold a kept time of 'speed: first', which are from 0 s to 1 s; got 2 s to 3 s"
+    ):
+        curve(outcome, "omega", window=Window(2.0, 3.0))
 
 
 def test_a_table_that_a_study_makes_of_cells_says_below_what_must_be_said_of_their_laws(results):
@@ -248,7 +257,7 @@ def test_a_picture_of_a_sweep_reads_its_note_from_its_source_and_says_it_in_its_
         outputs = sample.score("RMSE").value
         found = getattr(uncertainty, name)(sample.design, outputs, ["y"], factors=sample.factors)
         make = {"sobol": sobol_bars, "morris": morris_plane, "tornado": tornado_figure}[name]
-        source = sample_source(sample, "RMSE", law="PI")
+        source = sample.source("RMSE", law="PI")
         figure = make("f", "Caption", found, source)
         assert figure.caption == make("f", "Caption", found, sample.note_of("RMSE")).caption
         marks = [mark for mark in figure.panels[0].series if isinstance(mark, Bars | Points)]
@@ -262,7 +271,7 @@ def test_a_picture_of_several_outputs_has_a_source_for_each_and_says_what_they_s
     names = ("RMSE", "effort")
     outputs = np.stack([sample.score(name).value for name in names], axis=1)
     found = wb.sobol(sample.design, outputs, names, factors=sample.factors)
-    sources = tuple(sample_source(sample, name) for name in names)
+    sources = tuple(sample.source(name) for name in names)
     figure = sobol_bars("f", "Caption.", found, sources)
     text = "".join(figure.caption)
     assert text.count(sample.note) == 1
@@ -278,7 +287,7 @@ def test_a_picture_of_several_outputs_has_a_source_for_each_and_says_what_they_s
 def test_bands_of_several_laws_have_a_source_for_each(sampled):
     sample = sampled["draws"]
     bands = {law: uncertainty.quantiles(sample.design, sample.over_time("RMSE")) for law in ("a", "b")}
-    sources = tuple(sample_source(sample, "RMSE", law=law) for law in bands)
+    sources = tuple(sample.source("RMSE", law=law) for law in bands)
     figure = quantile_bands("f", "Caption.", sample.t, bands, sources, "RMSE")
     lines = [mark for mark in figure.panels[0].series if mark.label in bands]
     assert [line.sources[1].law for line in lines] == ["a", "b"]

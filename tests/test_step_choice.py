@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from equations import decay, explosion, oscillator
 
+import workbench as wb
 from workbench.core import Entry, Layout, Ode, Sampled, runge_kutta_step
 from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED
 from workbench.core.state_corners import corners_of
@@ -15,6 +16,7 @@ from workbench.metrics.step_for_metrics import choose_step
 from workbench.simulate import simulate
 from workbench.simulate.stability import longest_steps
 from workbench.simulate.step_choice import Choice
+from workbench.study.case_runs import run
 
 HOW = {"until": 2.0, "tolerance": 1e-4}
 
@@ -188,3 +190,23 @@ def test_a_metric_that_keeps_no_tolerance_is_named():
         choose_step(oscillator(), [ise(), peak_error()], *column(oscillator()), until=2.0, tolerance=1e-18)
     with pytest.raises(ValueError, match="none of the 1 pilot runs stays finite up to 2 s"):
         choose_step(explosion(), [ise()], np.zeros((1, 0)), np.ones((1, 1)), **HOW)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+def test_a_choice_with_its_method_is_the_same_on_every_road(tolerance):
+    asked = wb.Run(saturated(), (rmse(),), until=10.0, tolerance=tolerance)
+    found = measure(saturated(), [rmse()], until=10.0, tolerance=tolerance)
+    case = wb.Case("one", "saturated", asked)
+    [outcome] = run(wb.Study("s", "T", "Q?", "M.", lambda results: [], cases=(case,))).outcomes
+    assert found.choice == outcome.measurement.choice
+    assert found.choice.method == ("restarted" if tolerance == 1e-7 else found.choice.method)
+    np.testing.assert_array_equal(found.values, outcome.measurement.values)
+    np.testing.assert_array_equal(found.errors, outcome.measurement.errors)
+
+
+def test_a_run_restarted_at_corners_has_the_same_bits_in_any_company():
+    step = runge_kutta_step(saturated(), 0.02, "restarted")
+    starts = np.random.default_rng(3).uniform(-2.0, 2.0, (40, 2))
+    many = simulate(step, x0=starts, until=5.0, every=5.0).x[:, -1]
+    for i in (0, 7, 39):
+        np.testing.assert_array_equal(simulate(step, x0=starts[i : i + 1], until=5.0, every=5.0).x[0, -1], many[i])

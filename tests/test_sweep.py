@@ -113,7 +113,7 @@ def test_neither_chunks_nor_workers_change_a_bit(tmp_path):
     one = sample(tmp_path / "a", sweep())
     for i, (size, workers) in enumerate([(1, 1), (50, 2), (7, 3), (None, None)]):
         other = sample(tmp_path / f"b{i}", sweep(runs_of_chunk=size), workers=workers)
-        assert other.measurement.values.tobytes() == one.measurement.values.tobytes()
+        assert other.values.tobytes() == one.values.tobytes()
         assert other.measurement.errors.tobytes() == one.measurement.errors.tobytes()
         assert other.measurement.limits.tobytes() == one.measurement.limits.tobytes()
 
@@ -192,7 +192,7 @@ def test_the_value_of_a_metric_is_computed_when_it_is_read(tmp_path):
     integral = rmse()
     doubled = replace(integral, finish=lambda value, horizon: 2 * integral.finish(value, horizon))
     once, twice = sample(tmp_path, sweep(metrics=(integral,))), sample(tmp_path, sweep(metrics=(doubled,)))
-    np.testing.assert_array_equal(twice.measurement.values, 2 * once.measurement.values)
+    np.testing.assert_array_equal(twice.values, 2 * once.values)
     assert len([name for name in held(tmp_path) if name.startswith("decay/")]) == 7
 
 
@@ -214,7 +214,7 @@ def test_whole_numbers_of_any_kind_are_the_same_sweep_in_a_ledger(tmp_path):
     other = sweep(**numbers, runs_of_chunk=np.int8(8), halved=np.int64(16))
     plain = sample(tmp_path, sweep())
     before = held(tmp_path)
-    np.testing.assert_array_equal(sample(tmp_path, other).measurement.values, plain.measurement.values)
+    np.testing.assert_array_equal(sample(tmp_path, other).values, plain.values)
     assert held(tmp_path) == before
 
 
@@ -270,7 +270,7 @@ def test_the_noise_of_a_run_is_its_own_whatever_chunk_it_is_in(tmp_path):
     width = Factor("boundary layer", ("controller.phi",), Uniform(0.05, 0.2))
     given = sweep(loop=Digital(), factors=(width,), design=MonteCarlo(1, 12), h=1e-3, until=0.2, halved=5)
     one, other = (sample(tmp_path / f"{n}", replace(given, runs_of_chunk=n)) for n in (12, 5))
-    assert one.measurement.values.tobytes() == other.measurement.values.tobytes()
+    assert one.values.tobytes() == other.values.tobytes()
     assert one.measurement.errors.tobytes() == other.measurement.errors.tobytes()
     assert len(np.unique(one.score("IAE", 1).value)) == 12
     seeded = sample(tmp_path / "seed", replace(given, run=replace(given.run, seed=1)))
@@ -299,7 +299,7 @@ def test_a_metric_that_was_not_taken_is_named_with_those_that_were(tmp_path):
 
 def test_an_error_of_the_step_that_is_not_known_is_not_left_out(tmp_path):
     found = sample(tmp_path, sweep())
-    values, errors = found.measurement.values.copy(), found.measurement.errors.copy()
+    values, errors = found.values.copy(), found.measurement.errors.copy()
     values[found.measurement.looked_at] = np.nan
     errors[1] = np.nan
     assert np.isnan(with_measurement(found, values=values, errors=errors * np.nan).score("IAE").largest_error)

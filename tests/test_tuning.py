@@ -265,7 +265,7 @@ def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
     ("objective", "said"),
     [
         (lambda runs: 1.0, "(8,), one number for each of the points; got ()"),
-        (lambda runs: runs["step"].measurement.values[:, -1], "(8,), one number for each of the points; got (8, 2)"),
+        (lambda runs: runs["step"].values[:, -1], "(8,), one number for each of the points; got (8, 2)"),
         (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
         (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
         (lambda runs: "good", "must be a vector of numbers; got 'good'"),

@@ -89,7 +89,7 @@ def test_a_study_tunes_then_sweeps_and_is_never_computed_twice(command, tuned, t
     told = first.stderr.splitlines()
     assert told[0].startswith("tuned: tuning, 88 runs: at most about")
     assert told[1].startswith("tuned: 32 runs: at most about")
-    assert len(acknowledged(first.stdout)) == GENERATIONS + 1 + HELD_OUT + 1  # of its case
+    assert len(acknowledged(first.stdout)) == GENERATIONS + 1 + HELD_OUT + 1  # and the case
     assert digests(command) == acknowledged(first.stdout)
     page = (tmp_path / "out" / "index.html").read_bytes()
     again = command("run", tuned, "--out", "out", "--ack", "--workers", "1")
@@ -116,7 +116,7 @@ def test_the_status_counts_the_generations_and_what_is_still_to_come(command, tu
         f"pd_step_half: 8 of 8 runs in 1 of 1 chunks, 0 failed; {SIGNED}.",
         f"held_out: 32 of 32 runs in 4 of 4 chunks, 0 failed; {SIGNED}.",
     ]
-    assert said[3].startswith("cases: 1 of 1 runs")
+    assert said[3].startswith("cases: 1 of 1 runs in 1 of 1 chunks, 0 failed")
     assert said[4].endswith("Nothing is missing.")
 
 

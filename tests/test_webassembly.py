@@ -7,6 +7,7 @@ from wasm_runs import Kernel, unpacked
 
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
+from workbench.core import runge_kutta_step
 from workbench.core.equations import equations_of
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.simulate.kernel import llvm, webassembly
@@ -119,3 +120,12 @@ def test_a_knob_knows_its_places_its_range_and_its_bounds():
         Knob("phi", "controller.phi", 0.0, 1.0, log=True)
     with pytest.raises(ValueError, match="low < high; got 2 and 1"):
         Knob("phi", "controller.phi", 2.0, 1.0)
+
+
+@pytest.mark.parametrize("method", ["stabilised", "restarted"])
+def test_a_method_that_pilots_choose_has_the_same_bits_in_a_browser(method):
+    flow = equations_of(comparison("FS")[2].run.loop, "smc")
+    step = runge_kutta_step(flow, 5e-4, method)
+    wanted = wb.simulate(step, until=0.5, every=0.05, arithmetic="portable").x[0, 1:]
+    p, x0 = step.parameters.default, step.states.default
+    assert (bits(opened(step, 100, 10).run(p, x0, 10)) == bits(wanted)).all()

@@ -69,7 +69,7 @@ def horizons(sample: Sample) -> tuple[Array, Array]:
     t = np.arange(round(SHORTEST / FINE_TIMES), round(LONGEST / FINE_TIMES) + 1) * FINE_TIMES
     right = np.clip(np.searchsorted(sample.t, t - 1e-9), 1, len(sample.t) - 1)
     share = ((t - sample.t[right - 1]) / (sample.t[right] - sample.t[right - 1]))[:, np.newaxis]
-    sums = sample.measurement.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
+    sums = sample.values**2 * (sample.t + SAMPLE)[:, np.newaxis]
     between = sums[:, right - 1] * (1 - share) + sums[:, right] * share
     return t, np.asarray(np.sqrt(between / (t + SAMPLE)[:, np.newaxis]))
 
@@ -96,10 +96,7 @@ def checked_misses(law: str, scenario: str, sample: Sample, joints: Sequence[int
     """The misses (N, T) of runs that were all run again at half of the step, that change added; infinite before the
     shortest horizon.
     """
-    sizes = [
-        misses(law, scenario, sample.measurement.values + side * sample.measurement.errors, joints)
-        for side in (-1, 0, 1)
-    ]
+    sizes = [misses(law, scenario, sample.values + side * sample.measurement.errors, joints) for side in (-1, 0, 1)]
     return np.where(sample.t < SHORTEST - 1e-9, np.inf, np.max(sizes, axis=0))
 
 
@@ -124,7 +121,7 @@ class OneRow:
     def __call__(self, samples: Mapping[str, Sample]) -> Array:
         sample = samples[self.scenario.lower()]
         at = int(np.argmin(np.abs(sample.t - self.horizon)))
-        return misses(self.law, self.scenario, sample.measurement.values[:, at])
+        return misses(self.law, self.scenario, sample.values[:, at])
 
 
 def by_scenario(samples: Mapping[str, Sample]) -> dict[str, Sample]:
@@ -206,7 +203,7 @@ def fit(results: Results, law: str, target: str, tuned: Tuned, again: Mapping[st
     return Fit(
         tuned.numbers[places[one]],
         {scenario: float(samples[scenario].t[i]) for scenario, i in at.items()},
-        {scenario: samples[scenario].measurement.values[one, i] for scenario, i in at.items()},
+        {scenario: samples[scenario].values[one, i] for scenario, i in at.items()},
         {scenario: samples[scenario].measurement.errors[one, i] for scenario, i in at.items()},
         float(worst[one]),
         *(int((nearest(law, target, runs) <= CLOSE).sum()) for runs in (random, by_scenario(tuned.samples))),

@@ -235,7 +235,7 @@ def at_draws(results: Results, kind: str, law: str, scenario: str, prior: Prior 
     """The runs of a law in a scenario, one a point of the whole design."""
     sample, (_, places) = results.sample(named(kind, law, scenario, prior)), part(kind, factors_of(law, scenario))
     found = sample.measurement.only(np.empty(0, dtype=int))  # without errors
-    values, lost = sample.measurement.values[places], sample.diverged_at[places]
+    values, lost = sample.values[places], sample.diverged_at[places]
     return replace(
         sample, drawn=sample.drawn[places], measurement=replace(found, values=values, diverged_at=lost), design=None
     )
@@ -250,7 +250,7 @@ def drawn(results: Results, kind: str, scenario: str, prior: Prior = OF_CARD) ->
     for law in LAWS:
         sample = at_draws(results, kind, law, scenario, prior)
         rows = np.round(sample.t).astype(int).searchsorted(prior.horizons(u))
-        rmse[law] = sample.measurement.values[np.arange(len(sample)), rows]
+        rmse[law] = sample.values[np.arange(len(sample)), rows]
     return rmse
 
 

@@ -25,7 +25,6 @@ from studies.a7_sensitivity.results import (
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
 from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table, Verdict
-from workbench.study.marks import sample_source
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.study.pictures.traces import loops_section
 from workbench.study.uncertainty import Estimate, SobolIndices
@@ -44,7 +43,7 @@ def indices_figure(one: LawResults, joint: int) -> Figure:
         f"aosmc_rgs_sobol_q{joint + 1}",
         f"Indices of {one.law}, joint {joint + 1}.",
         one.shares_of([(metric, joint) for metric in SHOWN]),
-        tuple(sample_source(one.indices, metric, joint, one.law) for metric in SHOWN),
+        tuple(one.indices.source(metric, joint, one.law) for metric in SHOWN),
         labels=labels(one.indices.factors),
     )
 
@@ -69,7 +68,7 @@ def proposed_section(one: LawResults) -> Section:
         "aosmc_rgs_tornado",
         f"The RMSE of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
         one.tornado_of("RMSE", 0),
-        sample_source(one.swings, "RMSE", 0, one.law),
+        one.swings.source("RMSE", 0, one.law),
         "rad",
         labels=labels(one.swings.factors),
     )
@@ -77,7 +76,7 @@ def proposed_section(one: LawResults) -> Section:
         "aosmc_rgs_morris",
         f"Elementary effects on the RMSE of {PROPOSED}.",
         effects,
-        tuple(sample_source(one.screening, "RMSE", joint, one.law) for joint in (0, 1)),
+        tuple(one.screening.source("RMSE", joint, one.law) for joint in (0, 1)),
         "rad",
         labels=labels(effects.factors),
     )

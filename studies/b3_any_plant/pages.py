@@ -12,7 +12,7 @@ from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from workbench.loop import roles
 from workbench.study import Figure, Results, Section, Table, sobol_bars
 from workbench.study.document.document import Cell, Column, Panel, Series
-from workbench.study.marks import cell, sample_source
+from workbench.study.marks import cell
 from workbench.study.pictures.traces import curve
 
 SHORT = 0.1  # s: shorter runs are told in ms
@@ -173,7 +173,7 @@ def picture(setting: Setting, results: Results) -> Figure:
 def bars(setting: Setting, results: Results) -> Figure:
     """Sobol indices of the error under both laws."""
     samples = {law: results.sample(called(setting, law)) for law in LAWS}
-    sources = tuple(sample_source(sample, f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
+    sources = tuple(sample.source(f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
     ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
     caption = (
         f"{capital(setting.name)}: parts of the variance of the RMSE of {setting.main} in continuous time, where each "

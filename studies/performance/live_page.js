@@ -22,12 +22,12 @@ async function turned(name, low, high, turns) {
   return spans;
 }
 
-// The kernel of a loop in this thread, at the coarse step; then the ms of one run by it.
+// The kernel of a loop in this thread, at the step of its values; then the ms of one run by it.
 let marched;
 async function prepared(place) {
   const { Kernel, Run } = new Function(`${document.getElementById("live-worker").textContent}; return {Kernel, Run};`)();
-  const loop = livePage.data.loops[place], module = await livePage.pool.module(loop.coarse.module);
-  const kernel = new Kernel(module, loop.coarse, 2000), p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0);
+  const loop = livePage.data.loops[place], module = await livePage.pool.module(loop.whole.module);
+  const kernel = new Kernel(module, loop.whole, 2000), p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0);
   marched = () => {
     const began = performance.now(), run = new Run(loop, kernel, null, p, x, loop.seed);
     while (!run.done) run.advance();

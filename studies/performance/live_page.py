@@ -59,7 +59,7 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
 
 def page_of_w() -> str:
     """W alone, at first shown at its step."""
-    case = Case("W", "W", Run(loop(), (torque("tau"),), HORIZON, EVERY, H / 2))
+    case = Case("W", "W", Run(loop(), (torque("tau"),), HORIZON, EVERY, H))
     return page_of((case,), Knob("phi", "phi", 0.002, 0.1, log=True), "tau")
 
 
@@ -67,7 +67,7 @@ def page_of_laws() -> str:
     """The laws of a1 in the first scenario, over the horizon of W and at its step."""
     loops: dict[str, ClosedLoop] = {"AOSMC-RGS": proposed_repaired("FS")} | {law: rival("FS", law) for law in RIVALS}
     cases = tuple(
-        Case("FS", law, Run(closed, (rmse(),), HORIZON, EVERY, H / 2), style=i)
+        Case("FS", law, Run(closed, (rmse(),), HORIZON, EVERY, H), style=i)
         for i, (law, closed) in enumerate(loops.items())
     )
     return page_of(cases, Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0), "e")

@@ -43,7 +43,7 @@ def _write(folder: Path, form: str) -> Iterator[str]:
         if table is None:
             yield f"The cases are not complete: `workbench status {folder}` says how far they are."
         else:
-            yield f"{run_tables.write_cases(folder, form, table)}: the single cases, one row a metric and signal."
+            yield f"{run_tables.write_cases(folder, form, table)}: the single cases, one row a metric and number."
     tables = {sweep.name: held.get(f"{TABLE}/{sweep.name}") for sweep in about.sweeps}
     samples = [run_tables.sample_of(table) for table in tables.values() if table is not None]
     for sample in samples:
@@ -57,7 +57,7 @@ def _write(folder: Path, form: str) -> Iterator[str]:
         file = write_answers(work.name, [held[name] for name in work.chunks], folder / "runs")
         yield f"{file}: the answers of '{work.name}' to {len(work.chunks):,} items."
     if not (about.runs or about.works):
-        yield f"The study '{about.study}' has no cases, no sweeps and no works."
+        yield f"The study '{about.study}' has no sweeps and no works."
     if unused := about.unused(held):
         yield UNUSED.format(count=unused, out=folder)
     if about.has_changed(folder):

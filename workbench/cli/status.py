@@ -38,5 +38,5 @@ def status(folder: Path) -> None:
         if about.has_changed(folder):
             rest = "It has changed since it was run: only its command can say what is missing."
         elif not (about.runs or about.works or about.more):
-            rest = "It has no cases, no sweeps and no works."
+            rest = "It has no sweeps and no works."
         click.echo(printable(f"The study is '{about.study}' in '{about.script_from(folder)}'. {rest}"))

@@ -20,7 +20,7 @@ from workbench.loop.injected_signals import Outside, added, cut
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
-from workbench.loop.port_checks import refuse_misfits, refuse_noise, refuse_odd_ports, refuse_shared_names
+from workbench.loop.port_checks import refuse_instants, refuse_misfits, refuse_odd_ports, refuse_shared_names
 from workbench.loop.sampled_loop import FINE, INTEGRATORS, digital
 from workbench.loop.surroundings import AbstractInstruments, AbstractReference, Readings, Rest
 from workbench.validation.refusals import one_of, refusal, seconds
@@ -65,7 +65,8 @@ class ClosedLoop:
         if "reference" in empty:
             object.__setattr__(self, "reference", Rest())
         refuse_misfits(self)
-        if not is_recursion(self.plant) and not is_recursion(self.observer) and not self.plant.noises:
+        plant = self.plant
+        if not (is_recursion(plant) or is_recursion(self.observer) or plant.noises or plant.settling.size):
             _refuse_wrong_sign(self, lambda loop: _around(loop, "loop", Outside()), recursion=False)
 
     @property
@@ -197,7 +198,7 @@ def _refuse_wrong_sign(
 
 def _refuse_instants(closed: ClosedLoop, outside: Outside) -> None:
     """Refuse a loop in continuous time with a block that moves at instants alone."""
-    refuse_noise(closed.plant)
+    refuse_instants(closed.plant)
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             way = (
@@ -271,7 +272,7 @@ def open_loop(plant: AbstractPlant, name: str = "plant") -> Ode:
         raise ValueError(
             f"`{type(plant).__name__}` moves in discrete time and has no rate: take it in a `digital` loop."
         )
-    refuse_noise(plant)
+    refuse_instants(plant)
     refuse_shared_names(plant)
     lifted = lift(plant)
     states, inputs, outputs = plant.states, plant.inputs, plant.outputs

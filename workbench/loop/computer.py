@@ -126,6 +126,9 @@ class Computer:
         seen = self.instruments.drifting(y.only(self.instruments.reads), drifts)
         y = y | self.instruments.read(seen, w[: self.instruments.noises])
         answer, made = self.answer(k, x, numbers("y", y.only(self.loop.observer.reads)), ref).crossed()
+        acts = self.outside.meets("inputs", answer.acts)
+        own = self.loop.plant
+        plant = plant | wiring.asked(own, "settled", own.settling, k * self.period, plant, acts)
         return wiring.above({"plant": plant, "instruments": drifts}) | answer.states(), (*crossings, made)
 
     def reference(self, k: ca.SX) -> Crossing:

@@ -60,6 +60,17 @@ class AbstractPlant(ABC):
         return {}
 
     @property
+    def settling(self) -> Layout:
+        """The states that move at the instants of a computer alone, behind its command; their rate is zero."""
+        return Layout()
+
+    @door
+    def settled(self, t: Number, x: States, u: Inputs) -> Parts:
+        """The settling states behind an instant from which on `u` acts."""
+        del t, x, u
+        return {}
+
+    @property
     def truths(self) -> Layout:
         """The signals that no instrument measures, such as a disturbance; `measure` returns them beside the outputs."""
         return Layout()

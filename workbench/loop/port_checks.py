@@ -81,12 +81,17 @@ def refuse_instruments(loop: Blocks, instruments: AbstractInstruments) -> None:
     _refuse(instruments, "limits", instruments.limits, plant, "has as inputs", plant.inputs)
 
 
-def refuse_noise(plant: AbstractPlant) -> None:
-    """Refuse a plant with coloured noise in continuous time, which has no instants at which it could move."""
+def refuse_instants(plant: AbstractPlant) -> None:
+    """Refuse a plant in continuous time that has parts which move at the instants of a computer alone."""
     if plant.noises:
         raise ValueError(
             f"`{_name(plant)}` has coloured noise, which moves at the instants of a computer, and in continuous time "
             "there are none: take `ClosedLoop.digital(period)`, or the plant without its noise for a design."
+        )
+    if plant.settling.size:
+        raise ValueError(
+            f"`{_name(plant)}` has {_names(plant.settling)}, which moves at the instants of a computer, and in "
+            "continuous time there are none: take `ClosedLoop.digital(period)`, or give it its `time_constant`."
         )
 
 

@@ -80,6 +80,9 @@ class Disturbed(AbstractAround):
         moved = self.plant.stirred(k, self._own(x), w[:inner], period)
         return {**moved, **self._noise.after(k, x, w[inner:], period)}
 
+    def settled(self, t: Number, x: States, u: Inputs) -> Parts:
+        return self.plant.settled(t, self._own(x), self._driven(t, x, u))
+
     def measure(self, t: Number, x: States) -> Signals:
         d, y = self._at(t, x), Signals(self.plant.measure(t, self._own(x)))
         truths = {f"{TRUTH}{name}": part for name, part in d.items()}

@@ -40,6 +40,13 @@ class AbstractAround(AbstractPlant):
     def stirred(self, k: Number, x: States, w: ca.SX, period: float) -> Parts:
         return self.plant.stirred(k, Signals(x).only(self.plant.states), w, period)
 
+    @property
+    def settling(self) -> Layout:
+        return self.plant.settling
+
+    def settled(self, t: Number, x: States, u: Inputs) -> Parts:
+        return self.plant.settled(t, Signals(x).only(self.plant.states), u)
+
     def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
         return self.plant.drawing(t, Signals(x).only(self.plant.states))
 
@@ -49,7 +56,8 @@ class Equipped(AbstractAround):
     """A plant whose inputs pass through actuators, and whose outputs pass through sensors, in their order.
 
     Its states are those of the plant by their names, and those of the elements: `v.lag` of a lag in the way of v, of a
-    second one `v.lag_2`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
+    second one `v.lag_2`. An element that moves sample by sample does so at the instants of a computer, so that its loop
+    is made by `digital`. Where a sensor is in the way of an output, `omega`, say, what the plant gives is the truth
     `omega_true`. `v_applied` of a loop is what reaches the plant.
 
     Raises
@@ -58,7 +66,7 @@ class Equipped(AbstractAround):
         If an element is for a signal that is no input of the plant, or no output.
     ValueError
         If an element does not fit its signal in size or units; if an output has sensors already; or if the memory of
-        an element moves in continuous time and the plant in discrete time, or the other way round.
+        an element moves in continuous time and the plant in discrete time.
 
     Examples
     --------
@@ -113,16 +121,24 @@ class Equipped(AbstractAround):
         return asked(self.plant, "applied", self.inputs, t, self._own(x), driven)
 
     def rate(self, t: Number, x: States, u: Inputs) -> Parts:
-        return self._moved("rate", t, x, u)
+        return self._moved("rate", self.plant.states, t, x, u)
 
     def update(self, t: Number, x: States, u: Inputs) -> Parts:
-        return self._moved("update", t, x, u)
+        return self._moved("update", self.plant.states, t, x, u)
 
-    def _moved(self, method: str, t: Number, x: States, u: Inputs) -> Parts:
-        driven, actuators = self._through(self.actuators, x, u)
-        _, sensors = self._through(self.sensors, x, self._outputs(t, x))
-        moves = asked(self.plant, method, self.plant.states, t, self._own(x), driven)
-        return moves | actuators | sensors
+    @property
+    def settling(self) -> Layout:
+        """The memories that move sample by sample where the plant moves in continuous time."""
+        own = ((z, names) for each, z, names in self._memories() if each.recursion and not self.recursion)
+        return self.plant.settling + Layout(tuple(replace(e, name=n[e.name]) for z, n in own for e in z.entries))
+
+    def settled(self, t: Number, x: States, u: Inputs) -> Parts:
+        return {} if self.recursion else self._moved("settled", self.plant.settling, t, x, u)
+
+    def _moved(self, method: str, port: Layout, t: Number, x: States, u: Inputs) -> Parts:
+        driven, actuators = self._through(self.actuators, x, u, method)
+        _, sensors = self._through(self.sensors, x, self._outputs(t, x), method)
+        return asked(self.plant, method, port, t, self._own(x), driven) | actuators | sensors
 
     @property
     def _sensed(self) -> tuple[str, ...]:
@@ -148,34 +164,38 @@ class Equipped(AbstractAround):
             taken |= set(names.values())
             yield element, memory, names
 
-    def _through(self, elements: tuple[AbstractElement, ...], x: States, signals: Signals) -> tuple[Signals, Parts]:
-        """The signals after the elements that they pass through, and the rates, or updates, of these elements."""
-        method = "update" if self.recursion else "rate"
+    def _through(
+        self, elements: tuple[AbstractElement, ...], x: States, signals: Signals, method: str = "rate"
+    ) -> tuple[Signals, Parts]:
+        """The signals after the elements that they pass through, and what moves the memories of these elements."""
         moves: dict[str, ca.SX] = {}
         for element, memory, names in self._memories():
             if element not in elements:
                 continue
-            kind, v = type(element).__name__, signals[element.signal]
+            v = signals[element.signal]
             z = Signals({own: x[here] for own, here in names.items()})
-            rates = signals_of(f"{kind}.{method}(...)", memory, getattr(element, method)(z, v))
-            moves |= {names[own]: rate for own, rate in rates.items()}
-            y = column(f"{kind}.output(...)", element.signal, v.shape, element.output(z, v))
+            moves |= {names[own]: part for own, part in _moves(element, memory, method, z, v).items()}
+            y = column(f"{type(element).__name__}.output(...)", element.signal, v.shape, element.output(z, v))
             signals = signals | {element.signal: y}
         return signals, moves
 
 
+def _moves(element: AbstractElement, memory: Layout, method: str, z: Signals, v: ca.SX) -> Parts:
+    """The rates of a memory, which are zero where it moves sample by sample, or its next values, if it does."""
+    if method == "rate" and element.recursion:
+        return {name: ca.SX.zeros(part.shape) for name, part in z.items()}
+    own = "rate" if method == "rate" else "update"
+    if own == "update" and not element.recursion:
+        return {}
+    return signals_of(f"{type(element).__name__}.{own}(...)", memory, getattr(element, own)(z, v))
+
+
 def _refuse_other_time(field: str, element: AbstractElement, memory: Layout, plant: AbstractPlant) -> None:
-    """Refuse an element whose memory moves in continuous time before a plant in discrete time, and the other way."""
-    if not memory.size or element.recursion == is_recursion(plant):
-        return
-    kind, times = type(element).__name__, ("continuous", "discrete")
-    if element.recursion:
-        way = "give it a `time_constant`, which the step of a simulation resolves"
-    else:
-        way = (
-            "there are elements without a memory, a `Backlash` without a `time_constant`, and the `delay` of `digital`"
+    """Refuse an element whose memory moves in continuous time before a plant in discrete time."""
+    if memory.size and is_recursion(plant) and not element.recursion:
+        kind = type(element).__name__
+        raise ValueError(
+            f"`{kind}` of '{element.signal}' in `{field}` must move in discrete time, as `{type(plant).__name__}` "
+            "does, and moves in continuous time: there are elements without a memory, a `Backlash` without a "
+            "`time_constant`, and the `delay` of `digital`."
         )
-    raise ValueError(
-        f"`{kind}` of '{element.signal}' in `{field}` must move in {times[is_recursion(plant)]} time, as "
-        f"`{type(plant).__name__}` does, and moves in {times[element.recursion]} time: {way}."
-    )

@@ -67,12 +67,12 @@ class Backlash(AbstractElement):
 
         y = min(max(z, v - b/2), v + b/2),      z' = (y - z) / T,      z(0) = driven;
 
-    in discrete time z is the y of the sample before. That is the play operator of hysteresis, sample by sample exact.
+    without a `time_constant` z is the y of the sample before, in discrete time and at the instants of a computer. That
+    is the play operator of hysteresis, exact where v does not turn within a period, as a held command does not.
 
-    In continuous time y is within b/2 of v at all times, and is exactly there in contact. Where v turns with the
+    With a `time_constant` T y is within b/2 of v at all times, and is exactly there in contact. Where v turns with the
     curvature v'', y comes to rest v'' T^2 / 2 short of the play; after a jump of v the share exp(-t/T) of it is not
-    remembered yet. So T is short beside the turns of v, and the step of a simulation resolves T. A `time_constant`
-    belongs to continuous time; a plant in discrete time has none.
+    remembered yet. So T is short beside the turns of v, and the step of a simulation resolves T.
 
     References
     ----------

@@ -56,11 +56,13 @@ class Choice:
     pilots: int  # number of the pilot runs
 
     def __str__(self) -> str:
-        by = "" if self.method == RK4.name else f" by {METHODS[self.method].about}"
-        return (
-            f"step of {self.h:.3g} s{by}, chosen by {self.pilots} pilot runs for a tolerance of {self.tolerance:g}: "
-            f"{self.of} has an error of {self.error:.1e}"
-        )
+        chosen = f"chosen by {self.pilots} pilot runs for a tolerance of {self.tolerance:g}"
+        return f"step of {self.h:.3g} s{self.by}, {chosen}: {self.of} has an error of {self.error:.1e}"
+
+    @property
+    def by(self) -> str:
+        """The words that name the method behind a step; none for the classical one."""
+        return "" if self.method == RK4.name else f" by {METHODS[self.method].about}"
 
     @property
     def record(self) -> str:

@@ -14,7 +14,7 @@ _FILES = {
     "document.document": "Column Figure Itemize Panel Paragraph Section Table Verdict",
     "evidence.law_tables": "side_by_side",
     "live.knob": "Knob",
-    "marks": "bars cell points sample_source",
+    "marks": "bars cell points",
     "pictures": "morris_plane quantile_bands sobol_bars tornado_figure",
     "pictures.traces": "Window components curve traces",
     "study": "Case Results Study",

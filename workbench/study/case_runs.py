@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from contextvars import copy_context
 from dataclasses import dataclass
 from functools import partial
 
@@ -86,8 +87,9 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
 
 def compile_cases(cases: Sequence[Case], arithmetic: str | None = None) -> tuple[CompiledCase, ...]:
     """The cases with their sweeps of one run, in an arithmetic by its name or each in the one that serves it best."""
+    contexts = [copy_context() for _ in cases]  # that of a thread is its own, and knows of no chosen steps
     with ThreadPoolExecutor(threads()) as pool:  # CasADi gives up the interpreter's lock
-        return tuple(pool.map(lambda case: _compiled(case, arithmetic), cases))
+        return tuple(pool.map(lambda case, here: here.run(_compiled, case, arithmetic), cases, contexts))
 
 
 def _compiled(case: Case, arithmetic: str | None) -> CompiledCase:

@@ -134,7 +134,8 @@ class CompiledSweep:
     def name(self, first: int, last: int) -> str:
         """The name of the chunk of some runs: sweep, runs, and a digest of all on which their numbers depend."""
         digest = hashlib.sha256(self.fingerprint.encode())
-        for part in self.rows(first, last):
+        p, x0 = self.rows(first, last)
+        for part in (p, self.run.start(x0)):  # with the memories of metrics and of a computer
             digest.update(part.astype("<f8").tobytes())
         return f"{self.sweep.name}/{first}-{last}/{digest.hexdigest()[:16]}"
 

@@ -14,7 +14,6 @@ from workbench.core import Entry, Ode
 from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
-from workbench.study.sample import Sample
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array, known
 from workbench.validation.signatures import door
@@ -30,9 +29,15 @@ def metric_source(outcome: Outcome, metric: str, signal: int | str = 0) -> Sourc
 
 @door
 def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tuple[int, int] | None = None) -> Source:
-    """The source of one number of an output or state, by its label or counted from 0, in some of the kept rows."""
+    """The source of one number of an output or state, by its label or counted from 0, in some of the kept rows.
+
+    Raises
+    ------
+    LookupError
+        If there is no such signal, or it has no such number.
+    """
     case, labels = outcome.case, labels_of(outcome, name)
-    place = place_of(labels, number, f"numbers of '{name}' in '{case.name}'")
+    place = _place(f"signal '{name}' of '{case.name}'", labels, number)
     unit = _entry(outcome, name).units[_flat_places(_entry(outcome, name))[place]]
     return Source(
         case.law, case.scenario, "signal", name, place, labels[place], unit, outcome.digest, rows or (0, len(outcome.t))
@@ -44,14 +49,6 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
     """The source of the time of an outcome, in s, in some of the kept rows."""
     case, rows = outcome.case, rows or (0, len(outcome.t))
     return Source(case.law, case.scenario, "time", "time", 0, "", "s", outcome.digest, rows)
-
-
-@door
-def sample_source(sample: Sample, metric: str, signal: int | str = 0, law: str = "") -> Source:
-    """The source of a metric of one signal in the runs of a sweep, of a law; its note is that of the sample."""
-    _, place, unit, label = sample.measurement.column(metric, signal)
-    notes = sample.note, sample.note_of(metric, place).removeprefix(f"{sample.note}; ")
-    return Source(law, sample.name, "metric", metric, place, label, unit, sample.digest, None, 1.0, law, notes)
 
 
 @door
@@ -78,10 +75,13 @@ def _flat_places(entry: Entry) -> list[int]:
     return places
 
 
-@door
-def place_of(labels: tuple[str, ...], signal: int | str, among: str) -> int:
-    """The place of a label among labels; a number is its own."""
-    return labels.index(known(signal, labels, among)) if isinstance(signal, str) else signal
+def _place(call: str, labels: tuple[str, ...], number: int | str) -> int:
+    """The place of a number by its label, or counted from 0; a negative one would be counted from the end."""
+    if isinstance(number, str):
+        return labels.index(known(number, labels, f"numbers of `{call}`"))
+    if not 0 <= number < len(labels):
+        raise LookupError(f"`{call}` has the numbers 0 to {len(labels) - 1}, {', '.join(labels)}; got {number}.")
+    return number
 
 
 @door

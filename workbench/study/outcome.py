@@ -98,7 +98,8 @@ class Outcome:
         limit, check, run = self.measurement.limit, self.measurement.check, self.case.run
         how = f"beyond the stability limit {limit.limit:.3g} s" if limit.checked else "checked at no state of the run"
         beyond = () if limit.holds else (f"step {limit.h:g} s {how}",)
-        steps = () if run.h else (f"steps of at most {self.measurement.h:.3g} s, for a tolerance of {run.tolerance:g}",)
+        by = self.measurement.choice.by if self.measurement.choice else ""
+        steps = () if run.h else (f"steps of {self.measurement.h:.3g} s{by}, for a tolerance of {run.tolerance:g}",)
         missed = () if check is None else tuple(a.miss for a in check.metrics if not a.met)
         methods = self.ode.methods if isinstance(self.ode, Sampled) else ()
         return self.ode.notes + methods + steps + beyond + missed + self.ode.switches.warnings + self.measurement.unseen

@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.metrics import Measurement, Score
 from workbench.study.document.phrases import raised
+from workbench.study.document.source import Source
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
@@ -60,6 +61,11 @@ class Sample:
         return self.measurement.t
 
     @property
+    def values(self) -> Array:
+        """The metrics in k columns from the start to each of the times, (N, T, k); NaN once a run has diverged."""
+        return self.measurement.values
+
+    @property
     def diverged_at(self) -> Array:
         """The time at which each run diverged, (N,), in s; NaN for a run that stayed finite."""
         return self.measurement.diverged_at
@@ -98,9 +104,10 @@ class Sample:
         seed = f"; seed {self.seeds}" if self.design is None or hasattr(self.design, "seed") else ""
         runs = f"{len(self):,} runs, {self.failed:,} of them diverged{more}"
         choice = found.choice
+        by = "" if choice is None else choice.by
         chosen = "" if choice is None else f"; chosen by pilot runs for a tolerance of {choice.tolerance:g}"
         unseen = "".join(f"; {sentence}" for sentence in found.unseen)
-        return f"{runs}{seed}; step {_duration(self.h)}{half}{self.beyond}{chosen}{unseen}"
+        return f"{runs}{seed}; step {_duration(self.h)}{by}{half}{self.beyond}{chosen}{unseen}"
 
     @property
     def seeds(self) -> str:
@@ -131,6 +138,13 @@ class Sample:
             return f"{self.note}; {of} not bounded, as a run diverges at half of the step alone"
         unit = f" {raised(score.unit)}" if score.unit not in ("", "1") else ""
         return f"{self.note}; {of} at most {_plain(error)}{unit}"
+
+    @door
+    def source(self, metric: str, signal: int | str = 0, law: str = "") -> Source:
+        """The source of marks that show a metric of one signal in these runs; its notes are those of `note_of`."""
+        _, place, unit, label = self.measurement.column(metric, signal)
+        notes = self.note, self.note_of(metric, place).removeprefix(f"{self.note}; ")
+        return Source(law, self.name, "metric", metric, place, label, unit, self.digest, None, 1.0, law, notes)
 
 
 def _plain(number: float) -> str:

@@ -11,7 +11,6 @@ from workbench.core import Sampled
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.document.source import Source
-from workbench.study.marks import sample_source
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
@@ -217,7 +216,7 @@ def computer_margins(sample: Sample, effects: Sequence[ComputerEffect], metric: 
         own = slice(first, first + len(effect.levels))
         margins.append(ComputerMargin(effect, values[own], ratios[own]))
         first = own.stop
-    sources = tuple(sample_source(sample, metric, number) for number in numbers)
+    sources = tuple(sample.source(metric, number) for number in numbers)
     return ComputerMargins(tuple(margins), values[0], values[-1], sources)
 
 

@@ -1,7 +1,7 @@
 """The common parts of pictures: captions that end with their note, labels, scales, and numbers for a file.
 
 Of every picture the `note` says runs, failed runs, seed and step error. It is read from the source of what is shown,
-as `sample_source(sample, metric)` gives it, one for each output or law; or it is words, as `sample.note_of(metric)`.
+as `sample.source(metric)` gives it, one for each output or law; or it is words, as `sample.note_of(metric)`.
 `unit` is that of the output, and `labels` of factors and outputs, by their names, stand in place of those.
 """
 
@@ -52,7 +52,7 @@ def picture(
     if not any(part.strip() if isinstance(part, str) else True for part in parts(words)):
         raise ValueError(
             f"`{call}(note=...)` must say how many runs a figure shows, how many of them failed, their seed and their "
-            "step error, as `sample.note_of(metric)` does; got an empty one."
+            "step error, as `sample.source(metric)` does; got an empty one."
         )
     said = [phrase for phrase in (caption, *remarks, words) if phrase]
     text = tuple(part for i, phrase in enumerate(said) for part in (*([" "] if i else []), *_sentence(phrase)))

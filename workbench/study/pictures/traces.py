@@ -86,11 +86,11 @@ def components(
     name: str,
     caption: Phrase,
     outcome: Outcome,
-    lines: Sequence[tuple[Label, str, int]],
+    lines: Sequence[tuple[Label, str, int | str]],
     ylabel: Label,
     windows: Sequence[Window],
 ) -> Figure:
-    """Several signals of one law: each line is a label, a signal and the place of one of its numbers."""
+    """Several signals of one law: each line is a label, a signal, and one of its numbers by label or from 0."""
     panels = tuple(
         Panel(
             ylabel,
@@ -129,11 +129,15 @@ def curve(
         The signal, and its number, on the abscissa in place of the time.
     seconds, unit
         How many of a unit make one second, or one unit of the signal, and that unit: (1e3, "ms").
+
+    Raises
+    ------
+    LookupError
+        If there is no such signal, or it has no such number.
+    ValueError
+        If no kept time lies in the window.
     """
-    first, last = 0, len(outcome.t)
-    if window is not None:
-        inside = np.flatnonzero((outcome.t >= window.start - 1e-9) & (outcome.t <= window.end + 1e-9))
-        first, last = int(inside[0]), int(inside[-1]) + 1
+    first, last = _rows(outcome, window)
     x, of_x = outcome.t, time_source(outcome, (first, last)).times(*seconds)
     if over is not None:
         of_x = signal_source(outcome, *over, (first, last))
@@ -144,6 +148,20 @@ def curve(
     y = outcome.signal(signal, of_y.place)
     x, y = (one.scale * np.where(np.isfinite(z), z, np.nan)[first:last] for one, z in ((of_x, x), (of_y, y)))
     return Series(label, x, y, style, look, (of_x, of_y))
+
+
+def _rows(outcome: Outcome, window: Window | None) -> tuple[int, int]:
+    """The first kept time within a window, and the one behind the last."""
+    t = outcome.t
+    if window is None:
+        return 0, len(t)
+    inside = np.flatnonzero((t >= window.start - 1e-9) & (t <= window.end + 1e-9))
+    if not inside.size:
+        raise ValueError(
+            f"`curve(window=...)` must hold a kept time of '{outcome.case.name}', which are from {t[0]:g} s to "
+            f"{t[-1]:g} s; got {window.start:g} s to {window.end:g} s."
+        )
+    return int(inside[0]), int(inside[-1]) + 1
 
 
 @door
