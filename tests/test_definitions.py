@@ -166,6 +166,7 @@ DIFFERENT = [
     (MOTOR, wb.open_loop(wb.DCMotor(measured="position"))),
     (wb.rk4(MOTOR, 1e-3), wb.rk4(MOTOR, 2e-3)),
     (np.sin, np.cos),
+    (re.compile("a"), re.compile("a", re.DOTALL)),
     (functools.partial(max, 1), functools.partial(max, 2)),
     (wb.rmse("omega"), wb.rmse("i")),
 ]
@@ -183,7 +184,7 @@ UNSEEN = [
     (np.array([object()], dtype=object), "an array of objects"),
     (sys.modules[__name__], "a module of the study as a whole"),
     (np.random.default_rng(1), "a `Generator`"),
-    (re.compile("a"), "a `Pattern`"),
+    (iter("a"), "a `str_ascii_iterator`"),
 ]
 
 

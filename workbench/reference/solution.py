@@ -14,6 +14,7 @@ from workbench.reference.smooth_pieces import Numeric
 from workbench.reference.surfaces import Switched
 from workbench.reference.switched_run import Event, Run, follow
 from workbench.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
+from workbench.validation.permission import refuse_in_pages
 from workbench.validation.refusals import Array, as_array, one_of, raised, refusal, vector, whole
 from workbench.validation.signatures import door
 
@@ -167,6 +168,7 @@ def _certified(
     call: str, labels: Sequence[str], times: Array, start: Array, rule: Rule, run: Callable[[Rule], Run]
 ) -> Reference:
     """The run at a hundredth of the tolerances, and how far it is from the one at the tolerances."""
+    refuse_in_pages(call)
     finer = replace(rule, rtol=max(TIGHTER * rule.rtol, ROUNDING), atol=TIGHTER * rule.atol)
     with np.errstate(all="ignore"):
         try:

@@ -12,6 +12,7 @@ from workbench.simulate.job import Job, Progress, token
 from workbench.simulate.kernel.noise import STEP_BITS
 from workbench.simulate.trajectories import Trajectories
 from workbench.validation import refusals
+from workbench.validation.permission import refuse_in_pages
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import answer
 
@@ -35,6 +36,7 @@ def run_step(
     engine: str | None = None,
 ) -> Trajectories:
     """Run B copies of a step, as `simulate` says."""
+    refuse_in_pages("simulate(...)")
     tell = progress_of("simulate", progress)
     p_rows, x_rows = rows_of("simulate", step, p, x0, least=1 if runs is None else max(1, runs.size))
     stride, kept = _spacing(step, p_rows, until, every)

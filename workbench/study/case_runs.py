@@ -22,6 +22,7 @@ from workbench.study.ledger.store import Counter, Ledger, Task, complete
 from workbench.study.order import Order
 from workbench.study.outcome import Case, Outcome
 from workbench.study.study import Results, Study
+from workbench.validation.permission import refuse_in_pages
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
 
@@ -71,6 +72,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
     CaseError
         As soon as a case fails; the other cases end at their next progress.
     """
+    refuse_in_pages("run(study)")
     if callable(study.cases):
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     workers = None if workers is None else whole("run(workers=...)", workers)

@@ -10,6 +10,7 @@ import dis
 import enum
 import functools
 import hashlib
+import re
 import sys
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -27,7 +28,7 @@ from workbench.core.fingerprints import fingerprint_of
 
 PLAIN = (bool, int, str, bytes, type(None), type(...), range, slice, Fraction, Decimal, PurePath)
 # Calls whose result no source tells.
-OUT_OF_SIGHT = {"open", "input", "eval", "exec", "compile", "globals", "locals", "vars", "__import__"}
+OUT_OF_SIGHT = {"open", "input", "eval", "exec", "compile", "globals", "__import__"}
 READERS = {"read_text", "read_bytes", "loadtxt", "genfromtxt", "fromfile", "loadmat", "read_csv", "urlopen"}
 # Of a class: what says nothing of what it does, or follows from the rest.
 NO_CONTENT = {
@@ -58,6 +59,8 @@ class Reader:
             return f"{self.text(type(value))}.{value.name}"
         if isinstance(value, PLAIN):
             return f"{type(value).__name__} {value!r}"
+        if isinstance(value, re.Pattern):
+            return f"pattern {value.pattern!r} {value.flags}"
         if isinstance(value, float | complex | np.generic):
             return self._of_array(np.asarray(value), type(value).__name__)
         if isinstance(value, np.ndarray):

@@ -20,6 +20,7 @@ from workbench.simulate.arithmetic import VERSION
 from workbench.simulate.job import LOOK, look_to, threads, use_threads
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
+from workbench.validation.permission import refuse_in_pages
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer
@@ -58,6 +59,7 @@ def on_threads(pieces: Pieces, tasks: Sequence[Task], workers: int | None = None
     One at a time, a few are computed while one is written. When no more are wanted, marches under way end at their
     next look at progress. What cannot be ended stays with a thread that holds up nothing: the process still ends.
     """
+    refuse_in_pages("on_threads(...)")  # the context of a thread is its own
     side = workers or threads()
     at_once = max(1, min(at_once, side, len(tasks)))
     stopped, rest = Event(), iter(tasks)

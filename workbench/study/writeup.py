@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -14,6 +15,7 @@ from workbench.core.equations import answer
 from workbench.simulate.arithmetic import signature
 from workbench.study.document.document import Colophon, Document, Section
 from workbench.study.study import Results, Study
+from workbench.validation.permission import no_runs
 from workbench.validation.refusals import several
 
 TIMED = ("control-workbench", "casadi", "control", "jax", "llvmlite", "numba", "numpy", "scipy")
@@ -42,7 +44,7 @@ def document(study: Study, results: Results, command: str) -> Document:
         title=study.title,
         question=" ".join(study.question.split()),
         method=" ".join(study.method.split()),
-        sections=_told("sections", study.sections, results, Section),
+        sections=_told(study, "sections", results, Section),
         colophon=colophon,
     )
 
@@ -60,14 +62,18 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    return [" ".join(line.split()) for line in _told("headlines", study.headlines, results, str)]
+    return [" ".join(line.split()) for line in _told(study, "headlines", results, str)]
 
 
-def _told(part: str, function: Callable[[Results], Any], results: Results, kind: type) -> tuple[Any, ...]:
-    """The answer of a function of the study to the results; an iterable other than text becomes a tuple."""
+def _told(study: Study, part: str, results: Results, kind: type) -> tuple[Any, ...]:
+    """The answer of a function of the study to the results; an iterable other than text becomes a tuple.
+
+    Nothing is simulated for it, unless the study measures time.
+    """
     call = f"Study({part}=...)(results)"
-    found = answer(call, function, results)
-    found = answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
+    with nullcontext() if study.measures_time else no_runs(call):
+        found = answer(call, getattr(study, part), results)
+        found = answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
     return several(call, found, kind)
 
 
