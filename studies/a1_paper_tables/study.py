@@ -216,9 +216,9 @@ def trust_section(results: Results) -> Section:
     """Steps, limits and errors."""
     beyond = ", ".join(run.case.name for run in results.outcomes if not run.measurement.limit.holds)
     about = (
-        "Values are those of RK4; errors are the change from twice the step. The limit of stability is the longest "
-        "step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of the run, "
-        "still decays: beyond it a simulation chatters by itself. Twice the step is beyond it in: "
+        "Values are those of RK4; errors are twice the change to half of the step. The limit of stability is the "
+        "longest step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of "
+        "the run, still decays: beyond it a simulation chatters by itself. The step is beyond it in: "
         f"{beyond or 'no run'}. Where switching has begun the method is of first order only: the change estimates its "
         "error and does not bound it."
     )
@@ -253,7 +253,7 @@ study = Study(
     ),
     method=(
         "Both scenarios of section 5; every number is stated by the paper, derived, or assumed by a rule (the "
-        "card). RK4 at a step and at half of it: values from the half step, errors from the difference. The law as "
+        "card). RK4 at a step and at half of it: values at the step, errors twice the change. The law as "
         "printed in each reading of (33), with two choices of Q; then repaired, with each slip put back alone; with "
         "(3) and (28) repaired alone; SMC with three gains."
     ),

@@ -14,7 +14,7 @@ from workbench.validation.refusals import Array
 
 OF_A_FIT = (
     f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms, their "
-    f"change to half of it added; searches of {EVALUATIONS} choices, whatever the prior."
+    f"errors added; searches of {EVALUATIONS} choices, whatever the prior."
 )
 RANGES = f"A plus in (33), R from {loops.STIFF:g} on, any horizon from {loops.SHORTEST} to {loops.LONGEST} s"
 OF_A_WITNESS = "A run of the printed numbers at a finer step that misses by more."
@@ -52,7 +52,7 @@ def fit_verdicts(fits_of: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if together == len(both) else "open",
             f"For {together} of {len(both)} laws one choice meets all four cells of the law within {100 * CLOSE:g} %.",
-            f"{worst} misses most, by {100 * both[worst]:.2g} % with the change to half of the fine step; at the step "
+            f"{worst} misses most, by {100 * both[worst]:.2g} % with the error of the fine step; at the step "
             f"of the search {fits_of[worst, 'both'].of_search} of its choices come within {100 * CLOSE:g} %.",
             OF_A_FIT,
             f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
@@ -113,7 +113,7 @@ def shared_verdict(one: Shared) -> Verdict:
         f"each law; of the runs at the fine step {one.horizon:.1f} s is the best.",
         f"The larger miss of the two cells of a law, the nearest of {fits.SHARED_AGAIN} points of a search of "
         f"{EVALUATIONS} choices for each law (seed {fits.SEED}), run again with the boundary layer at "
-        f"{1e3 * fits.FINE:.3g} ms and at half of it, the change added.",
+        f"{1e3 * fits.FINE:.3g} ms and at half of it, the error added.",
         "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "
         f"{PROPOSED} with its own readings, that of its observer among them; gains of its own for each law, which may "
         "differ from those of the first scenario.",

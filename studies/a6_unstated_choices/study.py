@@ -61,7 +61,7 @@ FITTING = Paragraph(
     "implicit relay runs them every 2 ms, which does what the boundary layer does whatever the gain. The nearest "
     "points, and some from the whole course of the search that are within 0.5 %, are then run again in continuous "
     f"time, with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it; only these runs are "
-    "called fits, and the change to half of the step counts against them."
+    "called fits, and the error of the step counts against them."
 )
 
 
@@ -152,7 +152,7 @@ OPEN = (
     ),
 )
 TRUST = Paragraph(
-    "The error of the step is the largest change of RMSE at 30 s from the step to half of it, over one draw of 32, and "
+    "The error of the step is twice the largest change of RMSE at 30 s to half of it, over one draw of 32, and "
     "over all checks. Of a rival that switches by a computer it is that of the motion between two instants; how far "
     "the computer is from the boundary layer the checks show. The chattering of a boundary layer makes every method "
     "one of first order: the change tells the size of the error and bounds nothing. Counted is every run that diverges "
