@@ -216,8 +216,8 @@ def test_the_step_that_moves_one_draw_of_the_second_scenario_most_is_told_with_i
     words = ranking.step_words(SimpleNamespace(sample=run))
     # two priors of the first scenario and four of the second share their runs: 6 samples, 2 runs, 2 joints
     assert "of 24 values" in words
-    assert "16 err by more than 1 %" in words
-    assert "a draw of the second scenario errs most, by 2 rad" in words
+    assert "16 are off by more than 1 %" in words
+    assert "a draw of the second scenario is off most, by 2 rad" in words
 
 
 def test_the_verdict_on_what_decides_is_open_where_two_indices_cannot_be_told_apart():

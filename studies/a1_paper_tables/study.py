@@ -219,8 +219,8 @@ def trust_section(results: Results) -> Section:
         "Values are those of RK4; errors are twice the change to half of the step. The limit of stability is the "
         "longest step at which the fastest decaying mode of the exact Jacobian, taken at no more than 400 states of "
         "the run, still decays: beyond it a simulation chatters by itself. The step is beyond it in: "
-        f"{beyond or 'no run'}. Where switching has begun the method is of first order only: the change estimates its "
-        "error and does not bound it."
+        f"{beyond or 'no run'}. Where switching has begun the method is of first order only: the error is estimated "
+        "there, and not bounded."
     )
     return Section("How far these numbers can be trusted", (Paragraph(about),))
 

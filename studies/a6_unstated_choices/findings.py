@@ -14,7 +14,7 @@ from workbench.validation.refusals import Array
 
 OF_A_FIT = (
     f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms, their "
-    f"errors added; searches of {EVALUATIONS} choices, whatever the prior."
+    f"error by the step added; searches of {EVALUATIONS} choices, whatever the prior."
 )
 RANGES = f"A plus in (33), R from {loops.STIFF:g} on, any horizon from {loops.SHORTEST} to {loops.LONGEST} s"
 OF_A_WITNESS = "A run of the printed numbers at a finer step that misses by more."
@@ -52,7 +52,7 @@ def fit_verdicts(fits_of: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
         Verdict(
             "found" if together == len(both) else "open",
             f"For {together} of {len(both)} laws one choice meets all four cells of the law within {100 * CLOSE:g} %.",
-            f"{worst} misses most, by {100 * both[worst]:.2g} % with the error of the fine step; at the step "
+            f"{worst} misses most, by {100 * both[worst]:.2g} % with the error by the fine step; at the step "
             f"of the search {fits_of[worst, 'both'].of_search} of its choices come within {100 * CLOSE:g} %.",
             OF_A_FIT,
             f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "

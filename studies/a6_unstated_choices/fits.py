@@ -93,7 +93,7 @@ def nearest(law: str, target: str, samples: Mapping[str, Sample]) -> Array:
 
 
 def checked_misses(law: str, scenario: str, sample: Sample, joints: Sequence[int] = (1, 2)) -> Array:
-    """The misses (N, T) of runs that were all run again at half of the step, their errors added; infinite before the
+    """The misses (N, T) of runs that were all looked at, their errors by the step added; infinite before the
     shortest horizon.
     """
     sizes = [misses(law, scenario, sample.values + side * sample.measurement.errors, joints) for side in (-1, 0, 1)]
@@ -175,7 +175,7 @@ class Fit:
     numbers: Array  # the value of each factor, in the order of `factors_of`
     horizon: Mapping[str, float]  # by scenario, in s
     values: Mapping[str, Array]  # by scenario: RMSE (2,) in rad
-    errors: Mapping[str, Array]  # of the step
+    errors: Mapping[str, Array]  # its error by the step
     miss: float  # the largest of the cells, with the error added
     of_draws: int  # how many of the independent draws come within 1 % at their steps
     of_search: int  # and of the points of the search
@@ -248,7 +248,7 @@ class Shared:
 
 
 def shared(results: Results) -> Shared:
-    """The nearest to the rows of all six laws at once, the errors of the step added."""
+    """The nearest to the rows of all six laws at once, the error by the step added."""
     samples = {law: results.sample(slug("shared_check", law)) for law in LAWS}
     every = {law: checked_misses(law, "SS", sample) for law, sample in samples.items()}
     at = int(np.argmin(np.max([size.min(axis=0) for size in every.values()], axis=0)))

@@ -134,7 +134,7 @@ def deciding_figure(results: Results, every: SobolIndices) -> Figure:
 
 
 def step_words(results: Results) -> str:
-    """The error of the step of the proposed law, which the intervals leave out."""
+    """The error of the proposed law by the step, which the intervals leave out."""
     moves: list[tuple[float, str]] = []
     count = 0
     for scenario in SCENARIOS:
@@ -148,8 +148,8 @@ def step_words(results: Results) -> str:
     most, where = max(moves)
     return (
         f"The intervals leave out the error of the step: of {len(moves)} values of {PROPOSED} at 30 s that were taken "
-        f"again at half of it, {count} err by more than {100 * CLOSE:g} %, and their ranks are as much the step's "
-        f"as the law's; a draw of the {where} errs most, by {most:.2g} rad."
+        f"at half of it too, {count} are off by more than {100 * CLOSE:g} %, and their ranks are as much the step's as "
+        f"the law's; a draw of the {where} is off most, by {most:.2g} rad."
     )
 
 

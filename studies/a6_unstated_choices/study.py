@@ -61,7 +61,7 @@ FITTING = Paragraph(
     "implicit relay runs them every 2 ms, which does what the boundary layer does whatever the gain. The nearest "
     "points, and some from the whole course of the search that are within 0.5 %, are then run again in continuous "
     f"time, with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it; only these runs are "
-    "called fits, and the error of the step counts against them."
+    "called fits, and the error by the step counts against them."
 )
 
 

@@ -172,7 +172,7 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
         f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {sweeps.SEED}. A sample with a failed run has no indices. One run "
-        f"in {sweeps.HALVED} is run again at half of the step. The step errs most in runs whose gains grow largest, "
+        f"in {sweeps.HALVED} is run at half of the step too. The step errs most in runs whose gains grow largest, "
         f"and these chatter most: so the {WORST} runs of each joint with the largest TV are run again too. A step "
         "beyond the limit of stability would make a TV that is partly its own."
     )
@@ -184,8 +184,8 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     heads = (Column("limit", "ms", "right"), Column("error of the largest TV", align="right"))
     steps = Table(
         "steps",
-        "The runs of the indices; the longest stable step along the runs with the largest TV, and the change of that "
-        "TV at half of the step, relative to its standard deviation over the runs.",
+        "The runs of the indices; the longest stable step along the runs with the largest TV, and the error of that "
+        "TV by the step, relative to its standard deviation over the runs.",
         (Column("law"), Column("runs of the indices"), *heads),
         tuple(rows),
     )

@@ -97,7 +97,7 @@ def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost"
 
 
 def step_error(sample: Sample, metric: str) -> float:
-    """The largest change of a metric of both joints from h to h / 2; NaN if all that were run again diverged."""
+    """The largest error of a metric of both joints by the step; NaN if all that were run again diverged."""
     found = sample.measurement
     places = [i for i, one in enumerate(found.columns) if one.metric == metric]
     errors = found.errors[:, -1, places][np.isnan(sample.diverged_at[found.looked_at])]

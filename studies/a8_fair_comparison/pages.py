@@ -217,8 +217,7 @@ def trust(results: Results) -> Section:
 
 NOTE = (
     "Here and in the tables below. Least cost: the mean over both training scenarios and the training noises of all "
-    "searches, at half the step; in brackets its change from the step. Of each search: its least cost at the step "
-    "under its own noise."
+    "searches; in brackets its error by the step. Of each search: its least cost under its own noise."
 )
 
 

@@ -182,10 +182,12 @@ class Measurement:
         errors[self.looked_at] = np.where(alone, np.inf, found)
         return Score(column.metric, column.label, column.unit, values, errors)
 
+    @door
     def column(self, metric: str, signal: int | str = 0) -> Column:
         """The column of a metric of one signal, by the signal's label or its number from 0."""
         return self.columns[self.place(metric, signal)]
 
+    @door
     def place(self, metric: str, signal: int | str = 0) -> int:
         """The place of the column of a metric of one signal."""
         mine = {i: one for i, one in enumerate(self.columns) if one.metric == metric}
@@ -212,8 +214,13 @@ class Measurement:
         names = ((one.metric, one.number if " " in one.label or not one.label else one.label) for one in self.columns)
         return tuple(f"{metric}[{signal}]" for metric, signal in names)
 
+    @door
     def only(self, runs: Integers) -> Measurement:
         """The measurement of some runs, by their numbers in rising order, which are numbered anew."""
+        if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
+            raise ValueError(
+                f"`only(runs)` takes numbers of runs in rising order, from 0 to {len(self) - 1}; got others."
+            )
         held = np.isin(self.looked_at, runs)
         return replace(
             self,

@@ -164,10 +164,10 @@ class Tiles:
     def __post_init__(self) -> None:
         for name in ("framed", "marked", "hatched"):
             given = getattr(self, name)
-            flags = np.array(given) if isinstance(given, bool | list | tuple | np.ndarray) else None
-            if flags is None or flags.dtype != bool or flags.shape not in ((), self.shades.shape):
+            flags = np.array(given, dtype=object)  # of lists of unequal lengths no other array can be made
+            if flags.shape not in ((), self.shades.shape) or {type(one) for one in flags.flat} - {bool, np.bool_}:
                 raise refusal(f"Tiles({name}=...)", f"True, False, or an array of shape {self.shades.shape}", given)
-            object.__setattr__(self, name, np.broadcast_to(flags, self.shades.shape))
+            object.__setattr__(self, name, np.broadcast_to(flags.astype(bool), self.shades.shape))
 
     @property
     def spans(self) -> Spans:
