@@ -230,6 +230,18 @@ def pools_in_studies(held: Sources) -> list[str]:
     ]
 
 
+def cached_results(held: Sources) -> list[str]:
+    """Functions of the results that hide in a cache what a study must declare, or compute once for its page."""
+    return [
+        f"{path}:{node.lineno}: `{node.name}` keeps what it computes from the results in a cache; declare it as "
+        "`Study(works=...)`, or compute it once in `sections`."
+        for path, node in _nodes(held)
+        if path.startswith("studies/") and isinstance(node, ast.FunctionDef)
+        if any("cache" in ast.unparse(one) for one in node.decorator_list)
+        if any(one.annotation and "Results" in ast.unparse(one.annotation) for one in node.args.args)
+    ]
+
+
 def folders_without_init(paths: list[str]) -> list[str]:
     """Folders of modules that import-linter cannot see."""
     held = set(paths)

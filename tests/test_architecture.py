@@ -22,6 +22,7 @@ LAWS = [
     rules.banned_calls,
     rules.global_seeds,
     rules.pools_in_studies,
+    rules.cached_results,
     rules.inherited_final_classes,
     rules.mutable_dataclasses,
     rules.names_without_door,
@@ -72,6 +73,10 @@ def test_no_random_number_comes_from_a_hidden_state():
 
 def test_no_study_has_a_pool_of_threads_or_processes():
     holds(rules.pools_in_studies(HOUSE))
+
+
+def test_no_study_keeps_in_a_cache_what_it_computes_from_its_results():
+    holds(rules.cached_results(HOUSE))
 
 
 def test_every_folder_of_modules_is_a_package():
@@ -147,6 +152,8 @@ BAD = [
     (rules.global_seeds, "workbench/a.py", "rng = np.random.default_rng()", "cannot be repeated"),
     (rules.pools_in_studies, "studies/a.py", "from concurrent.futures import ThreadPoolExecutor", "works"),
     (rules.pools_in_studies, "studies/a.py", "def f():\n    import threading", "a.py:2:"),
+    (rules.cached_results, "studies/a.py", "@cache\ndef f(results: Results): ...", "works"),
+    (rules.cached_results, "studies/a.py", "@functools.lru_cache(maxsize=1)\ndef f(a, held: Results): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
     (rules.participles, "workbench/core/kept.py", "", "kept"),

@@ -253,7 +253,7 @@ study = Study(
     ),
     method=(
         "Both scenarios of section 5; every number is stated by the paper, derived, or assumed by a rule (the "
-        "card). RK4 at a step and at half of it: values from the half step, errors from the difference. The law as "
+        "card). RK4 at a step and at half of it: values at the step, errors twice the change. The law as "
         "printed in each reading of (33), with two choices of Q; then repaired, with each slip put back alone; with "
         "(3) and (28) repaired alone; SMC with three gains."
     ),

@@ -94,7 +94,7 @@ def drift(until: float = 10.0) -> tuple[Array, Array]:
 
 
 def gain_lost(reading: str, until: float = 4.0, Q: float = 1.0, R: float = 1.0) -> tuple[float, float, int]:
-    """The least leading minor of K, (33) as printed, in the second scenario; its change by h / 2; its order.
+    """The least leading minor of K, (33) as printed, in the second scenario; its error of the step; its order.
 
     The weights are Q I and R I. The unit is (N m)^order.
     """
@@ -180,7 +180,7 @@ def offset(until: float = 20.0) -> tuple[Array, Array]:
 
 
 def along_35(until: float = 20.0) -> dict[str, tuple[float, float]]:
-    """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their changes by h / 2."""
+    """The largest |e1| [rad] and |s| [rad/s] from 15 s on, where the estimates obey (35); their errors of the step."""
     late = (late_error(15.0), Peak("late s", "rad/s", "largest |s| from 15 s on", "s", 15.0))
     found = measure(searches.on_path().ode(), late, until=until, h=STEP / 2)
     pairs = {name: [score.pair for score in found.scores_of(name)] for name in found.names}

@@ -160,7 +160,7 @@ def worst_run(seed: int) -> WorstRun:
     """The outcome of the search with a seed, and the sliding variable along the worst run."""
     found = search(seed)
     p, x0 = found.worst.rows(HUNT.ode)
-    runs = simulate(rk4(HUNT.watched, STEP / 2), p, x0, until=found.worst.until, every=5e-3)
+    runs = simulate(rk4(HUNT.watched, STEP), p, x0, until=found.worst.until, every=5e-3)
     return WorstRun(found, runs.t, np.linalg.norm(runs["s"][0], axis=1))
 
 

@@ -60,7 +60,7 @@ LEGEND = (
     Code("from studies.a2_claims.replay import *"),
     ", and gives the numbers of its line. ",
     Code("rerun"),
-    " gives by how much its claim is broken, the change as the step is halved, and the excess of the hypothesis kept "
+    " gives by how much its claim is broken, the error of the step, and the excess of the hypothesis kept "
     "most narrowly, which is negative where all are kept. A proof that rests on a refuted hypothesis says nothing "
     "here.",
 )
@@ -69,9 +69,9 @@ WORTH = (
     f"are any, with the seed {SEED}. |q_i(0)| <= pi, |qd_i(0)| <= {REACH['plant.qd'][1]:g} rad/s, as Assumption 1 "
     f"names no numbers, and D is a sine a joint with |D| <= {D_MAX} N m, |D'| <= {L_D} N m/s. A run counts only if it "
     "keeps its hypotheses at every step.",
-    "A run that refutes is run again at half its step, and breaks the claim by more than the change. Its numbers are "
-    "cut to the fewest decimals that keep 95 % of the violation. What is said of a limit rests on a proof, never on a "
-    f"run alone; intervals: {guarantee()}.",
+    "A run that refutes is run again at half its step, and breaks the claim by more than twice the change. Its numbers "
+    "are cut to the fewest decimals that keep 95 % of the violation. What is said of a limit rests on a proof, never "
+    f"on a run alone; intervals: {guarantee()}.",
     "Comparisons with the rivals stand on numbers that the paper does not state, and that a1 assumes: "
     f"{numbers('Q', 'R', 'l', 'SS: a1, a2', 'SS: f')}, {HORIZONS}, and for the rivals what a1 lists.",
 )

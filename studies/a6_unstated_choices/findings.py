@@ -113,7 +113,7 @@ def shared_verdict(one: Shared) -> Verdict:
         f"each law; of the runs at the fine step {one.horizon:.1f} s is the best.",
         f"The larger miss of the two cells of a law, the nearest of {fits.SHARED_AGAIN} points of a search of "
         f"{EVALUATIONS} choices for each law (seed {fits.SEED}), run again with the boundary layer at "
-        f"{1e3 * fits.FINE:.3g} ms and at half of it, the change added.",
+        f"{1e3 * fits.FINE:.3g} ms and at half of it, the error added.",
         "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "
         f"{PROPOSED} with its own readings, that of its observer among them; gains of its own for each law, which may "
         "differ from those of the first scenario.",

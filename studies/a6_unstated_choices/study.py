@@ -152,7 +152,7 @@ OPEN = (
     ),
 )
 TRUST = Paragraph(
-    "The error of the step is the largest change of RMSE at 30 s from the step to half of it, over one draw of 32, and "
+    "The error of the step is twice the largest change of RMSE at 30 s to half of it, over one draw of 32, and "
     "over all checks. Of a rival that switches by a computer it is that of the motion between two instants; how far "
     "the computer is from the boundary layer the checks show. The chattering of a boundary layer makes every method "
     "one of first order: the change tells the size of the error and bounds nothing. Counted is every run that diverges "

@@ -4,7 +4,6 @@ Runs in about two minutes on two cores.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cache
 
 import numpy as np
 
@@ -192,19 +191,14 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     return Section("Can the numbers be trusted?", (Paragraph(text), steps))
 
 
-@cache
-def laws_of(results: Results) -> dict[str, LawResults]:
-    return {law: results_of(results, law) for law in sweeps.LAWS}
-
-
 def works(results: Results) -> tuple[Work, ...]:
     """The exact derivatives of each law, and its runs that chatter most again."""
     worst = tuple(worst_runs(results_of(results, law)) for law in sweeps.LAWS)
     return Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0), Work("stress", stressed, worst, seconds=1.0)
 
 
-def verdicts(results: Results) -> tuple[Verdict, ...]:
-    laws, ours = laws_of(results), laws_of(results)[PROPOSED]
+def verdicts(results: Results, laws: Mapping[str, LawResults]) -> tuple[Verdict, ...]:
+    ours = laws[PROPOSED]
     return (
         findings.deciding_gain(ours),
         findings.idle_gains(ours),
@@ -216,20 +210,17 @@ def verdicts(results: Results) -> tuple[Verdict, ...]:
 
 
 def sections(results: Results) -> Sequence[Section]:
-    laws, ours = laws_of(results), laws_of(results)[PROPOSED]
+    laws = {law: results_of(results, law) for law in sweeps.LAWS}
+    ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
     return (
-        Section("What was found", (*pictures, *verdicts(results), findings.leaders_table(laws))),
+        Section("What was found", (*pictures, *verdicts(results, laws), findings.leaders_table(laws))),
         proposed_section(ours),
         Section("Gains, arm or model", (groups_table(laws),)),
         varied_section(laws),
         trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
         loops_section("The laws, to be turned", TURNED, results.outcomes),
     )
-
-
-def headlines(results: Results) -> Sequence[str]:
-    return tuple(f"{verdict.kind}: {verdict.statement}" for verdict in verdicts(results))
 
 
 study = Study(
@@ -247,7 +238,6 @@ study = Study(
         "derivatives."
     ),
     sections=sections,
-    headlines=headlines,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},
     seed=sweeps.SEED,
     cases=sweeps.own_numbers(),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 
 import numpy as np
 
@@ -128,7 +127,6 @@ class Evidence:
     parts: Mapping[str, tuple[Judgement, ...]]  # by scenario: the cost and each metric, without each part
 
 
-@lru_cache(maxsize=1)
 def evidence(results: Results) -> Evidence:
     """All judgements of the runs."""
 

@@ -52,12 +52,6 @@ def sections(results: Results) -> Sequence[Section]:
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
-    held = evidence(results)
-    verdicts = (*(findings.winner(held, given) for given in GIVEN), findings.proposed(held), findings.diverged(held))
-    return [str(one.statement) for one in verdicts]
-
-
 def answer(held: Evidence) -> Section:
     return Section(
         "What was found",

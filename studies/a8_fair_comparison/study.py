@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
 from studies.a8_fair_comparison.evidence import ABLATED, AGAIN, ASKED, DRAWN, OTHERS, contenders, name_of, sweep, works
-from studies.a8_fair_comparison.pages import headlines, sections
+from studies.a8_fair_comparison.pages import sections
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import least_draws
 from workbench.study.study import Case, Study
@@ -92,6 +92,5 @@ study = Study(
     least=least_draws((ASKED, *OTHERS)),
     works=works,
     sections=sections,
-    headlines=headlines,
     seed=DRAWN,
 )

@@ -4,7 +4,6 @@ Runs in about a minute on two idle cores, twenty seconds more the first time.
 """
 
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from studies.a9_sampling.evidence import (
     Curve,
     Evidence,
     gathered,
-    in_ms,
     plan,
     printed,
     tally,
@@ -172,13 +170,8 @@ def continuous(scenario: str, law: str) -> Case:
     return Case(scenario, law, run, STYLES[law])
 
 
-@cache
-def evidence(results: Results) -> Evidence:
-    return gathered(results)
-
-
 def sections(results: Results) -> Sequence[Section]:
-    found, by_step = evidence(results), results.work("steps")
+    found, by_step = gathered(results), results.work("steps")
     pictures = (pages.over_periods(found, TV, "tv_periods"), pages.over_periods(found, RMSE, "rmse_periods"))
     verdicts = (
         finite(found),
@@ -199,17 +192,6 @@ def sections(results: Results) -> Sequence[Section]:
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
-    found = evidence(results)
-    rough = printed(found.at(RMSE, REALISTIC, delay=True, noisy=True))
-    quiet = ", ".join(f"{law} {in_ms(safe.quiet[0])}" for law, safe in found.safe.items())
-    return (
-        f"Published pairs in continuous time: {tally(printed(found.still(RMSE)))}.",
-        f"At {1e3 * REALISTIC:g} ms, a period late and noisy: {tally(rough)}.",
-        f"Longest quiet period in ms: {quiet}.",
-    )
-
-
 study = Study(
     name="a9_sampling",
     title="The paper's laws as sampled-data loops",
@@ -227,6 +209,5 @@ study = Study(
     sweeps=tuple(sweep(*one) for one in plan()),
     works=works,
     sections=sections,
-    headlines=headlines,
     seed=SEED,
 )

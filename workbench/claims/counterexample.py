@@ -31,10 +31,10 @@ ROUNDING = 1e-6
 
 
 class Pair(NamedTuple):
-    """A run at h and at h / 2: the metric, largest over its components, and its change; the hypotheses; divergence.
+    """A run at h and at h / 2: the metric, largest over its components, and its error; the hypotheses; divergence.
 
-    `excess` is the largest violation of a hypothesis at h / 2, and minus infinity without any. `doubt` is the reason
-    why the run cannot refute a claim, and is empty where it can.
+    `excess` is the largest violation of a hypothesis with its error added, and minus infinity without any. `doubt` is
+    the reason why the run cannot refute a claim, and is empty where it can.
     """
 
     value: float
@@ -53,7 +53,7 @@ class Pair(NamedTuple):
 class Replay:
     """A counter-example that was run again, at its step and at half of it.
 
-    `value` is that at half the step, `error` its change from the whole one; it is the `same` as the stored value within
+    `value` is that at the step, `error` twice its change to half of it; it is the `same` as the stored value within
     both errors. `kept` is True if it keeps its hypotheses. It diverged at half the step and at the whole one at these
     times in s; NaN where it stayed finite.
     """
@@ -71,8 +71,8 @@ class CounterExample:
     """One run of the equation with a stated fingerprint, and the value of the metric named `about` on it.
 
     `sought` holds the numbers that a search with `seed` chose; they are among `p` (parameters) and `x0` (the initial
-    state). Horizon and step are in s. `value` is the metric at h / 2, largest over its components, and `error` its
-    change from the step to half of it; infinity and zero where the run diverged.
+    state). Horizon and step are in s. `value` is the metric at the step, largest over its components, and `error`
+    twice its change to half of it; infinity and zero where the run diverged.
     """
 
     about: str
@@ -153,7 +153,9 @@ def run(ode: Ode, metric: AbstractMetric, kept: Sequence[Largest], p: Array, x0:
     scores, runs = found.scores_of(metric.name), found.trajectories
     last = np.flatnonzero(np.isfinite(runs.x[0]).all(axis=1))[-1]
     state = runs.step.states.unpack(runs.x[0, last])
-    excess = max((float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept), default=-np.inf)
+    reached = [float(state[f"{hypothesis.name}.largest"].max()) for hypothesis in kept]  # also of a run that is lost
+    bounds = [float((one.value + one.error)[0]) for hypothesis in kept for one in found.scores_of(hypothesis.name)]
+    excess = float(np.fmax.reduce([-np.inf, *reached, *bounds]))
     times = float(found.half_diverged_at[0]), float(found.diverged_at[0])
     doubt = _doubt(found.limit, times, h)
     if np.isfinite(times).any():

@@ -62,8 +62,8 @@ class Found:
 def verdict_of(worst: Pair, target: AbstractMetric | Declared) -> tuple[Kind, str]:
     """The verdict from the worst run of a search, and the reason if the step is too long for it to be checkable.
 
-    A claim is `refuted` by a run that breaks it by more than its error of the step, and keeps the hypotheses, at half
-    the step. All else, and any metric, is `not refuted`.
+    A claim is `refuted` by a run that breaks it by more than its error of the step, and keeps the hypotheses by more
+    than theirs. All else, and any metric, is `not refuted`.
     """
     is_claim = isinstance(target, Declared)
     if np.isnan(worst.value) or (is_claim and worst.value > 0 and worst.doubt):
