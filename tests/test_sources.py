@@ -1,4 +1,4 @@
-"""What a mark is travels with it: curves, cells, bars and points name the results of which they were made."""
+"""The source of a mark: curves, cells, bars and points name the results from which they were made."""
 
 import csv
 import io

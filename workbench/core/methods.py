@@ -1,4 +1,4 @@
-"""The explicit Runge-Kutta methods of a step, in which each stage is made from the state and the stage before it."""
+"""Explicit Runge-Kutta methods, in which each stage depends only on the state and on the stage before it."""
 
 from __future__ import annotations
 
@@ -11,25 +11,26 @@ import casadi as ca
 from workbench.validation.refusals import Array
 
 X = TypeVar("X", ca.SX, Array)
-Held = TypeVar("Held")  # what an equation is given beside its state, the same at each stage
+Held = TypeVar("Held")  # the arguments of an equation that are the same at each stage
 
 
 @dataclass(frozen=True)
 class Method:
     """x(t + h) = x + h / D sum_j w_j k_j with k_j = f(t + c_j h, x + a_(j-1) h k_(j-1)), k_1 = f(t, x) and w_1 = 1.
 
-    On x' = lambda x it multiplies x by the polynomial R(h lambda), the `amplification`, highest power first.
+    For x' = lambda x a step multiplies x by the polynomial R(h lambda); `amplification` are its coefficients, highest
+    power first.
     """
 
     name: str
-    about: str  # for a reader, behind "by"
+    about: str  # the words for a reader after "by"
     order: int
     nodes: tuple[float, ...]  # c_j
     ahead: tuple[float, ...]  # a_j, from stage j to the next; 0 at the last
     weights: tuple[float, ...]  # w_j
     divisor: float  # D
     amplification: tuple[float, ...]
-    gain: float = 1.1  # in the length of the step, from which on it pays in the place of the classical method
+    gain: float = 1.1  # least ratio of its step to that of the classical method at which it is worth its cost
     corners: bool = False  # True if a step is divided at corners of the rate, as it is at its switches in time
 
 
@@ -70,7 +71,7 @@ METHODS: Mapping[str, Method] = {method.name: method for method in (RK4, STABILI
 def runge_kutta(
     f: Callable[[Any, X, Held], X], t: ca.SX | float, x: X, p: Held, h: ca.SX | float, method: Method = RK4
 ) -> X:
-    """x(t + h) from x(t), expressions or arrays, by a Runge-Kutta method, the classical one unless given."""
+    """x(t + h) from x(t), as expressions or arrays, by a Runge-Kutta method; the classical one by default."""
     stage: X = x
     total: Any = 0.0
     for node, ahead, weight in zip(method.nodes, method.ahead, method.weights, strict=True):

@@ -1,4 +1,4 @@
-"""Corners: where a rate bends or jumps because a state crosses a number, as a saturation or Coulomb's friction does."""
+"""Corners: where a rate has a kink or a jump in the state, as with a saturation or Coulomb friction."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import casadi as ca
 
 from workbench.core.ode import Ode
 
-MOST = 24  # of one rate; each is looked at in every step
-LEAST = 1 / 64  # of a step: a segment that begins at a corner or ends there is no shorter
+MOST = 24  # corners of one rate; each is tested in every step
+LEAST = 1 / 64  # of a step: the shortest segment that begins or ends at a corner
 COMPARED = {ca.OP_FMIN, ca.OP_FMAX, ca.OP_LT, ca.OP_LE}
 ALONE = {ca.OP_SIGN, ca.OP_FABS}
 
@@ -25,7 +25,7 @@ class Corners:
     x: ca.SX
 
     def passed(self, begin: ca.SX, start: ca.SX, length: ca.SX, end: ca.SX) -> ca.SX:
-        """True if one is passed between a state at `begin` and the state at the end of a step from there."""
+        """True if a corner lies between the state `start` at `begin` and the state `end` at `begin` + `length` [s]."""
         at_begin, at_end = self._at(self.g, begin, start), self._at(self.g, begin + length, end)
         found = ca.SX(0)
         for a, b in zip(ca.vertsplit(at_begin), ca.vertsplit(at_end), strict=True):
@@ -33,7 +33,7 @@ class Corners:
         return found
 
     def next(self, begin: ca.SX, s: ca.SX, length: ca.SX) -> ca.SX:
-        """The offset of the first corner beyond s [s] by the slopes there, or the length; x is the state at s."""
+        """The offset [s] of the first corner after s that the slopes at s predict, or `length`; x is the state at s."""
         g, slope = (self._at(part, begin + s, self.x) for part in (self.g, self.slope))
         least, end = LEAST * length, length
         for value, rise in zip(ca.vertsplit(g), ca.vertsplit(slope), strict=True):

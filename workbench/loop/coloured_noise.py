@@ -1,7 +1,7 @@
-"""Coloured noise: processes that move from instant to instant of a computer by their exact law.
+"""Coloured noise: processes that move from instant to instant of a computer by an exact transition.
 
-The law of a process at the instants is that of its equation in continuous time, at every period. It begins with its
-stationary law, if it has one, and is held between two instants.
+At the instants a process has the distribution of its equation in continuous time, for every period. It begins in its
+stationary distribution, if it has one, and is held between two instants.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class AbstractNoise(ABC):
 
     @property
     def size(self) -> int:
-        """The number of its numbers, those of the field that has most."""
+        """The number of its elements, which is the largest size of its fields."""
         vectors = (getattr(self, f.name) for f, quantity in quantities(self) if quantity.shape == ("*",))
         return max(int(ca.SX(each).numel()) for each in vectors)
 
@@ -49,10 +49,10 @@ class AbstractNoise(ABC):
 
     @abstractmethod
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
-        """The states a period in s after z."""
+        """The states a `period` [s] after z, (k, 1) each, from z and columns w of standard normal numbers."""
 
     def path(self, period: float, count: int, rng: np.random.Generator) -> Array:
-        """The noise at `count` instants a period in s apart, (count, k), as a `Table` in continuous time holds it."""
+        """The noise at `count` instants that are a `period` [s] apart, (count, k), for a `Table` in continuous time."""
         instants, length = whole("path(count=...)", count, 2), seconds("path(period=...)", period)
         n, k = len(self.states), self.size
         z, w = ca.SX.sym("z", k, n), ca.SX.sym("w", k, n)
@@ -93,7 +93,7 @@ class GaussMarkov(AbstractNoise):
         return (("noise", self.unit),)
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """A value of the stationary law."""
+        """A value from the stationary distribution."""
         return (self.sigma * w[0],)
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
@@ -109,9 +109,9 @@ class SecondOrderNoise(AbstractNoise):
 
         S(omega) = 4 sigma^2 zeta omega_n^3 / ((omega_n^2 - omega^2)^2 + (2 zeta omega_n omega)^2) on both sides of 0.
 
-    Its standard deviation is sigma, and that of x' is omega_n sigma. With a small damping zeta it is a hum about
-    omega_n, as of waves or of a light mode; with zeta = 1 / sqrt(2) it is white noise in a band up to omega_n. It moves
-    by the exponential of its matrix, and begins with its stationary law.
+    The standard deviation of x is sigma, and the one of x' is omega_n sigma. With a small damping zeta it is a hum near
+    omega_n, such as waves or a lightly damped mode. With zeta = 1 / sqrt(2) it is white within a band up to omega_n. It
+    moves by the exponential of its matrix, and begins in its stationary distribution.
 
     References
     ----------
@@ -134,7 +134,7 @@ class SecondOrderNoise(AbstractNoise):
         return ("noise", self.unit), ("noise_rate", per_second(self.unit))
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
-        """Values of the stationary law, in which both are independent."""
+        """Values from the stationary distribution, in which noise and rate are independent."""
         return self.sigma * w[0], self.sigma * self.natural_frequency * w[1]
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
@@ -159,7 +159,7 @@ class RandomWalk(AbstractNoise):
 
         E x(t)^2 = start_sigma^2 + N^2 t,      E x(t) x(s) = E x(min(t, s))^2,
 
-    where N is the `intensity`. It has no stationary law and moves by x+ = x + N sqrt(period) w.
+    where N is the `intensity`. It has no stationary distribution and moves by x+ = x + N sqrt(period) w.
 
     References
     ----------
@@ -191,7 +191,7 @@ class RandomWalk(AbstractNoise):
 
 
 def noise_of(field: str, noise: AbstractNoise, port: Layout, of: str) -> AbstractNoise:
-    """A noise in the unit of its signal of a port, with one number for each of it."""
+    """A noise in the unit of its signal of a port, with one number for each element of the signal."""
     fitting = fitted(field, noise, port, of)
     shape = port[noise.signal].shape
     for f, quantity in quantities(fitting):
@@ -206,7 +206,7 @@ def _numbers(value: Any, shape: tuple[int, ...]) -> Any:
 
 @dataclass(frozen=True)
 class NoiseStates:
-    """The states of noises by names: 'v.noise', of a second one of v 'v.noise_2'."""
+    """The states of noises by name: 'v.noise', and 'v.noise_2' for a second noise of v."""
 
     noises: tuple[AbstractNoise, ...]
 

@@ -1,4 +1,4 @@
-"""A loop that a computer closes, as it is declared: its equations are made when a run asks for them."""
+"""The declaration of a loop in a computer, whose equations are built when a run asks for them."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from workbench.validation.signatures import door
 class DigitalLoop:
     """A closed loop with its observer and controller in a computer, declared now and built by `ode`.
 
-    `ClosedLoop.digital` gives the equations at once. A study with many loops declares these in their place: a `Run`,
-    a case, a sweep or a trial of a tuning takes one as it takes a `ClosedLoop`, and each is built where it is run.
+    `ClosedLoop.digital` builds the equations at once. A study with many loops declares a `DigitalLoop` for each. A
+    `Run` takes it in the place of a `ClosedLoop`, and its equations are built when it is run.
 
     Attributes
     ----------
     loop
-        The blocks.
+        The closed loop with its blocks.
     period, instruments, delay, waiting, integrator
-        The computer, as `ClosedLoop.digital` takes it; the period is in s.
+        The arguments of `ClosedLoop.digital`; the period is in s.
 
     Raises
     ------
     ValueError, LookupError
-        If the period, delay or integrator is none, as of `ClosedLoop.digital`; all else is checked when it is built.
+        If `ClosedLoop.digital` refuses the period, the delay or the integrator; `ode` checks everything else.
 
     Examples
     --------
@@ -63,5 +63,5 @@ class DigitalLoop:
         return self.loop.digital(self.period, self.instruments, **how, name=name)
 
     def ablations(self) -> dict[str, DigitalLoop]:
-        """The loop less each part of its observer and its controller, in the same computer, by the name of the part."""
+        """The loop without one part of its observer or controller, in the same computer, by the name of the part."""
         return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}

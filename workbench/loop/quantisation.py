@@ -21,7 +21,7 @@ ROUNDING = {
 
 
 def quantised(x: ca.SX, quantum: ca.SX, rounding: str = "nearest") -> ca.SX:
-    """The multiple of the quantum for x by a rule of `ROUNDING`; x itself where the quantum is 0."""
+    """x rounded to a multiple of the quantum by a rule of `ROUNDING`; x itself if the quantum is 0."""
     some = quantum > 0
     b = ca.if_else(some, quantum, 1)  # nothing is ever divided by 0
     return ca.if_else(some, _count(x / b, rounding) * b, x)
@@ -38,12 +38,12 @@ def refuse_quantum(call: str, name: str, quantum: Any) -> None:
 
 @block
 class Converter:
-    """A converter between a signal and a computer, of so many `bits` from `low` to `high`:
+    """A converter between a signal and a computer, with `bits` bits for the range from `low` to `high`:
 
         y = low + c q,   c = min(max(round((x - low) / q), 0), N - 1),   q = (high - low) / N,   N = 2^bits.
 
-    So the highest code stands for high - q, as in the data sheets, and 0 has a code where low = -high. The ends are one
-    number or (k,), one for each number of the signal. A number of bits that is not whole, as a search may try, has
+    So the highest code stands for high - q, as in data sheets, and 0 has a code if low = -high. Each end is one number,
+    or (k,), one for each number of the signal. If `bits` is not a whole number, as in a search, there are
     N = floor(2^bits + 1/2) codes.
     """
 
@@ -72,13 +72,13 @@ class Converter:
         return self.low + (self._codes - 1) * self.quantum
 
     def output(self, x: ca.SX) -> ca.SX:
-        """The signal as the computer has it, number by number."""
+        """The converted signal, element by element."""
         code = _count((x - self.low) / self.quantum, self.rounding)
         y: ca.SX = self.low + ca.fmin(ca.fmax(code, 0), self._codes - 1) * self.quantum
         return y
 
     def value(self, x: Any) -> Any:
-        """The number, or the numbers (k,), that the computer has for x, given as the ends are."""
+        """The converted number for x, or numbers (k,); x has the shape of the ends."""
         y = np.array(ca.evalf(ca.SX(self.output(ca.SX(ca.DM(np.asarray(x, dtype=float))))))).ravel()
         return float(y[0]) if np.ndim(x) == 0 and y.size == 1 else y
 
@@ -89,7 +89,7 @@ class Converter:
 
 
 def _count(x: ca.SX, rounding: str) -> ca.SX:
-    """The whole number for x."""
+    """x rounded to a whole number."""
     if rounding == "toward zero":
         return ca.if_else(x < 0, ca.ceil(x), ca.floor(x))
     return ca.floor(x + 0.5 if rounding == "nearest" else x)

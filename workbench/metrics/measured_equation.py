@@ -26,7 +26,7 @@ LARGEST_RATIO = 1000  # in the ratio of two sample times that have a common divi
 
 @dataclass(frozen=True, eq=False)
 class MeasuredEquation:
-    """An equation and its metrics, each with the units and labels of the signals that it watches there."""
+    """An equation and its metrics, each with the units and labels of the signals that it watches."""
 
     equation: Ode | Sampled
     metrics: tuple[AbstractMetric, ...]
@@ -34,14 +34,14 @@ class MeasuredEquation:
     @staticmethod
     @door
     def of(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], horizon: float = np.inf) -> MeasuredEquation:
-        """The equation with its metrics, after their checks.
+        """The equation with its metrics, once both are checked.
 
         Raises
         ------
         LookupError
             If a metric watches an output that `equation` does not have.
         ValueError
-            If two metrics have one name, or one means nothing for `equation` or for the horizon in s.
+            If two metrics have the same name, or a metric is not defined for `equation` or for the horizon [s].
         """
         ode = _flow(equation)
         names = [text("metric(name=...)", metric.name) for metric in metrics]
@@ -70,14 +70,15 @@ class MeasuredEquation:
         return tuple(m.is_time for m in self.metrics for _ in m.labels)
 
     def step(self, h: float, method: str = "rk4") -> Step:
-        """The step of length h [s] by a method, of a sampled loop its period in substeps of h; they share their rule.
+        """The step of length h [s] by a method; for a sampled loop, its period in substeps of length h.
 
-        Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
+        Integrals are advanced in the substeps. A metric that samples does so once a period, after the jump.
 
         Raises
         ------
         ValueError
-            If h is none, does not divide the period of a sampled loop, or the step does not divide a metric's grid.
+            If h is not a positive time or does not divide the period of a sampled loop, or the step does not divide the
+            sample time of a metric.
         """
         equation = self.equation
         if isinstance(equation, Sampled):

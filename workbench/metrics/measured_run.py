@@ -1,4 +1,4 @@
-"""The one road of a run: rows of parameters and initial states become accumulators, and these become values."""
+"""The run of all measurements: rows of parameters and initial states give accumulators, and these give values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ FEWEST = 4  # of each of many runs
 
 
 def points_of(runs: int) -> int:
-    """The number of states of each of some runs at which its modes are looked at."""
+    """The number of states of each run at which its modes are computed, for a number of runs."""
     return max(FEWEST, POINTS // max(1, runs))
 
 
@@ -41,7 +41,7 @@ class Accumulation:
     halved, halved_diverged_at
         (m, T, a) and (m,), the same at half the step.
     states
-        (m, S, nx), those at half the step at which the modes are looked at.
+        (m, S, nx), the states at half the step at which the modes are computed.
     """
 
     accumulated: Array
@@ -58,11 +58,11 @@ class MeasuredRun:
     Attributes
     ----------
     every, spacing
-        The distance of the kept states, and that of the times at which the metrics are taken, in s.
+        The time in s between two kept states, and between two times at which the metrics are taken.
     seed, arithmetic
-        Of the noise and of all runs; both are used at h / 2 too, and so is the method.
+        The seed of the noise, and the arithmetic of all runs; both hold at h / 2 too, and so does the method.
     points
-        The number of states of a run that is looked at, or more where few are kept, at which its modes are.
+        The number of states, of a run that is repeated at h / 2, at which its modes are computed.
     """
 
     measured: MeasuredEquation
@@ -98,9 +98,9 @@ class MeasuredRun:
     def march(
         self, p: Array, x0: Array, keys: Integers, looked_at: Integers, tell: Progress
     ) -> tuple[Accumulation, Trajectories]:
-        """The accumulators of the runs with rows p (n, np) and x0 (n, nx), of those looked at also at h / 2.
+        """The accumulators of the runs with rows p (n, np) and x0 (n, nx), for the runs `looked_at` also at h / 2.
 
-        The keys (n,) are those of their noise.
+        `keys` (n,) are the keys of the noise of each run.
         """
         x, m = self.start(x0), len(looked_at)
         share = 2 * m / (2 * m + len(p))

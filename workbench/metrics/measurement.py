@@ -1,4 +1,4 @@
-"""The measurement of runs: the values of their metrics at the step, their errors from half of it, and warnings."""
+"""The measurement of runs: the values of metrics at the step h, their errors from h / 2, and warnings."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class Column(NamedTuple):
 class Score:
     """One number of a metric in N runs, (N,), and its error, (N,): twice the change of the value from h to h / 2.
 
-    The error bounds that of the value where the change falls at least as fast as the step, once the step is short
-    enough. A time is known to one step at best. The value is NaN of a run that diverged; the error too, and of a run
-    that was not looked at. An error is infinite where h / 2 alone gives no value.
+    This bounds the error of the value if the change falls at least as fast as the step, once the step is short enough.
+    A time has an error of at least one step. For a run that diverged, value and error are NaN. The error is NaN too if
+    the run was not repeated at h / 2, and infinite if only the run at h / 2 gives no value.
     """
 
     metric: str
@@ -55,12 +55,12 @@ class Score:
 
     @property
     def pair(self) -> tuple[float, float]:
-        """The value and the error of the first run, which of a case is the only one."""
+        """The value and the error of the first run; a case has no other."""
         return float(self.value[0]), float(self.error[0])
 
     @property
     def largest_error(self) -> float:
-        """The largest error of all runs that were looked at; NaN if all of them diverged, or none was looked at."""
+        """The largest error of the runs that were repeated at h / 2; NaN if all of these diverged or there are none."""
         return float(np.fmax.reduce(self.error, initial=np.nan))
 
     @property
@@ -78,31 +78,31 @@ class Score:
 @dataclass(frozen=True, eq=False)
 @door
 class Measurement:
-    """The metrics of N runs of one loop in k columns at T times, and how far their step can be trusted.
+    """The metrics of N runs of one loop in k columns at T times, with their errors and the limits on their step.
 
     Attributes
     ----------
     columns
-        A metric, its number counted from 0, its unit and the label of its signal, for each of the k.
+        For each column the metric, its number from 0, its unit and the label of its signal, (k,).
     t
-        (T,), the times in s up to each of which the metrics are taken from the start; the last is the horizon.
+        (T,), the times in s up to which the metrics are taken from the start; the last is the horizon.
     h
-        The step of the values in s; of a sampled loop the substep.
+        The step of the values in s; for a sampled loop, the substep.
     values
         (N, T, k), NaN from the time at which a run diverged.
     diverged_at
         (N,), in s, NaN for a run that stayed finite.
     looked_at
-        (m,), the numbers of the runs that were run at h / 2 too.
+        (m,), the numbers of the runs that were repeated at h / 2.
     errors, half_diverged_at
-        (m, T, k), by `error_of`, NaN where the run diverged at h or h / 2; and (m,), when it did at h / 2, in s.
+        (m, T, k), by `error_of`, NaN if the run diverged at h or h / 2; and (m,), the time in s of that at h / 2.
     limits, limited_at
-        (m,), the longest step in s that is stable at some states of these, infinite where all are and NaN where it is
-        not known, and the time in s at which it is reached.
+        (m,), the longest step in s that is stable at some states of these runs, and the time in s of the state that
+        limits it. The limit is infinite if no state limits the step, and NaN if it is not known.
     tolerance
-        Of the errors relative to the values; None where none was asked for.
+        The tolerance of the errors, relative to the values; None if none was given.
     choice
-        The choice of the step by pilot runs for that tolerance; None where the step was named.
+        The choice of the step by pilot runs for this tolerance; None if `h` was given.
     metrics, kept
         The metrics themselves, and the trajectories of the runs where they were kept.
     unseen

@@ -13,7 +13,7 @@ from workbench.plants.elements import AbstractElement, within
 
 @block
 class DeadZone(AbstractElement):
-    """y = v - min(max(v, low), high): zero from low to high, and beyond them the signal less the end that it passed.
+    """y = v - min(max(v, low), high): zero from low to high, and v minus the nearer end beyond them.
 
     Examples
     --------
@@ -40,9 +40,9 @@ class DeadZone(AbstractElement):
 class Quantiser(AbstractElement):
     """y = round(v / q) q in steps of the `quantum` q, by one of three rules of `rounding`; y = v where q is 0.
 
-    Between two edges its derivative is zero, so that a design takes the plant without it. Where a quantiser in
-    continuous time is in the loop, v may stay at an edge and y chatter; what a step of a simulation then means is said
-    by its error, as of a relay. The converter of a computer is `Instruments.of(adc=..., dac=...)`.
+    Between two edges the derivative is zero, so a design must use the plant without the quantiser. In a loop in
+    continuous time v may stay at an edge and y chatter, as with a relay; the error of a number then tells what the step
+    of the simulation does. Converters of a computer are declared by `Instruments.of(adc=..., dac=...)`.
 
     Examples
     --------
@@ -67,12 +67,12 @@ class Backlash(AbstractElement):
 
         y = min(max(z, v - b/2), v + b/2),      z' = (y - z) / T,      z(0) = driven;
 
-    without a `time_constant` z is the y of the sample before, in discrete time and at the instants of a computer. That
-    is the play operator of hysteresis, exact where v does not turn within a period, as a held command does not.
+    without a `time_constant` z is y at the sample before, in discrete time and at the instants of a computer. This is
+    the play operator of hysteresis. It is exact if v does not turn within a period, as a held command does not.
 
-    With a `time_constant` T y is within b/2 of v at all times, and is exactly there in contact. Where v turns with the
-    curvature v'', y comes to rest v'' T^2 / 2 short of the play; after a jump of v the share exp(-t/T) of it is not
-    remembered yet. So T is short beside the turns of v, and the step of a simulation resolves T.
+    With a `time_constant` T, y is within b/2 of v at all times, and exactly at that distance in contact. Where v turns
+    with the curvature v'', y comes to rest v'' T^2 / 2 short of the play. After a jump of v the memory z still lacks
+    the share exp(-t/T) of it. So T must be short compared with the turns of v, and the step must resolve T.
 
     References
     ----------

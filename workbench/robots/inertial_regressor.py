@@ -1,4 +1,4 @@
-"""tau = Y(q, qd, qdd) theta: the torque of an arm is linear in the numbers of its bodies, drives and frictions."""
+"""tau = Y(q, qd, qdd) theta: the torque of an arm is linear in the parameters of bodies, drives and frictions."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -23,7 +23,7 @@ FIRST = ("mc_x", "mc_y", "mc_z")
 
 
 class _Number(NamedTuple):
-    """An entry of theta: its unit, its value and, unless it is one of the body, the torque at the joint per unit."""
+    """An entry of theta: its unit, its value and, for drive and friction, its torque at the joint per unit."""
 
     unit: str
     value: float
@@ -44,15 +44,15 @@ class _Link(NamedTuple):
 class Regressor:
     r"""The matrix Y(q, qd, qdd), (n, k), with tau = Y theta for an arm of n joints.
 
-    theta has of each link the mass m [kg], the first moments m c [kg m] and the moments of inertia about the origin of
-    the link's frame [kg m^2], which lies at its joint, so that all enter linearly: ten of a link in space; of a planar
-    one four, with x along it and y to its left. Then come, where the link has them, the inertia of its drive
-    gear^2 rotor, and viscous and Coulomb friction. The shape of an arm and gravity are fixed numbers of Y.
+    For each link, theta has the mass m [kg], the first moments m c [kg m] and the moments of inertia [kg m^2] about the
+    origin of the link's frame, at its joint, because all of these enter linearly. A link in space has ten such numbers.
+    A planar link has four, with x along it and y to its left. The inertia of its drive, gear^2 rotor, and its viscous
+    and Coulomb friction follow, if the link has them. The geometry of the arm and gravity are constants in Y.
 
     Attributes
     ----------
     names, units
-        Of the entries of theta, (k,): `shoulder.m`, ...; the links of a planar arm are `link1`, `link2`, ...
+        The names and units of theta, (k,): `shoulder.m`, ...; the links of a planar arm are `link1`, `link2`, ...
     theta
         Their values, (k,).
     q, qd, qdd, matrix
@@ -82,7 +82,7 @@ class Regressor:
 
     @door
     def at(self, q: Any, qd: Any, qdd: Any) -> Array:
-        """Y at a state, (n, k), from q, qd and qdd (n,); at N states below one another, (N n, k), from (N, n)."""
+        """Y at a state, (n, k), from q, qd and qdd (n,); at N states, one below the other, (N n, k), from (N, n)."""
         parts = {"q": q, "qd": qd, "qdd": qdd}
         states = [np.atleast_2d(numbers(f"Regressor.at({name}=...)", each)) for name, each in parts.items()]
         for name, each in zip(parts, states, strict=True):
@@ -101,7 +101,7 @@ def regressor(arm: PlanarArm | SpatialArm) -> Regressor:
     Raises
     ------
     ValueError
-        If `arm` is neither of the two, as the inertial parameters of no other are known.
+        If `arm` is of another type, as its inertial parameters are not known.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The combinations of an arm's numbers that its motion can tell: the fewest that make the same torques."""
+"""Base parameters of an arm: the smallest set of combinations of its numbers that gives the same torques."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -24,7 +24,7 @@ SMALL = 1e-9  # the part of a column off the span of those before it, below whic
 @show
 @door
 class BaseParameters:
-    """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b are the columns `kept` of Y.
+    """theta_b = K theta, (b,), with Y theta = Y_b theta_b, where Y_b has the columns `kept` of Y.
 
     Attributes
     ----------
@@ -37,14 +37,14 @@ class BaseParameters:
     kept, K
         (b,), the columns of Y; (b, k), the identity on them.
     gap
-        The certificate of b: the smallest singular value kept over the largest dropped, of Y with unit columns at
-        drawn states; infinite where none is dropped.
+        The certificate of b: the smallest kept singular value over the largest dropped one, for Y with unit columns at
+        random states; infinite if none is dropped.
     residual
         The largest entry of Y - Y_b K at states that K was not made from, over the largest of Y.
     condition
-        Of Y_b with unit columns, at the drawn states.
+        The condition number of Y_b with unit columns, at the random states.
     regressor
-        Y.
+        The regressor Y.
     """
 
     names: tuple[str, ...]
@@ -60,20 +60,20 @@ class BaseParameters:
 
     @door
     def at(self, q: Any, qd: Any, qdd: Any) -> Array:
-        """Y_b at a state, (n, b), from q, qd and qdd (n,); at N states below one another, (N n, b), from (N, n)."""
+        """Y_b at a state, (n, b), from q, qd and qdd (n,); at N states, one below the other, (N n, b), from (N, n)."""
         return np.asarray(self.regressor.at(q, qd, qdd)[:, self.kept])
 
 
 @door
 def base_parameters(arm: PlanarArm | SpatialArm, seed: int = 0) -> BaseParameters:
-    """The base parameters of an arm, counted and combined numerically at states drawn by a seed.
+    """The base parameters of an arm, computed numerically at random states, which `seed` determines.
 
-    The first entries of theta are kept, and later ones that act as they do are added to them.
+    The first independent entries of theta are kept, and later entries that depend on them are added to them.
 
     Raises
     ------
     ValueError
-        If the singular values have no clear gap or the torques differ, so that the number is in doubt.
+        If the singular values have no clear gap, or the torques differ, so that the number b is in doubt.
 
     References
     ----------

@@ -1,4 +1,4 @@
-"""A CSV file as columns of numbers, with the names and units of its first line; a refusal names line and column."""
+"""A CSV file as columns of numbers, with the names and units of its first line; errors name line and column."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class CsvFile:
 
     @staticmethod
     def read(call: str, path: str | Path) -> CsvFile:
-        """The cells of a CSV file, plain or gzipped; blank lines, and those that begin with #, are passed over."""
+        """The cells of a CSV file, plain or gzipped; blank lines and lines that begin with # are skipped."""
         name, text = described(str(path), LONGEST_PATH), _text(call, path)
         first = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
         separator = next((mark for mark in "\t;" if mark in first), ",")
@@ -66,7 +66,7 @@ class CsvFile:
         return CsvFile(call, name, names, units, tuple(rows))
 
     def place(self, column: str) -> int:
-        """The place of the column of a name, which the first line has once."""
+        """The place of the column with a name, which must be in the first line exactly once."""
         known(column, dict.fromkeys(filter(None, self.names)), f"columns of {self.name}")
         if (times := self.names.count(column)) > 1:
             raise ValueError(f"`{self.call}` must have one column '{column}'; {self.name} has {times} of them.")
@@ -87,12 +87,12 @@ class CsvFile:
         return np.array(values)
 
     def columns_of(self, signal: str) -> tuple[str, ...]:
-        """The columns of a signal: that of its name, or those of `q[0]`, `q[1]`, ... of a signal q."""
+        """The names of the columns of a signal: the name of the signal, or `q[0]`, `q[1]`, ... for a signal q."""
         several = tuple(takewhile(lambda name: name in self.names, (f"{signal}[{i}]" for i in count())))
         return several if several and signal not in self.names else (signal,)
 
     def times(self, column: str | float | None) -> Array:
-        """The times of the lines in s, (m,), by their column, by default `t` or `time`; or by a period in s."""
+        """The times of the lines in s, (m,), from a column, by default `t` or `time`, or from a period in s."""
         if column is not None and not isinstance(column, str):
             return np.arange(float(len(self.lines))) * seconds("Table.from_csv(time=...)", column)
         if column is None and (own := [name for name in self.names if name.lower() in TIMES]):
@@ -107,7 +107,7 @@ class CsvFile:
         return self.numbers(column)
 
     def rising(self, times: Array, repeated: str) -> Integers:
-        """The places of the lines whose times rise; of those with one time the "first" or the "last"."""
+        """The places of lines whose times rise; of several lines with one time, only the "first" or the "last"."""
         changes = np.diff(times)
         if len(back := np.flatnonzero(~(changes >= 0) if repeated in ("first", "last") else ~(changes > 0))):
             i = int(back[0])
@@ -120,7 +120,7 @@ class CsvFile:
         return np.append(0, ends + 1) if repeated == "first" else np.append(ends, len(times) - 1)
 
     def unit(self, columns: Sequence[str], given: str | None) -> str:
-        """The unit of a signal, or one for each of its numbers, by the first line and as given, which must agree."""
+        """The unit of a signal, or one for each of its numbers; the first line and the given unit must agree."""
         said = [self.units[self.place(column)] for column in columns]
         own = [None] if given is None else given.split(", ")
         own = own * len(said) if len(own) == 1 else own
@@ -144,7 +144,7 @@ class CsvFile:
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:
-    """The name and the unit of a head, as of `omega [rad/s]`; the number of `q[0]` is a part of the name."""
+    """The name and the unit in a head such as `omega [rad/s]`; the number in `q[0]` is a part of the name."""
     cell = cell.strip()
     found = HEAD.fullmatch(cell)
     if found is None or (not found[2] and found[3].isdigit()):

@@ -1,4 +1,4 @@
-"""The choice of a step for a tolerance: pilot runs at a few steps, an error model between them, a check at the end."""
+"""The choice of a step for a tolerance: pilot runs at a few steps, an error model between them, and a last check."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ Errors = Callable[[Trajectories, Trajectories], tuple[float, str]]
 @dataclass(frozen=True)
 @door
 class Choice:
-    """A step that pilot runs chose for a tolerance: each of them keeps it there, in every number that was asked for.
+    """A step that pilot runs chose for a tolerance: every number of every pilot run keeps the tolerance there.
 
-    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h)|. Where no metric is asked for, it is the change
+    The error of a metric is 2 |v(h) - v(h / 2)| relative to |v(h)|. If no metric is asked for, it is the change
     |x(h) - x(h / 2)| of a state, relative to its largest value in the run.
     """
 
@@ -61,12 +61,12 @@ class Choice:
 
     @property
     def by(self) -> str:
-        """The words that name the method behind a step; none for the classical one."""
+        """The words that name the method after a step; empty for the classical method."""
         return "" if self.method == RK4.name else f" by {METHODS[self.method].about}"
 
     @property
     def record(self) -> str:
-        """The choice as one line of text, from which `read` makes the same again, bit by bit."""
+        """The choice as one line of text, from which `read` restores it bit by bit."""
         return json.dumps(asdict(self))
 
     @staticmethod
@@ -77,10 +77,10 @@ class Choice:
 
 @dataclass(frozen=True, eq=False)
 class Pilots:
-    """Pilot runs of an equation with rows p (R, np) and x0 (R, nx), and the error that is looked at.
+    """Pilot runs of an equation with rows p (R, np) and x0 (R, nx), and the error that the tolerance limits.
 
-    Of an `Ode` a whole number of steps makes `unit`, in s, and a divisor of it stands between their common times; of a
-    sampled loop a whole number of substeps makes the period.
+    For an `Ode`, `unit` [s] is a whole number of steps, and the time between common times divides it. For a sampled
+    loop, the period is a whole number of substeps.
     """
 
     equation: Ode | Sampled
@@ -101,7 +101,7 @@ class Pilots:
 
     @property
     def first(self) -> int:
-        """The number of the longest steps in a unit: no more switches of one kind than `simulate` allows lie in one."""
+        """The number of the longest steps in a unit; none has more switches of a kind than `simulate` allows."""
         if isinstance(self.equation, Sampled):
             return 1
         count = self.rounded(ceil(COUNT * self.unit / self.until))
@@ -119,7 +119,7 @@ class Pilots:
         return self.parts * ceil(count / self.parts * (1 - 1e-12))
 
     def run(self, count: int, method: str) -> Trajectories:
-        """The pilot runs at so many steps in a unit."""
+        """The pilot runs with `count` steps in a unit."""
         step = self.make(self.unit / count, method)
         how: Any = {"until": self.until, "every": self.unit / self.parts}
         return run_step(step, self.p, self.x0, seed=self.seed, arithmetic=self.arithmetic, **how)
@@ -136,16 +136,16 @@ class Look(NamedTuple):
 
 
 def search_step(pilots: Pilots, tolerance: float) -> Choice:
-    """The longest step found at which every pilot run keeps the tolerance, and no mode of one is unstable.
+    """The longest step that was found at which every pilot run keeps the tolerance and is stable.
 
-    The number of steps is doubled until the error is kept; between the last two an error that falls with a power of the
-    step says where that is, and runs there prove it. Where stability alone asks for short steps, the stabilised method
-    is tried; where the error does and the rate has corners, the one that restarts there.
+    The number of steps is doubled until the tolerance is kept. Between the last two numbers, an error model (a power of
+    the step) predicts the longest step, and runs at that step confirm it. If stability alone requires short steps, the
+    stabilised method is tried. If the error requires them and the rate has corners, the restarted method is tried.
 
     Raises
     ------
     ValueError
-        If no pilot run stays finite, or none of the steps keeps the tolerance.
+        If no pilot run stays finite, or no step keeps the tolerance.
     """
     run = lru_cache(maxsize=6)(pilots.run)
 
@@ -191,9 +191,9 @@ class _Search(NamedTuple):
     tolerance: float
 
     def by(self, method: Method, first: int, most: int) -> tuple[Look, float]:
-        """The look at the smallest number of steps found from `first` on that keeps the tolerance, and the order there.
+        """The look at the smallest number of steps, from `first` on, that keeps the tolerance, and the order there.
 
-        It is the last look that does not keep it where none up to `most` does, or where restarts restore no order.
+        If no number up to `most` keeps it, or restarts do not restore the order, it is the last look.
         """
         before, found, order = None, self.look(first, method), nan
         errors = [inf, inf, found.error]
@@ -247,5 +247,5 @@ def _modes(runs: Trajectories) -> Array:
 
 
 def _longest(modes: Array, method: str) -> float:
-    """The longest step in s that keeps all of them decaying which decay."""
+    """The longest step in s at which every decaying mode is stable."""
     return float(np.min(longest_steps(modes, METHODS[method].amplification), initial=inf))

@@ -1,4 +1,4 @@
-"""Steps that pilot runs chose: each once for all that it was chosen for, and kept in the ledger of the study."""
+"""Steps that pilot runs chose: each is chosen once, and kept in the ledger of the study."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class ChosenSteps:
         self.chunks = {chunk.name: chunk for chunk in chunks if chunk.name.startswith(f"{STEP}/")}
 
     def choice(self, asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
-        """The step that was chosen for all that is asked, or is chosen now; always as its record has it."""
+        """The step that was chosen for these values, or is chosen now; always as it is read from its record."""
         try:
             name = f"{STEP}/{Definitions().digest(*asked)[:32]}"
         except UnseenError:  # a metric of the user's own, of which two could not be told apart
@@ -33,7 +33,7 @@ class ChosenSteps:
 
 @contextmanager
 def kept_in(steps: ChosenSteps) -> Iterator[None]:
-    """Let steps that are chosen in this context be taken from some records, and be kept there."""
+    """Take the chosen steps of this context from `steps`, and keep new ones there."""
     mark = _here.set(steps)
     try:
         yield
@@ -42,7 +42,7 @@ def kept_in(steps: ChosenSteps) -> Iterator[None]:
 
 
 def choice_of(asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
-    """The step that was chosen for all that is asked, where records are kept, or else one that is chosen now."""
+    """The step that was chosen for these values, from the records of this context, or else one that is chosen now."""
     steps = _here.get()
     return choose() if steps is None else steps.choice(asked, choose)
 

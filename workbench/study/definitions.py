@@ -1,4 +1,4 @@
-"""Definitions: the digest of values and of every function and class that they call, by their contents."""
+"""Definitions: a digest of values, and of the contents of every function and class that they call."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from workbench.study.definition_text import Definition, Reader
 
 
 class Definitions:
-    """The definitions of a process as texts that are the same in another one, each made once."""
+    """The definitions of a process as texts that are the same in every process; each text is made once."""
 
     def __init__(self) -> None:
         self._contents: dict[int, tuple[Definition, str, tuple[Definition, ...]]] = {}
 
     def digest(self, *roots: Any) -> str:
-        """The digest of some values and of all definitions that they call (64 hexadecimal digits).
+        """The digest of values and of all definitions that they call (64 hexadecimal digits).
 
         Raises
         ------
         UnseenError
-            If something that they use has contents that cannot be seen; the message names it and its place.
+            If they use a value whose contents cannot be inspected; the message names the value and its place.
         """
         found: list[Definition] = []
         text = [Reader(found, "the item").text(root) for root in roots]
@@ -35,7 +35,7 @@ class Definitions:
         return digest.hexdigest()
 
     def _reached(self, found: list[Definition]) -> Iterator[str]:
-        """The contents of definitions, and of those that they call, in the order in which they are met."""
+        """The contents of definitions and of all definitions that they call, in breadth-first order."""
         met: dict[int, Definition] = {}
         while found:
             definition = found.pop(0)

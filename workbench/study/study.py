@@ -44,11 +44,11 @@ class Study:
         Searches for the numbers of loops, which come before them, and many runs of a loop each; the folder of the
         report then keeps a ledger of them.
     works
-        Functions of the study's own, each computed once for some items, before all else; or a function that makes them
-        from the results of all else. `results.work(name)` has the answers.
+        Functions of the study, each computed once for each of its items, before everything else. Or a function that
+        makes works from the results of everything else. `results.work(name)` gives the answers.
     cases, sweeps
-        As they are, or a function that makes them from what came before, by name: what each tuning found, and the
-        answers of each work.
+        Tuples, or functions that make them from a mapping by name. It has the result of each tuning and the answers of
+        each work.
     live
         The numbers of its cases that a reader of the page can turn; without any, the factors of its sweeps are
         offered, and with None the page stays as it is printed.

@@ -1,4 +1,4 @@
-"""Work: a function of a study's own, computed once for each of some items, and kept in the ledger."""
+"""Work: a function of a study, computed once for each of its items; the answers are kept in the ledger."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from workbench.validation.notebook_display import brief
 from workbench.validation.refusals import positive, raised, refusal
 from workbench.validation.signatures import door
 
-GUESS = 2.0  # s that an item takes where a work says nothing
+GUESS = 2.0  # s for an item of a work that states no time
 SHOWN = 60  # letters of an item in a message
 
 
@@ -30,21 +30,28 @@ class WorkError(ValueError):
 class Work:
     """A function that a study computes for each of some items: a replay, a search, a fit, a scan.
 
-    What is a plain run of a loop with metrics is a `Case` or a `Sweep` instead. The answers are in
-    `results.work(name)`, in the order of the items; each is one record of the ledger and is never computed twice.
+    For a plain run of a loop with metrics use a `Case` or a `Sweep` instead. `results.work(name)` gives the answers in
+    the order of the items. Each answer is one record of the ledger and is never computed twice.
 
     Attributes
     ----------
     function
-        A function at the top of a module, of one item. What it calls counts: if the code of the study that it reaches
-        changes, it is computed again. It gives plain data: numbers, text, None, tuples, lists, dicts by text, arrays
-        of numbers, and frozen dataclasses of these, which the hint of its result names.
+        A function at the top of a module, with one item as its argument. It is computed again if the code of the study
+        that it calls changes. It returns plain data: numbers, text, None, tuples, lists, dicts with text keys, arrays
+        of numbers, and frozen dataclasses of these, which its return annotation names.
     over
-        The items, each another one: numbers, text, tuples, frozen dataclasses, loops.
+        The items, all distinct: numbers, text, tuples, arrays, frozen dataclasses, loops.
     answer
-        A type hint of the result, if the function has none.
+        The type of the result, if the function has no return annotation.
     seconds
-        The time that an item takes of one processor, for the estimate; a guess if not given.
+        The time in s that an item takes on one processor, for the estimate; 2 s is assumed if it is not given.
+
+    Raises
+    ------
+    ValueError
+        If `function` is not at the top of a module, `seconds` is not positive, or two classes of answers have one name.
+    LookupError
+        If an annotation of `function` names a type that does not exist at run time.
 
     Examples
     --------
@@ -98,7 +105,7 @@ class Work:
 
 @dataclass(frozen=True, eq=False)
 class CompiledWork:
-    """A work with the names of its records: one a chunk, in which the item and the digest of all it depends on is."""
+    """A work with the name of a record for each item; the name has the digest of all that the answer depends on."""
 
     work: Work
     names: tuple[str, ...]
@@ -110,7 +117,7 @@ class CompiledWork:
 
     @property
     def seconds_of_item(self) -> float:
-        """The time that an item takes of one processor."""
+        """The time in s that an item takes on one processor."""
         return self.work.seconds or GUESS
 
     def name(self, first: int, last: int) -> str:
@@ -119,26 +126,24 @@ class CompiledWork:
         return self.names[first]
 
     def chunk(self, first: int, last: int) -> Chunk:
-        """The answer of the item `first`, computed."""
+        """The answer of the item `first` as a chunk, which is computed here."""
         from workbench.design.matrices import one_thread  # brings SciPy's linear algebra, which few studies wait for
 
         del last
         work, item = self.work, self.work.over[first]
         try:
-            with (
-                one_thread()
-            ):  # else the threads of one item wait for those of another, and bits depend on their number
+            with one_thread():  # with more, items wait for one another, and bits depend on the number of threads
                 answer = work.function(item)
         except Exception as error:
             why = raised(error).removesuffix(".")
-            raise WorkError(f"The work '{work.name}' fails at {shown(item)}: {why}.") from error
+            raise WorkError(f"The work '{work.name}' fails at {item_text(item)}: {why}.") from error
         try:
-            return chunk_of_answer(self.names[first], shown(item), answer, work.classes)
+            return chunk_of_answer(self.names[first], item_text(item), answer, work.classes)
         except AnswerError as error:
-            raise WorkError(f"The work '{work.name}' must give plain data, and at {shown(item)} {error}.") from None
+            raise WorkError(f"The work '{work.name}' must give plain data, and at {item_text(item)} {error}.") from None
 
     def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
-        """The answers in the records that `read` gives by their names."""
+        """The answers, from the records that `read` returns by their names."""
         return tuple(answer_of(read(name), self.work.classes) for name in self.names)
 
 
@@ -162,17 +167,17 @@ def compile_work(work: Work, definitions: Definitions | None = None) -> Compiled
         try:
             digest = definitions.digest(work.function, tuple(work.classes.values()), item)
         except UnseenError as error:
-            raise UnseenError(f"`Work({work.name!r}, ...)` at {shown(item)}: {error}") from None
+            raise UnseenError(f"`Work({work.name!r}, ...)` at {item_text(item)}: {error}") from None
         name = f"{work.name}/item/{digest[:16]}"
         if name in names:
             raise ValueError(
                 f"`Work({work.name!r}, over=...)` needs distinct items; number {names[name]} and {i} are the same, "
-                f"{shown(item)}."
+                f"{item_text(item)}."
             )
         names[name] = i
     return CompiledWork(work, tuple(names))
 
 
-def shown(item: Any) -> str:
+def item_text(item: Any) -> str:
     """An item in a message."""
     return brief(item, SHOWN)

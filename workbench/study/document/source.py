@@ -15,20 +15,20 @@ from workbench.validation.signatures import door
 class Source:
     """One number of a signal over time, or of a metric, of a law in a scenario or a sweep.
 
-    A mark shows `scale` times that number; `unit` is that of what it shows.
+    A mark shows `scale` times this number, in the unit `unit`.
 
     Attributes
     ----------
     kind, name
-        A signal or a metric, and its name; of an axis of time "time".
+        "signal" or "metric", and its name; both are "time" for an axis of time.
     place, label
-        Which of its numbers: counted from 0, a matrix row by row, and by its name.
+        The place of the number in the signal or metric, from 0 and row by row in a matrix, and its label.
     run
         The digest of equations, parameters, steps and noise.
     rows
-        Of the kept times the first one that is shown and the one behind the last; of a metric nothing.
+        The first kept time that is shown and the one after the last; None for a metric.
     title, notes
-        The law as tables name it, with its remark, and what they say of it below.
+        The name of the law in tables, with its remark, and the notes on it below a table.
     """
 
     law: str
@@ -57,7 +57,7 @@ class Source:
 
     @door
     def times(self, scale: float, unit: str = "") -> Source:
-        """The source of so many times the numbers, in a unit of their own if it is given."""
+        """The source of the number times `scale`, in another unit if it is given."""
         return replace(self, scale=scale * self.scale, unit=unit or self.unit)
 
 

@@ -21,28 +21,28 @@ ROUNDING = 1e-9  # of a count of steps
 @dataclass(frozen=True, eq=False)
 @door
 class LoopLimits:
-    """The limits that a loop shall keep at a setting: its run stays finite, and no metric has a number above its limit.
+    """Limits that a loop must keep at a setting: its run stays finite, and no number of a metric is above its limit.
 
     Attributes
     ----------
     loop
-        The loop at a setting: for a sampling period in s `lambda T: wb.DigitalLoop(loop, T)`, where a filter or a law
-        that knows its period is made anew.
+        A function from a setting to a loop, such as `lambda T: wb.DigitalLoop(loop, T)` for a sampling period T in s. A
+        filter or a law that knows its period must be made anew for each T.
     metrics
-        The metrics at a setting, as one that samples may look once a period.
+        A function from a setting to the metrics, as a metric that samples may do so once a period.
     limits
-        By the name of a metric, one number or (k,), one for each of its numbers; all are above zero.
+        From the name of a metric to one number above zero, or to an array (k,) with one for each number of the metric.
     until
-        Horizon in s; a run ends at the multiple of its period or step that is nearest.
+        Horizon in s; a run ends at the nearest multiple of its period or step.
     longest_step
-        The longest step of the plant in s: a period has the least number of steps, all alike, that keep it.
+        The longest step of the plant in s. A period is divided into the smallest number of equal steps that keep it.
     seed
-        Of the noise.
+        The seed of the noise.
 
     Raises
     ------
     ValueError
-        If there is no limit, or one is no finite number above zero; or a time is not above zero.
+        If there is no limit, a limit is not a finite number above zero, or a time is not above zero.
 
     Examples
     --------
@@ -75,7 +75,7 @@ class LoopLimits:
         Raises
         ------
         LookupError
-            If there is a limit for what is no metric of the run.
+            If a limit names a metric that the run does not have.
         ValueError
             If `loop` gives no loop, `metrics` no metrics, or `measure` refuses.
         """
@@ -100,9 +100,9 @@ class LoopLimits:
 @dataclass(frozen=True, eq=False)
 @door
 class LoopTrial:
-    """A run held against its limits: by metric its numbers over their limits, (k,), and the errors of these.
+    """A run compared with its limits: for each metric its numbers over their limits, (k,), and the errors of these.
 
-    Both are NaN where the run diverged.
+    Both are NaN if the run diverged.
     """
 
     shares: Mapping[str, Array]
@@ -121,7 +121,7 @@ class LoopTrial:
 
     @property
     def sure(self) -> bool:
-        """True if the errors of the step leave the answer as it is; a run that diverged is sure."""
+        """True if the errors of the step cannot change `met`; a run that diverged is sure."""
         high = all((self.shares[name] + error <= 1).all() for name, error in self.errors.items())
         low = any(not (self.shares[name] - error <= 1).all() for name, error in self.errors.items())
         return high or low
@@ -130,9 +130,9 @@ class LoopTrial:
 @dataclass(frozen=True, eq=False)
 @door
 class LargestSetting:
-    """The bracket of the largest setting that keeps the limits, and the trials at each setting that was looked at.
+    """The bracket of the largest setting that keeps the limits, and the trials at each setting.
 
-    A setting has a trial for each of several `LoopLimits`, up to the first that is not met.
+    A setting has one trial for each of several `LoopLimits`, up to the first that is not met.
     """
 
     threshold: Threshold
@@ -140,22 +140,22 @@ class LargestSetting:
 
     @property
     def sure(self) -> bool:
-        """True if the errors of the step leave the answers at both ends of the bracket as they are."""
+        """True if the errors of the step cannot change the answer at either end of the bracket."""
         ends = (self.threshold.largest, self.threshold.next)
         at = [trials for value, trials in zip(self.threshold.values, self.trials, strict=True) if value in ends]
         return all(any(one.sure and not one.met for one in trials) or all(t.sure for t in trials) for trials in at)
 
     @property
     def sentence(self) -> str:
-        """The bracket, what was looked at, and a warning where an answer is within the error of the step."""
+        """The bracket, the settings that were tried, and a warning if an answer is within the error of the step."""
         doubt = "" if self.sure else "; the answer at an end is within the error of the step"
         return f"{self.threshold.sentence}{doubt}"
 
     @door
     def worst(self, metric: str, place: int = 0) -> Array:
-        """The largest share of the limits of a metric at each setting that was looked at, (N,).
+        """The largest share of the limits of a metric at each setting that was tried, (N,).
 
-        It is that of the `LoopLimits` at `place`, infinite where a run diverged and NaN where it was not run.
+        The limits are the `LoopLimits` at `place`. The share is infinite if the run diverged, and NaN without a run.
         """
         whole("LargestSetting.worst(place=...)", place, 0)
         return np.array([one[place].worst(metric) if place < len(one) else np.nan for one in self.trials])
@@ -170,14 +170,14 @@ def largest_setting(
     between: Between | None = None,
     patience: int | None = None,
 ) -> LargestSetting:
-    """The largest setting, a sampling period for instance, at which loops keep their limits: a scan, then a bisection.
+    """The largest setting, such as a sampling period, at which loops keep their limits: a scan, then a bisection.
 
     Parameters
     ----------
     limits
-        Of one loop, or of several that shall all keep theirs, which are asked in turn up to the first that does not.
+        The limits of one loop, or of several loops that must all keep theirs. They run in turn until one fails.
     settings, ratio, between, patience
-        As the `values` and options of `find_largest`: the scan is what tells a criterion that is not monotone.
+        The `values` and options of `find_largest`. Only the scan can show that the limits are met again further up.
 
     Raises
     ------

@@ -20,10 +20,10 @@ NAMED = 5  # values that a sentence names
 @dataclass(frozen=True)
 @door
 class Threshold:
-    """The values that a search looked at, rising, and for each of them whether it met the criterion.
+    """The values that a search tried, in rising order, and for each of them whether it met the criterion.
 
-    All values up to `largest` meet it and `next` does not, among those that were looked at: between them lies the
-    threshold, or one of several. Nothing is claimed of values that were not looked at.
+    Of the values that were tried, all up to `largest` meet the criterion, and `next` does not. The threshold, or one of
+    several, lies between these two. Nothing is claimed of values that were not tried.
 
     Examples
     --------
@@ -46,23 +46,23 @@ class Threshold:
 
     @property
     def largest(self) -> float:
-        """The largest value up to which all meet the criterion; 0 if the least does not."""
+        """The largest value up to which all meet the criterion; 0 if the smallest value does not meet it."""
         return (0.0, *self.values)[self._count]
 
     @property
     def next(self) -> float:
-        """The least value that does not meet the criterion; infinite if all do."""
+        """The smallest value that does not meet the criterion; infinite if all values meet it."""
         return (*self.values, inf)[self._count]
 
     @property
     def beyond(self) -> tuple[float, ...]:
-        """The values above `next` that meet the criterion again: it is not monotone if there are any."""
+        """The values above `next` that meet the criterion again; if there are any, the criterion is not monotone."""
         later = zip(self.values[self._count :], self.met[self._count :], strict=True)
         return tuple(value for value, good in later if good)
 
     @property
     def sentence(self) -> str:
-        """The bracket, the values that were looked at, and those beyond it that meet the criterion again."""
+        """The bracket, the range of the values that were tried, and the larger values that meet the criterion again."""
         if self.next == inf:
             bracket = f"all values up to {self.largest:.6g} meet the criterion"
         elif self.largest:
@@ -90,24 +90,24 @@ def find_largest(
     between: Between | None = None,
     patience: int | None = None,
 ) -> Threshold:
-    """The largest value that meets a criterion: rising values are scanned, then the first change is bisected.
+    """The largest value that meets a criterion: a scan of rising values, then a bisection before the first failure.
 
-    A criterion that is met again further up stays visible in `Threshold.beyond`. One that fails only between two
-    values of the scan is not seen: the scan must be as fine as the criterion may vary.
+    `Threshold.beyond` has the larger values that meet the criterion again. A failure between two values of the scan is
+    not seen, so the scan must be as fine as the criterion may vary.
 
     Parameters
     ----------
     criterion
-        Of a value; it is asked once for each.
+        A function of a value; it is called once for each value.
     values
         Positive and rising.
     ratio
-        The bisection ends once the bracket is no wider, upper over lower end; None for a scan alone.
+        The bisection ends when the upper end of the bracket over the lower is at most `ratio`; None for a scan alone.
     between
-        The value to be tried between two, or None where there is none, as between two whole numbers; without it, their
-        geometric mean.
+        A function that returns a value to be tried between two others, or None if there is none, as between adjacent
+        whole numbers. If it is not given, the geometric mean is tried.
     patience
-        The scan ends after so many values in a row that do not meet the criterion; None looks at all.
+        The scan ends after `patience` values in a row that do not meet the criterion; None scans all values.
 
     Raises
     ------

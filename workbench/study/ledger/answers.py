@@ -1,7 +1,7 @@
-"""Answers: plain data as a chunk, and read back from it the same to the bit.
+"""Answers: plain data as a chunk, and read back from it bit by bit.
 
-Plain data are None, truths, numbers, text, tuples, lists, dicts by text, arrays of numbers, and frozen dataclasses or
-named tuples of these. Those are made again by classes that the reader names: nothing in a record is executed.
+Plain data are None, truth values, numbers, text, tuples, lists, dicts with text keys, arrays of numbers, and frozen
+dataclasses or named tuples of these. The reader names the classes; nothing in a record is executed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class AnswerError(ValueError):
 
 
 def classes_of(hint: Any) -> dict[str, type]:
-    """The frozen dataclasses and named tuples that a type hint holds, by their names, with those of their fields.
+    """The frozen dataclasses and named tuples in a type hint and in the hints of their fields, by their names.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def chunk_of_answer(name: str, item: str, answer: Any, classes: Classes) -> Chun
     Raises
     ------
     AnswerError
-        If it is no plain data, or holds a class that is not among the named ones.
+        If it is not plain data, or holds a class that is not in `classes`.
     """
     arrays: dict[str, Any] = {}
     tree = _tree(answer, "the answer", classes, arrays)
@@ -159,8 +159,8 @@ def _is_named_tuple(kind: type) -> bool:
     return issubclass(kind, tuple) and hasattr(kind, "_fields")
 
 
-def shown(tree: Any, arrays: Mapping[str, Any]) -> Any:
-    """The answer of a record for readers: JSON without marks of kinds, and numbers that JSON lacks as text."""
+def plain_json(tree: Any, arrays: Mapping[str, Any]) -> Any:
+    """The answer of a record as plain JSON for readers, in which numbers that JSON lacks are text."""
     if isinstance(tree, float) and not math.isfinite(tree):
         return repr(tree)
     if not isinstance(tree, dict):
@@ -168,10 +168,12 @@ def shown(tree: Any, arrays: Mapping[str, Any]) -> Any:
     ((kind, held),) = tree.items()
     if kind in ("array", "pairs"):
         return (
-            shown({"list": arrays[held].tolist()}, arrays) if arrays[held].ndim else shown(float(arrays[held]), arrays)
+            plain_json({"list": arrays[held].tolist()}, arrays)
+            if arrays[held].ndim
+            else plain_json(float(arrays[held]), arrays)
         )
     if kind in ("integers", "truths"):
         return np.array(held[1]).reshape(held[0]).tolist()
     if kind in ("dict", "object"):
-        return {key: shown(part, arrays) for key, part in (held if kind == "dict" else held[1])}
-    return [shown({"list": part} if isinstance(part, list) else part, arrays) for part in held]
+        return {key: plain_json(part, arrays) for key, part in (held if kind == "dict" else held[1])}
+    return [plain_json({"list": part} if isinstance(part, list) else part, arrays) for part in held]
