@@ -14,6 +14,7 @@ from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stability import beyond
 from workbench.simulate.step_choice import Choice
 from workbench.simulate.step_size import Check, accuracy
+from workbench.validation.array_shapes import require_shapes
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, described, nearest
 from workbench.validation.signatures import door
@@ -47,11 +48,7 @@ class Score:
     error: Array
 
     def __post_init__(self) -> None:
-        if self.value.ndim != 1 or self.value.shape != self.error.shape:
-            raise ValueError(
-                "`Score(value=..., error=...)` must be two arrays of one shape (N,); got shapes "
-                f"{self.value.shape} and {self.error.shape}."
-            )
+        require_shapes(self, dict.fromkeys(("value", "error"), (self.value.size,)), "one number for each run")
 
     @property
     def pair(self) -> tuple[float, float]:
@@ -124,6 +121,18 @@ class Measurement:
     metrics: tuple[AbstractMetric, ...] = ()
     unseen: tuple[str, ...] = ()
     kept: Trajectories | None = None
+
+    def __post_init__(self) -> None:
+        runs, times, looked = self.diverged_at.size, max(1, self.t.size), self.looked_at.size
+        shapes = {"t": (times,), "values": (runs, times, len(self.columns)), "diverged_at": (runs,)}
+        shapes |= {"looked_at": (looked,), "errors": (looked, times, len(self.columns))}
+        shapes |= dict.fromkeys(("half_diverged_at", "limits", "limited_at"), (looked,))
+        of = f"of {runs} runs, {looked} that were looked at, {times} times and {len(self.columns)} columns"
+        require_shapes(self, shapes, of)
+        if not ((self.looked_at >= 0) & (self.looked_at < runs)).all():
+            raise ValueError(
+                f"`Measurement(looked_at=...)` must be numbers of the {runs} runs, counted from 0; got others."
+            )
 
     def __len__(self) -> int:
         return len(self.values)
