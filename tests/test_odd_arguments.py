@@ -6,11 +6,14 @@ import casadi as ca
 import numpy as np
 import pytest
 import scipy.linalg
+from tunings import tuning
 
 import workbench as wb
 from workbench.core import Entry
 from workbench.core.shapes import Circle, Line
+from workbench.simulate.step_choice import Choice
 from workbench.study.evidence import bisect
+from workbench.study.tuning.search import tune
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
 
@@ -207,3 +210,30 @@ def test_what_lies_between_two_values_is_a_number_between_them(between):
     must = r"^`bisect\(between=\.\.\.\)\(1, 2\)` must give a value between the two, or None; it "
     with pytest.raises(ValueError, match=must):
         bisect(lambda x: x < 1.5, 1.0, 2.0, between=between)
+
+
+def test_runs_that_are_not_there_are_named():
+    loop = motor_loop()
+    found = wb.measure(loop.ode(), [wb.rmse()], until=0.1, h=0.01)
+    for odd in ([-1], [1], [0, 0]):
+        with pytest.raises(
+            ValueError, match=r"^`only\(runs\)` takes numbers of the 1 runs in rising order, .*; got \["
+        ):
+            found.only(odd)
+    with pytest.raises(LookupError, match=r"^`Score\.pair` of 'RMSE' is of the first run, and there is none\.$"):
+        _ = found.only([]).score("RMSE").pair
+
+
+def test_a_choice_has_a_method_that_there_is():
+    with pytest.raises(
+        ValueError, match=r"^`Choice\(method=\.\.\.\)` is one of 'rk4', 'stabilised', 'restarted'; got 'x'"
+    ):
+        Choice(0.1, "x", 1e-3, 1e-4, "RMSE", 4.0, 1.0, 3)
+
+
+@pytest.mark.parametrize("evaluate", [float, len, raises, lambda *_: "x", lambda *_: [], lambda *_: [None]])
+def test_what_evaluates_a_tuning_gives_its_chunks(evaluate):
+    with pytest.raises(
+        ValueError, match=r"^`tune\(evaluate=\.\.\.\)` must give a chunk for each of 1 sweeps; it (gave|raised) "
+    ):
+        tune(tuning(), evaluate)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.score import HEAD, Column, Score
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stability import beyond
 from workbench.simulate.step_choice import Choice
@@ -18,58 +18,6 @@ from workbench.validation.array_shapes import require_shapes
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, described, nearest
 from workbench.validation.signatures import door
-
-HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
-
-
-class Column(NamedTuple):
-    """One number of a metric: the metric's name, the number counted from 0, its unit, and the label of its signal."""
-
-    metric: str
-    number: int
-    unit: str
-    label: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-@door
-class Score:
-    """One number of a metric in N runs, (N,), and its error, (N,): twice the change of the value from h to h / 2.
-
-    The error bounds that of the value where the change falls at least as fast as the step, once the step is short
-    enough. A time is known to one step at best. The value is NaN of a run that diverged; the error too, and of a run
-    that was not looked at. An error is infinite where h / 2 alone gives no value.
-    """
-
-    metric: str
-    label: str
-    unit: str
-    value: Array
-    error: Array
-
-    def __post_init__(self) -> None:
-        require_shapes(self, dict.fromkeys(("value", "error"), (self.value.size,)), "one number for each run")
-
-    @property
-    def pair(self) -> tuple[float, float]:
-        """The value and the error of the first run, which of a case is the only one."""
-        return float(self.value[0]), float(self.error[0])
-
-    @property
-    def largest_error(self) -> float:
-        """The largest error of all runs that were looked at; NaN if all of them diverged, or none was looked at."""
-        return float(np.fmax.reduce(self.error, initial=np.nan))
-
-    @property
-    def row(self) -> tuple[str, ...]:
-        """Metric, label, unit, the least, mean and largest finite value, and the largest finite error, as text."""
-        values, errors = (column[np.isfinite(column)] for column in (self.value, self.error))
-        ends = (values.min(), values.mean(), values.max()) if values.size else (np.nan,) * 3
-        numbers = (*ends, errors.max() if errors.size else np.nan)
-        return (self.metric, self.label, self.unit, *(f"{number:.6g}" for number in numbers))
-
-    def _repr_html_(self) -> str:
-        return table_to_html("", HEAD, [self.row])
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,7 +176,8 @@ class Measurement:
         """The measurement of some runs, by their numbers in rising order, which are numbered anew."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
-                f"`only(runs)` takes numbers of runs in rising order, from 0 to {len(self) - 1}; got others."
+                f"`only(runs)` takes numbers of the {len(self)} runs in rising order, counted from 0; got "
+                f"{described(runs.tolist())}."
             )
         held = np.isin(self.looked_at, runs)
         return replace(

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, Score
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
