@@ -196,3 +196,11 @@ def test_an_item_without_words_is_shown_by_its_class():
     work = compile_work(Work("w", fails, over=(Sulking(Sulky()),)))
     with pytest.raises(WorkError, match=r"^The work 'w' fails at Sulking\(\.\.\.\): KeyError: 'odd'\.$"):
         work.chunk(0, 1)
+
+
+@pytest.mark.parametrize("name", ["", "S\n", "\x1b[2J", "x" * 201])
+@pytest.mark.parametrize("field", ["scenario", "law"])
+def test_a_case_has_names_that_can_be_printed(field, name):
+    run = wb.Run(wb.open_loop(wb.DCMotor()), (wb.effort("omega"),), until=1.0)
+    with pytest.raises(ValueError, match=rf"^`Case\({field}=\.\.\.\)` must be a name, at most 200 characters"):
+        wb.Case(**{"scenario": "S", "law": "law", "run": run, field: name})

@@ -14,6 +14,7 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 
 from workbench.study.ledger.chunk import Chunk, chunk_of
+from workbench.validation.refusals import a
 
 NUMBERS = "fiucb"  # the kinds of arrays
 LARGEST = 2**63 - 1  # of the whole numbers in an array
@@ -103,7 +104,7 @@ def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> A
     if isinstance(value, str):
         return str(value)
     if isinstance(value, np.timedelta64) or (isinstance(value, np.inexact) and not _fits_double(value.dtype)):
-        raise AnswerError(f"{place} is a `{type(value).__name__}`, and plain data are doubles and whole numbers")
+        raise AnswerError(f"{place} is {a(type(value))}, and plain data are doubles and whole numbers")
     if isinstance(value, int | np.integer):
         return int(value)
     if isinstance(value, float | np.floating):
@@ -148,14 +149,14 @@ def _tree_of_object(value: Any, place: str, classes: Classes, arrays: dict[str, 
     name = kind.__qualname__
     if not (is_dataclass(value) or _is_named_tuple(kind)):
         raise AnswerError(
-            f"{place} is a `{name}`; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
+            f"{place} is {a(kind)}; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
             "numbers, and frozen dataclasses of these"
         )
     if is_dataclass(value) and not kind.__dataclass_params__.frozen:
-        raise AnswerError(f"{place} is a `{name}`, a dataclass that is not frozen")
+        raise AnswerError(f"{place} is {a(kind)}, a dataclass that is not frozen")
     if classes.get(name) is not kind:
         raise AnswerError(
-            f"{place} is a `{name}`, which the hint of the result does not name: write `-> {name}` at the function, "
+            f"{place} is {a(kind)}, which the hint of the result does not name: write `-> {name}` at the function, "
             f"or `Work(answer={name})`"
         )
     names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else value._fields
