@@ -11,11 +11,15 @@ from tunings import tuning
 import workbench as wb
 from workbench.core import Entry
 from workbench.core.shapes import Circle, Line
+from workbench.metrics.contract import Integral
 from workbench.simulate.step_choice import Choice
+from workbench.study.document.figure import Tiles
 from workbench.study.evidence import bisect
 from workbench.study.tuning.search import tune
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
+from workbench.study.uncertainty.indices import sobol_by_salib
+from workbench.study.uncertainty.sobol_design import SobolDesign
 
 ELEMENTS = [
     wb.Saturation("v", -1.0, 1.0),
@@ -237,3 +241,23 @@ def test_what_evaluates_a_tuning_gives_its_chunks(evaluate):
         ValueError, match=r"^`tune\(evaluate=\.\.\.\)` must give a chunk for each of 1 sweeps; it (gave|raised) "
     ):
         tune(tuning(), evaluate)
+
+
+def test_flags_of_tiles_are_truths():
+    shades = np.zeros((1, 1))
+    for odd in (ca.SX(0, 1), [ca.SX.sym("a")], "x", [[True], [True, False]]):
+        with pytest.raises(ValueError, match=r"^`Tiles\(framed=\.\.\.\)` must be True, False, or an array of shape"):
+            Tiles("a", ((("x",),),), shades, framed=odd)
+
+
+def test_an_integral_is_of_one_signal_at_least():
+    metric = Integral("I", "1", "about nothing", lambda t, y: t, lambda value, horizon: value, signals=())
+    with pytest.raises(ValueError, match=r"^The metric 'I' has no signal: name at least one"):
+        metric.of(wb.open_loop(wb.DCMotor()))
+
+
+def test_a_bootstrap_has_no_more_resamples_than_the_memory_holds():
+    pytest.importorskip("SALib")
+    design = SobolDesign(2, 16, seed=1)
+    with pytest.raises(ValueError, match=r"^`sobol_by_salib\(resamples=\.\.\.\)` must be a whole number from 2 to \d+"):
+        sobol_by_salib(design, design.points()[:, 0], resamples=2**31)

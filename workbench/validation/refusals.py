@@ -235,6 +235,14 @@ def as_array(value: object) -> Array | None:
         return None
 
 
+def as_objects(value: object) -> np.ndarray[Any, np.dtype[np.object_]]:
+    """An array of the objects in lists, even of unequal lengths; of None for what refuses to be looked into."""
+    try:
+        return np.array(value, dtype=object)
+    except Exception:  # an object of the user's may raise anything when it is asked for its items
+        return np.array(None, dtype=object)
+
+
 def described(value: object, longest: int = LONGEST) -> str:
     """A value in a few printable words: `a PID, which is an AbstractController`."""
     try:
