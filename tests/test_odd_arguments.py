@@ -14,7 +14,8 @@ from workbench.core.shapes import Circle, Line
 from workbench.metrics.contract import Integral
 from workbench.simulate.step_choice import Choice
 from workbench.study.document.figure import Tiles
-from workbench.study.evidence import bisect
+from workbench.study.evidence import bisect, compare, paired
+from workbench.study.evidence.largest_setting import LoopTrial
 from workbench.study.tuning.search import tune
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
@@ -261,3 +262,24 @@ def test_a_bootstrap_has_no_more_resamples_than_the_memory_holds():
     design = SobolDesign(2, 16, seed=1)
     with pytest.raises(ValueError, match=r"^`sobol_by_salib\(resamples=\.\.\.\)` must be a whole number from 2 to \d+"):
         sobol_by_salib(design, design.points()[:, 0], resamples=2**31)
+
+
+def test_a_trial_has_an_error_for_each_share():
+    with pytest.raises(
+        ValueError, match=r"^`LoopTrial\(errors=\.\.\.\)` must be errors of the shapes of the shares, \{\}; got"
+    ):
+        LoopTrial({}, {"RMSE": [0.1]})
+
+
+def test_no_runs_of_a_measurement_have_no_accuracy():
+    found = wb.measure(motor_loop().ode(), [wb.rmse()], until=0.1, h=0.01, tolerance=1e-3).only([])
+    assert found.summary
+    assert found.check is not None
+
+
+def test_a_comparison_has_no_more_than_a_million_resamples():
+    draws = dict(zip("ab", np.random.default_rng(1).random((2, 50)), strict=True))
+    with pytest.raises(
+        ValueError, match=r"^`compare\(resamples=\.\.\.\)` must be a whole number from 100 to 1000000; got"
+    ):
+        compare(paired(draws, metric="error", unit="rad"), resamples=2**31)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ldexp
 from typing import Any
 
 import numpy as np
@@ -129,7 +130,7 @@ def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
     n = len(A)
     with np.errstate(all="ignore"):  # what it leaves is refused below
         doublings = int(max(0.0, np.ceil(np.log2(np.linalg.norm(A, 1)) + np.log2(period)))) if A.any() else 0
-        block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * (period / 2.0**doublings))
+        block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * ldexp(period, -doublings))
         Phi = block[n:, n:].T
         Qd = Phi @ block[:n, n:]
         for _ in range(doublings):

@@ -177,7 +177,7 @@ class Tiles:
     @property
     def lines(self) -> int:
         """The number of lines of the longest text."""
-        return max(len(text) for row in self.texts for text in row)
+        return max((len(text) for row in self.texts for text in row), default=0)
 
 
 Mark: TypeAlias = Series | Band | Bars | Points | Tiles

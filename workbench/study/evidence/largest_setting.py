@@ -117,6 +117,11 @@ class LoopTrial:
     shares: Mapping[str, Array]
     errors: Mapping[str, Array]
 
+    def __post_init__(self) -> None:
+        shapes = [{name: array.shape for name, array in held.items()} for held in (self.shares, self.errors)]
+        if shapes[0] != shapes[1]:
+            raise refusal("LoopTrial(errors=...)", f"errors of the shapes of the shares, {shapes[0]}", shapes[1])
+
     @door
     def worst(self, metric: str) -> float:
         """The largest share of the limits of a metric; infinite if the run diverged."""
