@@ -21,6 +21,7 @@ from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
 from workbench.study.uncertainty.indices import sobol_by_salib
 from workbench.study.uncertainty.sobol_design import SobolDesign
+from workbench.validation.refusals import nearest
 
 ELEMENTS = [
     wb.Saturation("v", -1.0, 1.0),
@@ -283,3 +284,13 @@ def test_a_comparison_has_no_more_than_a_million_resamples():
         ValueError, match=r"^`compare\(resamples=\.\.\.\)` must be a whole number from 100 to 1000000; got"
     ):
         compare(paired(draws, metric="error", unit="rad"), resamples=2**31)
+
+
+def test_a_long_side_is_shown_in_short():
+    with pytest.raises(ValueError, match=r"^`linearize\(side=\.\.\.\)` must be 'above', 'below' or a mapping") as error:
+        wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0], side="x" * 10**5)
+    assert len(str(error.value)) < 200
+
+
+def test_names_that_are_no_text_are_near_to_none():
+    assert nearest("x", [1, None]) == ""

@@ -291,5 +291,6 @@ def name_of(kind: Any) -> str:
 
 def nearest(name: object, names: Iterable[str]) -> str:
     """The question "Did you mean ...?" with the known name nearest to a misspelt one; empty if none is near."""
-    close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6) if isinstance(name, str) else []
+    held = [one for one in names if isinstance(one, str)]
+    close = difflib.get_close_matches(name[:LONGEST], held, n=1, cutoff=0.6) if isinstance(name, str) else []
     return f" Did you mean '{close[0]}'?" if close else ""
