@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.metrics import Measurement
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.study.sample import Sample
 
 

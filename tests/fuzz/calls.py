@@ -97,11 +97,15 @@ def call_of(held: Aims, seed: int, number: int) -> Call:
 
 
 def _use(result: Any) -> None:
-    """Take the first of what an iterator gives, as only then it is called, and all properties of an object."""
+    """Take the first of what an iterator gives, as only then it is called, and all properties of an object.
+
+    Those of python-control, from which some classes come, are its own.
+    """
     if isinstance(result, Iterator):
         list(islice(result, 3))
     if type(result).__module__.startswith("workbench"):
-        for name in (name for name in dir(type(result)) if not name.startswith("_")):
+        elsewhere = _of_control(type(result))
+        for name in (name for name in dir(type(result)) if not name.startswith("_") and name not in elsewhere):
             if isinstance(inspect.getattr_static(type(result), name), property | functools.cached_property):
                 getattr(result, name)
 
@@ -131,7 +135,7 @@ def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]
     if not kind.__module__.startswith(("workbench", rooms.__name__)):
         return []
     own = getattr(kind, "__dataclass_fields__", {})  # a field that holds a function is no method
-    elsewhere = {a for base in kind.__mro__[1:] if base.__module__.startswith("control") for a in vars(base)}
+    elsewhere = _of_control(kind)
     for attribute in (a for a in dir(kind) if not a.startswith("_") and a not in own and a not in elsewhere):
         how = inspect.getattr_static(kind, attribute)
         label = f"{name}(...).{attribute}"
@@ -151,6 +155,11 @@ def _of_object(name: str, thing: Any, arguments: dict[str, Callable[[Any], Any]]
             )
             found.append(Target(label, method, guess, optional if plain else ()))
     return found
+
+
+def _of_control(kind: type) -> set[str]:
+    """The attributes that a class has from python-control."""
+    return {name for base in kind.__mro__[1:] if base.__module__.startswith("control") for name in vars(base)}
 
 
 def _objects(held: list[Target]) -> dict[str, Any]:

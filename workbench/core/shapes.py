@@ -13,9 +13,11 @@ import numpy as np
 from workbench.core.expressions import refuse_misfit
 from workbench.validation.refusals import Array, described, one_of, refusal, text
 from workbench.validation.signatures import door
+from workbench.validation.type_hints import fit_of
 
 TONES = ("body", "link", "ground", "liquid", "path")
 PAIR = "two numbers or expressions, to the right and upward in m"
+AS_EXPRESSION = fit_of(ca.SX)  # CasADi itself crashes on numbers of more than 64 bits
 # The direction from which what moves in space is seen: turned about the vertical, and from a little above.
 TURNED, RAISED = math.radians(20.0), math.radians(18.0)
 
@@ -110,7 +112,7 @@ def _pair(call: str, value: Any, where: str = "") -> ca.SX:
     """Two numbers or expressions as a column (2, 1)."""
     try:
         given = ca.vertsplit(value) if isinstance(value, ca.SX | ca.DM) else value
-        parts = [ca.SX(part) for part in given] if len(given) == 2 else []
+        parts: list[ca.SX] = [AS_EXPRESSION(part) for part in given] if len(given) == 2 else []
     except Exception:  # whatever it is that came
         raise refusal(call, f"{PAIR}{where}", value) from None
     if [part.shape for part in parts] != [(1, 1)] * 2:
@@ -121,7 +123,7 @@ def _pair(call: str, value: Any, where: str = "") -> ca.SX:
 def _one(call: str, value: Any) -> ca.SX:
     """One number or expression."""
     try:
-        part = ca.SX(value)
+        part: ca.SX = AS_EXPRESSION(value)
     except Exception:  # whatever it is that came
         raise refusal(call, "a number or an expression, in m", value) from None
     if part.shape != (1, 1):

@@ -19,9 +19,10 @@ from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector, quantities
 from workbench.core.port import ANY, per_second
 from workbench.loop.signal_units import fitted
-from workbench.validation.refusals import Array, seconds, whole
+from workbench.validation.refusals import Array, described, seconds, whole
 
 TINY = float(np.finfo(float).tiny)
+MOST_DRAWS = 10**8  # of a path: 0.8 GB
 Parts = Mapping[str, ca.SX]
 
 
@@ -51,10 +52,23 @@ class AbstractNoise(ABC):
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
         """The states a `period` [s] after z, (k, 1) each, from z and columns w of standard normal numbers."""
 
+    def _refuse_misfit(self, method: str, period: float = 1.0, **columns: Sequence[ca.SX]) -> None:
+        """Refuse another count of columns than that of the states, columns of another shape, and no period."""
+        call, size, names = f"{type(self).__name__}.{method}", self.size, [name for name, _ in self.states]
+        for name, given in columns.items():
+            shapes = [column.shape for column in given]
+            if shapes != [(size, 1)] * len(names):
+                raise ValueError(
+                    f"`{call}({name}=...)` must be a column of shape ({size}, 1) for each state, {', '.join(names)}; "
+                    f"got {described(shapes)}."
+                )
+        seconds(f"{call}(period=...)", period)
+
     def path(self, period: float, count: int, rng: np.random.Generator) -> Array:
         """The noise at `count` instants that are a `period` [s] apart, (count, k), for a `Table` in continuous time."""
-        instants, length = whole("path(count=...)", count, 2), seconds("path(period=...)", period)
         n, k = len(self.states), self.size
+        instants = whole("path(count=...)", count, 2, MOST_DRAWS // (n * k), why="which the memory of a computer holds")
+        length = seconds("path(period=...)", period)
         z, w = ca.SX.sym("z", k, n), ca.SX.sym("w", k, n)
         columns = self.start(ca.horzsplit(w)), self.after(ca.horzsplit(z), ca.horzsplit(w), length)
         start, after = (ca.densify(ca.horzcat(*part)) for part in columns)
@@ -94,10 +108,12 @@ class GaussMarkov(AbstractNoise):
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
         """A value from the stationary distribution."""
+        self._refuse_misfit("start", w=w)
         return (self.sigma * w[0],)
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
         """a z + sigma sqrt(1 - a^2) w."""
+        self._refuse_misfit("after", period, z=z, w=w)
         share = period / self.time_constant
         half = ca.tanh(share)  # 1 - exp(-2 s) = 2 tanh(s) / (1 + tanh(s)), which loses no digit of a short period
         return (ca.exp(-share) * z[0] + self.sigma * ca.sqrt(2 * half / (1 + half)) * w[0],)
@@ -135,10 +151,12 @@ class SecondOrderNoise(AbstractNoise):
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
         """Values from the stationary distribution, in which noise and rate are independent."""
+        self._refuse_misfit("start", w=w)
         return self.sigma * w[0], self.sigma * self.natural_frequency * w[1]
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
         """exp(A h) z + L w with L L' = P - exp(A h) P exp(A h)', P = diag(sigma^2, (omega_n sigma)^2)."""
+        self._refuse_misfit("after", period, z=z, w=w)
         omega, zeta = self.natural_frequency, self.damping
         a, b = _damped_wave(omega * period, zeta)
         x, y = z[0], z[1] / omega  # in which P is sigma^2 times the unit matrix
@@ -183,10 +201,12 @@ class RandomWalk(AbstractNoise):
 
     def start(self, w: Sequence[ca.SX]) -> tuple[ca.SX, ...]:
         """The value at the start."""
+        self._refuse_misfit("start", w=w)
         return (self.start_sigma * w[0],)
 
     def after(self, z: Sequence[ca.SX], w: Sequence[ca.SX], period: float) -> tuple[ca.SX, ...]:
         """z + N sqrt(period) w."""
+        self._refuse_misfit("after", period, z=z, w=w)
         return (z[0] + self.intensity * np.sqrt(period) * w[0],)
 
 

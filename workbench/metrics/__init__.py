@@ -7,7 +7,7 @@ then `contract.py` for a metric of your own.
 from workbench.metrics.accumulators import measured
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measure import measure
-from workbench.metrics.measurement import Measurement, Score
+from workbench.metrics.measurement import Measurement
 from workbench.metrics.metric_catalogue import (
     effort,
     energy,
@@ -26,6 +26,7 @@ from workbench.metrics.metric_catalogue import (
     total_variation,
     violation,
 )
+from workbench.metrics.score import Score
 
 __all__ = [
     "AbstractMetric",

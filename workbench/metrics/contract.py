@@ -248,6 +248,8 @@ class Integral(AbstractMetric):
         if self.signal is not None:
             seen = watched(self.name, self.signal, ode)
             return bound(self, seen, ode, self.measure or str, signal=seen)
+        if not self.signals:
+            raise ValueError(f"The metric '{self.name}' has no signal: name at least one, `Integral(signals=('e',))`.")
         missing = [name for name in self.signals if name not in ode.outputs]
         if missing and self.measure is not None:
             raise LookupError(

@@ -11,7 +11,8 @@ from workbench.core import Ode, Sampled, rk4
 from workbench.metrics.contract import AbstractMetric
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import MeasuredRun, arithmetic_for, points_of
-from workbench.metrics.measurement import Measurement, Score
+from workbench.metrics.measurement import Measurement
+from workbench.metrics.score import Score
 from workbench.metrics.step_for_metrics import step_for
 from workbench.simulate.batch import progress_of, rows_of, table_of
 from workbench.simulate.job import Progress

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, runge_kutta_step, with_quadrature
 from workbench.metrics.contract import AbstractMetric, watches
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.metrics.signal_choice import refuse_unknown
 from workbench.simulate import Trajectories
 from workbench.simulate.arithmetic import continued

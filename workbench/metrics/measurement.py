@@ -5,74 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
 from workbench.metrics.contract import AbstractMetric
+from workbench.metrics.score import HEAD, Column, Score
 from workbench.simulate import StepLimit, Trajectories
 from workbench.simulate.stability import beyond
 from workbench.simulate.step_choice import Choice
 from workbench.simulate.step_size import Check, accuracy
+from workbench.validation.array_shapes import require_shapes
 from workbench.validation.notebook_display import listed, table_to_html
 from workbench.validation.refusals import Array, Integers, described, nearest
 from workbench.validation.signatures import door
-
-HEAD = ("metric", "of", "unit", "least", "mean", "largest", "error")
-
-
-class Column(NamedTuple):
-    """One number of a metric: the metric's name, the number counted from 0, its unit, and the label of its signal."""
-
-    metric: str
-    number: int
-    unit: str
-    label: str = ""
-
-
-@dataclass(frozen=True, eq=False)
-@door
-class Score:
-    """One number of a metric in N runs, (N,), and its error, (N,): twice the change of the value from h to h / 2.
-
-    This bounds the error of the value if the change falls at least as fast as the step, once the step is short enough.
-    A time has an error of at least one step. For a run that diverged, value and error are NaN. The error is NaN too if
-    the run was not repeated at h / 2, and infinite if only the run at h / 2 gives no value.
-    """
-
-    metric: str
-    label: str
-    unit: str
-    value: Array
-    error: Array
-
-    def __post_init__(self) -> None:
-        if self.value.ndim != 1 or self.value.shape != self.error.shape:
-            raise ValueError(
-                "`Score(value=..., error=...)` must be two arrays of one shape (N,); got shapes "
-                f"{self.value.shape} and {self.error.shape}."
-            )
-
-    @property
-    def pair(self) -> tuple[float, float]:
-        """The value and the error of the first run; a case has no other."""
-        return float(self.value[0]), float(self.error[0])
-
-    @property
-    def largest_error(self) -> float:
-        """The largest error of the runs that were repeated at h / 2; NaN if all of these diverged or there are none."""
-        return float(np.fmax.reduce(self.error, initial=np.nan))
-
-    @property
-    def row(self) -> tuple[str, ...]:
-        """Metric, label, unit, the least, mean and largest finite value, and the largest finite error, as text."""
-        values, errors = (column[np.isfinite(column)] for column in (self.value, self.error))
-        ends = (values.min(), values.mean(), values.max()) if values.size else (np.nan,) * 3
-        numbers = (*ends, errors.max() if errors.size else np.nan)
-        return (self.metric, self.label, self.unit, *(f"{number:.6g}" for number in numbers))
-
-    def _repr_html_(self) -> str:
-        return table_to_html("", HEAD, [self.row])
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +69,18 @@ class Measurement:
     metrics: tuple[AbstractMetric, ...] = ()
     unseen: tuple[str, ...] = ()
     kept: Trajectories | None = None
+
+    def __post_init__(self) -> None:
+        runs, times, looked = self.diverged_at.size, max(1, self.t.size), self.looked_at.size
+        shapes = {"t": (times,), "values": (runs, times, len(self.columns)), "diverged_at": (runs,)}
+        shapes |= {"looked_at": (looked,), "errors": (looked, times, len(self.columns))}
+        shapes |= dict.fromkeys(("half_diverged_at", "limits", "limited_at"), (looked,))
+        of = f"of {runs} runs, {looked} that were looked at, {times} times and {len(self.columns)} columns"
+        require_shapes(self, shapes, of)
+        if not ((self.looked_at >= 0) & (self.looked_at < runs)).all():
+            raise ValueError(
+                f"`Measurement(looked_at=...)` must be numbers of the {runs} runs, counted from 0; got others."
+            )
 
     def __len__(self) -> int:
         return len(self.values)
@@ -219,7 +176,8 @@ class Measurement:
         """The measurement of some runs, by their numbers in rising order, which are numbered anew."""
         if runs.ndim != 1 or not ((runs >= 0) & (runs < len(self))).all() or (np.diff(runs) <= 0).any():
             raise ValueError(
-                f"`only(runs)` takes numbers of runs in rising order, from 0 to {len(self) - 1}; got others."
+                f"`only(runs)` takes numbers of the {len(self)} runs in rising order, counted from 0; got "
+                f"{described(runs.tolist())}."
             )
         held = np.isin(self.looked_at, runs)
         return replace(

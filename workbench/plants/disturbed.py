@@ -44,7 +44,7 @@ class Disturbed(AbstractAround):
     def __post_init__(self) -> None:
         ports = self.plant.inputs + self.plant.outputs
         if isinstance(self.by, AbstractNoise):
-            object.__setattr__(self, "by", noise_of("by", self.by, ports, "inputs and outputs of the plant"))
+            object.__setattr__(self, "by", noise_of("by", self.by, ports, "inputs and outputs"))
         for clause in misfits(self._added, ports):
             held = clause.format(gives=f"`{type(self.plant).__name__}` has")
             raise ValueError(f"`Disturbed(by=...)` adds {held if held.endswith('?') else f'{held}.'}")

@@ -7,19 +7,19 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import field, replace
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
-from workbench.core.block import Scalar, Vector, initial_states
-from workbench.core.expressions import refuse_misfit
+from workbench.core.block import Column, Scalar, Vector, initial_states, quantities
 from workbench.core.port import ANY
 from workbench.validation.refusals import whole
 
 NOISE = "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`"
 MOST_ORDER = 50  # of a Pade approximant: each is a state
+Memory = Annotated[Mapping[str, ca.SX], "_own"]  # of an element in the way of the signal v, (n, 1)
 
 
 @block
@@ -42,16 +42,36 @@ class AbstractElement(ABC):
 
     def memory(self, entry: Entry) -> Layout:
         """The element's own states in the way of a signal, one for each of its numbers."""
+        self._refuse_size(entry)
         return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in initial_states(self).entries))
 
+    def _own(self, size: int) -> Layout:
+        """The memory in the way of a signal of that size."""
+        entry = Entry(self.signal, np.zeros(size))
+        self._refuse_size(entry)
+        return self.memory(entry)
+
+    def _refuse_size(self, entry: Entry) -> None:
+        """Refuse a signal for whose numbers a vector of the element has another count."""
+        for f, quantity in quantities(self):
+            value = getattr(self, f.name)
+            shape = value.shape if isinstance(value, ca.SX) else np.shape(value)
+            size = int(np.prod(shape, dtype=int))
+            if quantity.shape == ("*",) and size > 1 and size != entry.size:
+                kind = type(self).__name__
+                raise ValueError(
+                    f"`{kind}({f.name}=...)` of '{self.signal}' must be one number, or one for each number of the "
+                    f"signal, which has {entry.size}; got {size}."
+                )
+
     @abstractmethod
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         """The output of the element, (k, 1), for the input v, (k, 1)."""
 
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {}
 
-    def update(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {}
 
 
@@ -75,7 +95,7 @@ class Saturation(AbstractElement):
                 f"{self.high}."
             )
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return within(v, self.low, self.high)
 
 
@@ -92,10 +112,10 @@ class FirstOrder(AbstractElement):
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
     lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return z["lag"]
 
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {"lag": (v - z["lag"]) / self.time_constant}
 
 
@@ -118,10 +138,10 @@ class RateLimit(AbstractElement):
     time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
     limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return z["limited"]
 
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {"limited": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
 
 
@@ -147,19 +167,18 @@ class PadeDelay(AbstractElement):
 
     def memory(self, entry: Entry) -> Layout:
         """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
+        self._refuse_size(entry)
         first = np.eye(self.order)[0]
         past = spread(self.past, entry)
         units = [unit for unit in entry.units for _ in first]
         unit = entry.unit if len(set(units)) == 1 else ", ".join(units)
         return Layout((Entry("delayed", np.multiply.outer(first, past), unit),))
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
-        refuse_misfit("PadeDelay.output", "v", v, z["delayed"].shape[1], 1)
+    def output(self, z: Memory, v: Column) -> ca.SX:
         _, _, C, D = pade(self.order)
         return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
 
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
-        refuse_misfit("PadeDelay.rate", "v", v, z["delayed"].shape[1], 1)
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         A, B, _, _ = pade(self.order)
         return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
 

@@ -6,9 +6,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import block, initial, option, parameter
-from workbench.core.block import Vector
+from workbench.core.block import Column, Vector
 from workbench.loop.quantisation import ROUNDING, quantised, refuse_quantum
-from workbench.plants.elements import AbstractElement, within
+from workbench.plants.elements import AbstractElement, Memory, within
 
 
 @block
@@ -32,7 +32,7 @@ class DeadZone(AbstractElement):
                 f"{self.high}."
             )
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return v - within(v, self.low, self.high)
 
 
@@ -57,7 +57,7 @@ class Quantiser(AbstractElement):
     def __post_init__(self) -> None:
         refuse_quantum("Quantiser(quantum=...)", self.signal, self.quantum)
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return quantised(v, self.quantum + 0 * v, self.rounding)
 
 
@@ -95,11 +95,16 @@ class Backlash(AbstractElement):
         """True if it has no time constant."""
         return self.time_constant is None
 
-    def output(self, z: Mapping[str, ca.SX], v: ca.SX) -> ca.SX:
+    def output(self, z: Memory, v: Column) -> ca.SX:
         return within(z["driven"], v - self.gap / 2, v + self.gap / 2)
 
-    def rate(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        if self.time_constant is None:
+            raise ValueError(
+                "`Backlash.rate(...)` needs a `time_constant`: without one its memory moves from sample to sample, by "
+                "`update`."
+            )
         return {"driven": (self.output(z, v) - z["driven"]) / self.time_constant}
 
-    def update(self, z: Mapping[str, ca.SX], v: ca.SX) -> Mapping[str, ca.SX]:
+    def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
         return {"driven": self.output(z, v)}

@@ -18,7 +18,7 @@ from workbench.core.switches import DENSEST
 from workbench.simulate.batch import run_step
 from workbench.simulate.stability import longest_steps, modes_at
 from workbench.simulate.trajectories import Trajectories
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, one_of
 from workbench.validation.signatures import door
 
 COUNT = 100  # of the longest steps that are tried, in a horizon, or about that many
@@ -54,6 +54,9 @@ class Choice:
     order: float  # with which the error fell near h; NaN where it was kept at once
     limit: float  # s, the longest stable step at some states of the pilot runs; infinite where nothing decays
     pilots: int  # number of the pilot runs
+
+    def __post_init__(self) -> None:
+        one_of("Choice(method=...)", self.method, METHODS)
 
     def __str__(self) -> str:
         chosen = f"chosen by {self.pilots} pilot runs for a tolerance of {self.tolerance:g}"

@@ -96,6 +96,8 @@ def accuracy(name: str, error: Array, value: Array, tolerance: float) -> Accurac
 
     An error is relative to the value, but at least to 1e-9 in its unit.
     """
+    if not len(value):
+        return Accuracy(name, tolerance, np.nan, np.nan, 0.0, 0, 0)
     error, value = error.reshape(len(error), -1), value.reshape(len(value), -1)
     valued = ~np.isnan(value).any(axis=1)
     if not valued.any():

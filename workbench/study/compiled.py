@@ -16,7 +16,7 @@ from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
 from workbench.metrics.measured_equation import MeasuredEquation
 from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.metrics.step_for_metrics import step_for
 from workbench.simulate import Trajectories
 from workbench.simulate.arithmetic import signature

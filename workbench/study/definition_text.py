@@ -25,6 +25,7 @@ import numpy as np
 
 from workbench.core import Ode, Sampled, Step
 from workbench.core.fingerprints import fingerprint_of
+from workbench.validation.notebook_display import brief
 
 PLAIN = (bool, int, str, bytes, type(None), type(...), range, slice, Fraction, Decimal, PurePath)
 # Calls whose result no source tells.
@@ -38,6 +39,9 @@ NO_CONTENT = {
 }
 DESCRIPTORS = {"member_descriptor", "getset_descriptor", "_tuplegetter"}  # of slots and of named tuples
 WRITTEN_BY_PYTHON = "<string>"  # the file of methods that `dataclass` and `NamedTuple` make
+
+DEEPEST = 100  # of the parts of a value in one another
+SHOWN = 60  # letters of a value in a message
 
 Definition = FunctionType | type
 
@@ -69,6 +73,8 @@ class Reader:
             return self._named(value)
         if id(value) in self._open:
             raise self._unseen(value, "a value that holds itself")
+        if len(self._open) >= DEEPEST:
+            raise self._unseen(value, f"a value with parts more than {DEEPEST} deep in one another")
         self._open.add(id(value))
         try:
             return self._of_parts(value)
@@ -85,8 +91,10 @@ class Reader:
         return self._of_callable(value) or self._of_object(value)
 
     def _of_array(self, value: Any, kind: str) -> str:
-        if value.dtype.hasobject:
-            raise self._unseen(value, "an array of objects")
+        if value.dtype.hasobject or np.ma.is_masked(value):
+            raise self._unseen(
+                value, "an array that is masked in part" if np.ma.is_masked(value) else "an array of objects"
+            )
         data = np.ascontiguousarray(value).tobytes()
         return f"{kind} {value.dtype.str} {value.shape} {data.hex() if len(data) <= 16 else _sha(data)}"
 
@@ -244,11 +252,11 @@ class Reader:
             raise UnseenError(f"{error} It is reached by `{name}`.") from None
 
     def _unseen(self, value: Any, kind: str) -> UnseenError:
-        shown = object.__repr__(value) if isinstance(value, Mapping | list | tuple) else repr(value)
+        shown = object.__repr__(value) if isinstance(value, Mapping | list | tuple) else brief(value, SHOWN)
         return UnseenError(
-            f"{self.place} uses {shown if len(shown) <= 60 else shown[:57] + '...'}, {kind}, whose contents cannot be "
-            "seen: two works that differ in it could not be told apart. Use numbers, text, arrays, tuples, frozen "
-            "dataclasses and functions at the top of a module."
+            f"{self.place} uses {shown if len(shown) <= SHOWN else shown[: SHOWN - 3] + '...'}, {kind}, whose contents "
+            "cannot be seen: two works that differ in it could not be told apart. Use numbers, text, arrays, tuples, "
+            "frozen dataclasses and functions at the top of a module."
         )
 
     def _unseen_name(self, name: str, why: str) -> UnseenError:

@@ -11,11 +11,12 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.metrics import Measurement, Score
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
 from workbench.validation.refusals import Array, known, refusal
+from workbench.validation.refusals import name as printable_name
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
@@ -51,6 +52,10 @@ class Case:
     run: Run
     style: int = 0
     remark: str = ""
+
+    def __post_init__(self) -> None:
+        printable_name("Case(scenario=...)", self.scenario)
+        printable_name("Case(law=...)", self.law)
 
     @property
     def name(self) -> str:

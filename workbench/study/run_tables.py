@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.metrics import Measurement
-from workbench.metrics.measurement import Column
+from workbench.metrics.score import Column
 from workbench.simulate.step_choice import Choice
 from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name

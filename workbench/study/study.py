@@ -94,7 +94,7 @@ class Study:
         self._check_names("sweeps and trials", names := [*files, *(one.name for one in sweeps)])
         if not callable(self.works):
             self._check_names("sweeps, trials and works", [*names, *(one.name for one in self.works)])
-        if self.cases and "cases" in names:
+        if (callable(self.cases) or self.cases) and "cases" in names:
             raise ValueError("`Study(sweeps=...)` needs another name for 'cases': the table of its cases has that one.")
 
     def _check_names(self, part: str, names: Sequence[str]) -> None:

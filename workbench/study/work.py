@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
-from typing import Any, get_type_hints
+from typing import Any, get_origin, get_type_hints
 
 from workbench.study.definition_text import UnseenError
 from workbench.study.definitions import Definitions
@@ -18,6 +18,7 @@ from workbench.validation.refusals import positive, raised, refusal
 from workbench.validation.signatures import door
 
 GUESS = 2.0  # s for an item of a work that states no time
+LONGEST = 1e9  # s of an item
 SHOWN = 60  # letters of an item in a message
 
 
@@ -81,7 +82,11 @@ class Work:
                 f"'{bare.__qualname__}'. Write it as a `def` and put what it needs into `over`."
             )
         if self.seconds is not None:
-            positive(f"Work({self.name!r}, seconds=...)", self.seconds)
+            call = f"Work({self.name!r}, seconds=...)"
+            if positive(call, self.seconds) > LONGEST:
+                raise refusal(call, f"at most {LONGEST:g} s, thirty years", self.seconds)
+        if not (self.answer is None or self.answer is Any or isinstance(self.answer, type) or get_origin(self.answer)):
+            raise refusal(f"Work({self.name!r}, answer=...)", "a type or a type hint, as `float` is", self.answer)
         _ = self.classes
 
     @cached_property
@@ -134,6 +139,9 @@ class CompiledWork:
         try:
             with one_thread():  # with more, items wait for one another, and bits depend on the number of threads
                 answer = work.function(item)
+        except (SystemExit, GeneratorExit) as error:  # which would end the study, and say nothing
+            why = f"by {raised(error)}: return an answer"
+            raise WorkError(f"The work '{work.name}' ends the study by itself at {item_text(item)}, {why}.") from error
         except Exception as error:
             why = raised(error).removesuffix(".")
             raise WorkError(f"The work '{work.name}' fails at {item_text(item)}: {why}.") from error
@@ -141,6 +149,9 @@ class CompiledWork:
             return chunk_of_answer(self.names[first], item_text(item), answer, work.classes)
         except AnswerError as error:
             raise WorkError(f"The work '{work.name}' must give plain data, and at {item_text(item)} {error}.") from None
+        except Exception as error:  # an object of the user's may raise anything when it is asked for its parts
+            why = f"its answer raised {raised(error).removesuffix('.')}"
+            raise WorkError(f"The work '{work.name}' must give plain data, and at {item_text(item)} {why}.") from error
 
     def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
         """The answers, from the records that `read` returns by their names."""

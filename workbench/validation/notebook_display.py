@@ -71,7 +71,10 @@ def brief(value: Any, most: int = PART) -> str:
         return f"{left}{text if short or not parts else f'{parts[0]}, ... {len(value)} in all'}{right}"
     if callable(value) and hasattr(value, "__name__"):
         return str(value.__name__)
-    text, name = " ".join(repr(value).split()), getattr(value, "name", None)
+    try:
+        text, name = " ".join(repr(value).split()), getattr(value, "name", None)
+    except Exception:  # an object of the user's may raise anything when it is asked for its text
+        return f"{type(value).__name__}(...)"
     long = f"{brief(name)}, ..." if isinstance(name, str) and name else "..."
     short = len(text) <= most and " at 0x" not in text  # the address of a plain object tells nothing
     return text if short else f"{type(value).__name__}({long})"
@@ -98,7 +101,7 @@ def _array(array: np.ndarray[Any, Any], most: int) -> str:
     """The numbers of an array if they are few and short, else its shape."""
     if array.ndim == 0:
         return brief(array.item())
-    text = f"[{', '.join(_array(row, most) for row in array)}]" if array.size <= FEW else ""
+    text = f"[{', '.join(_array(np.asarray(row), most) for row in array)}]" if array.size <= FEW else ""
     return text if 0 < len(text) <= most else f"<{' x '.join(map(str, array.shape))}>"
 
 

@@ -235,6 +235,14 @@ def as_array(value: object) -> Array | None:
         return None
 
 
+def as_objects(value: object) -> np.ndarray[Any, np.dtype[np.object_]]:
+    """An array of the objects in lists, even of unequal lengths; of None for what refuses to be looked into."""
+    try:
+        return np.array(value, dtype=object)
+    except Exception:  # an object of the user's may raise anything when it is asked for its items
+        return np.array(None, dtype=object)
+
+
 def described(value: object, longest: int = LONGEST) -> str:
     """A value in a few printable words: `a PID, which is an AbstractController`."""
     try:
@@ -283,5 +291,6 @@ def name_of(kind: Any) -> str:
 
 def nearest(name: object, names: Iterable[str]) -> str:
     """The question "Did you mean ...?" with the known name nearest to a misspelt one; empty if none is near."""
-    close = difflib.get_close_matches(name[:LONGEST], list(names), n=1, cutoff=0.6) if isinstance(name, str) else []
+    held = [one for one in names if isinstance(one, str)]
+    close = difflib.get_close_matches(name[:LONGEST], held, n=1, cutoff=0.6) if isinstance(name, str) else []
     return f" Did you mean '{close[0]}'?" if close else ""

@@ -20,6 +20,7 @@ Door = TypeVar("Door", bound=Callable[..., Any])
 
 PORTS = {  # of a block, each a layout
     "memory": "the whole memory",
+    "_own": "the whole memory",  # of an element, which depends on the size of its signal
     "states": "all states",
     "reads": "all that the block reads",
     "follows": "all that the law follows",

@@ -156,7 +156,8 @@ def side_direction(call: str, corners: Corners, side: Sides, x: Array, u: Array)
         return None
     if isinstance(side, str):
         if side not in ("above", "below"):
-            raise ValueError(f"`{call}(side=...)` must be 'above', 'below' or a mapping as {{'v': 1}}; got {side!r}.")
+            must = "'above', 'below' or a mapping as {'v': 1}"
+            raise ValueError(f"`{call}(side=...)` must be {must}; got {described(side)}.")
         weights = np.full(len(x) + len(u), 1.0 if side == "above" else -1.0)
     elif isinstance(side, Mapping) and side:
         weights = np.zeros(len(x) + len(u))

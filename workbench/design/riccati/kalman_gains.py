@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import ldexp
 from typing import Any
 
 import numpy as np
@@ -121,9 +122,22 @@ def _at_point(ode: Ode, outputs: Sequence[str], x: Any, row: Array, side: Sides)
 
 
 def _sampled(A: Array, Q: Array, period: float) -> tuple[Array, Array]:
-    """exp(A period), and the covariance that white noise of intensity Q gathers over the period (Van Loon 1978)."""
+    """exp(A period), and the covariance that white noise of intensity Q gathers over the period.
+
+    Van Loon (1978) over a part of the period that is short beside the motion of A, and then the sums over twice the
+    span, Qd + Phi Qd Phi': over a long one exp(-A period) would leave no digit of the covariance.
+    """
     n = len(A)
-    block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * period)
-    Phi = block[n:, n:].T
-    Qd = Phi @ block[:n, n:]
+    with np.errstate(all="ignore"):  # what it leaves is refused below
+        doublings = int(max(0.0, np.ceil(np.log2(np.linalg.norm(A, 1)) + np.log2(period)))) if A.any() else 0
+        block = scipy.linalg.expm(np.block([[-A, Q], [np.zeros((n, n)), A.T]]) * ldexp(period, -doublings))
+        Phi = block[n:, n:].T
+        Qd = Phi @ block[:n, n:]
+        for _ in range(doublings):
+            Qd, Phi = Qd + Phi @ Qd @ Phi.T, Phi @ Phi
+    if not np.isfinite(Phi).all() or not np.isfinite(Qd).all():
+        raise ValueError(
+            "`steady_kalman(period=...)` must be a period over which the states and the covariance of their noise stay "
+            f"finite; got {period:g} s: take one nearer to the times in which the states move."
+        )
     return Phi, (Qd + Qd.T) / 2

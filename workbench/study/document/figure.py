@@ -10,7 +10,7 @@ import numpy as np
 from workbench.notation.formula import Formula
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.source import Source
-from workbench.validation.refusals import Array, described, refusal
+from workbench.validation.refusals import Array, as_objects, described, refusal
 from workbench.validation.signatures import door
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
@@ -164,7 +164,7 @@ class Tiles:
     def __post_init__(self) -> None:
         for name in ("framed", "marked", "hatched"):
             given = getattr(self, name)
-            flags = np.array(given, dtype=object)  # of lists of unequal lengths no other array can be made
+            flags = as_objects(given)
             if flags.shape not in ((), self.shades.shape) or {type(one) for one in flags.flat} - {bool, np.bool_}:
                 raise refusal(f"Tiles({name}=...)", f"True, False, or an array of shape {self.shades.shape}", given)
             object.__setattr__(self, name, np.broadcast_to(flags.astype(bool), self.shades.shape))
@@ -177,7 +177,7 @@ class Tiles:
     @property
     def lines(self) -> int:
         """The number of lines of the longest text."""
-        return max(len(text) for row in self.texts for text in row)
+        return max((len(text) for row in self.texts for text in row), default=0)
 
 
 Mark: TypeAlias = Series | Band | Bars | Points | Tiles

@@ -11,9 +11,9 @@ import numpy as np
 from workbench.core import Ode, Sampled
 from workbench.core.equations import Loop, equations_of
 from workbench.metrics import AbstractMetric, measure
-from workbench.study.evidence.threshold import Between, Threshold, find_largest
+from workbench.study.evidence.threshold import Between, Threshold, search
 from workbench.validation.refusals import Array, known, numbers, refusal, seconds, several, whole
-from workbench.validation.signatures import door
+from workbench.validation.signatures import answer, door
 
 ROUNDING = 1e-9  # of a count of steps
 
@@ -64,7 +64,8 @@ class LoopLimits:
         for name in ("until", "longest_step"):
             seconds(f"LoopLimits({name}=...)", getattr(self, name))
         limits = {name: numbers("LoopLimits(limits=...)", limit) for name, limit in self.limits.items()}
-        if not limits or not all((limit > 0).all() for limit in limits.values()):
+        tiny = np.finfo(float).tiny
+        if not limits or not all(((limit >= tiny) & (limit < np.inf)).all() for limit in limits.values()):
             raise refusal("LoopLimits(limits=...)", "finite numbers above zero by the names of metrics", self.limits)
         object.__setattr__(self, "limits", limits)
 
@@ -79,8 +80,10 @@ class LoopLimits:
         ValueError
             If `loop` gives no loop, `metrics` no metrics, or `measure` refuses.
         """
-        equation = equations_of(self.loop(setting), "loop")
-        metrics = several("LoopLimits(metrics=...)(setting)", self.metrics(setting), AbstractMetric)
+        loop = _given("LoopLimits(loop=...)", "give a loop or its equations", self.loop, setting)
+        equation = equations_of(loop, "loop")
+        metrics = _given("LoopLimits(metrics=...)", "give metrics", self.metrics, setting)
+        metrics = several("LoopLimits(metrics=...)(setting)", metrics, AbstractMetric)
         for name in self.limits:
             known(name, [metric.name for metric in metrics], "metrics of the loop")
         span = equation.period if isinstance(equation, Sampled) else self.longest_step
@@ -93,8 +96,14 @@ class LoopLimits:
             if limit.shape not in ((), value.shape):
                 must = f"one number, or {len(value)}, as '{name}' has"
                 raise refusal(f"LoopLimits(limits={{'{name}': ...}})", must, limit)
-            shares[name], errors[name] = value / limit, error / limit
+            with np.errstate(over="ignore"):  # a share may be infinite
+                shares[name], errors[name] = value / limit, error / limit
         return LoopTrial(shares, errors)
+
+
+def _given(call: str, must: str, function: Callable[[float], Any], setting: float) -> Any:
+    """The result of a function of the user's own at a setting; its refusals pass."""
+    return answer(f"{call}({setting:g})", must, lambda: function(setting), lambda given: given, refuses=True)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +116,11 @@ class LoopTrial:
 
     shares: Mapping[str, Array]
     errors: Mapping[str, Array]
+
+    def __post_init__(self) -> None:
+        shapes = [{name: array.shape for name, array in held.items()} for held in (self.shares, self.errors)]
+        if shapes[0] != shapes[1]:
+            raise refusal("LoopTrial(errors=...)", f"errors of the shapes of the shares, {shapes[0]}", shapes[1])
 
     @door
     def worst(self, metric: str) -> float:
@@ -122,8 +136,9 @@ class LoopTrial:
     @property
     def sure(self) -> bool:
         """True if the errors of the step cannot change `met`; a run that diverged is sure."""
-        high = all((self.shares[name] + error <= 1).all() for name, error in self.errors.items())
-        low = any(not (self.shares[name] - error <= 1).all() for name, error in self.errors.items())
+        with np.errstate(invalid="ignore"):  # where a share and its error are infinite
+            high = all((self.shares[name] + error <= 1).all() for name, error in self.errors.items())
+            low = any(not (self.shares[name] - error <= 1).all() for name, error in self.errors.items())
         return high or low
 
 
@@ -207,5 +222,5 @@ def largest_setting(
         trials[setting] = tuple(made)
         return made[-1].met
 
-    found = find_largest(kept, settings, ratio=ratio, between=between, patience=patience)
+    found = search("largest_setting(settings=...)", kept, settings, ratio, between, patience)
     return LargestSetting(found, tuple(trials[setting] for setting in found.values))

@@ -126,7 +126,7 @@ def compare(
     t_quantile("compare", confidence, 1)  # refuses what is no confidence
     if not 0 <= margin < 1:
         raise ValueError(f"`compare(margin=...)` must be a share from 0 to 1 of the smaller level; got {margin}.")
-    whole("compare(resamples=...)", resamples, 100)
+    whole("compare(resamples=...)", resamples, 100, 10**6)
     as_seed("compare(seed=...)", seed)
     if why := flaw(estimand, len(paired)):
         raise ValueError(f"`compare(estimand={estimand})` {why}: take more draws, or a share nearer to one half.")

@@ -115,23 +115,35 @@ def find_largest(
         If there are no values, or they are not positive, finite and rising; `ratio` is not above 1; the criterion gives
         neither True nor False; or `between` gives a value that is not between the two.
     """
-    scanned = numbers("find_largest(values=...)", values, 1).tolist()
+    return search("find_largest(values=...)", criterion, values, ratio, between, patience)
+
+
+def search(
+    where: str,
+    criterion: Criterion,
+    values: Sequence[float],
+    ratio: float | None,
+    between: Between | None,
+    patience: int | None,
+) -> Threshold:
+    """The search of `find_largest` for a call whose argument of the values is `where`, in messages."""
+    call, scanned = where.partition("(")[0], numbers(where, values, 1).tolist()
     if not _rise(scanned):
-        raise refusal("find_largest(values=...)", "one value or several, positive and rising", tuple(scanned))
-    most = len(scanned) if patience is None else whole("find_largest(patience=...)", patience)
+        raise refusal(where, "one value or several, positive and rising", tuple(scanned))
+    most = len(scanned) if patience is None else whole(f"{call}(patience=...)", patience)
     if ratio is not None:
-        _refuse_ratio("find_largest", ratio)
+        _refuse_ratio(call, ratio)
     answers: dict[float, bool] = {}
     failures = 0
     for value in scanned:
-        answers[value] = _asked("find_largest", criterion, value)
+        answers[value] = _asked(call, criterion, value)
         failures = 0 if answers[value] else failures + 1
         if failures == most:
             break
     found = _threshold(answers)
     if ratio is None or not 0 < found.largest < found.next < inf:
         return found
-    return _threshold(answers | _bisected("find_largest", criterion, found.largest, found.next, ratio, between))
+    return _threshold(answers | _bisected(call, criterion, found.largest, found.next, ratio, between))
 
 
 @door
@@ -176,14 +188,21 @@ def _bisected(
     """The answers inside a bracket, halved until it is no wider than `ratio` or nothing lies between its ends."""
     answers: dict[float, bool] = {}
     while high > ratio * low:
-        middle = sqrt(low) * sqrt(high) if between is None else between(low, high)
+        middle = sqrt(low) * sqrt(high) if between is None else _middle(call, between, low, high)
         if middle is None:
             break
-        if not low < finite(f"{call}(between=...)", middle) < high:
-            raise refusal(f"{call}(between=...)({low!r}, {high!r})", "a value between the two, or None", middle)
         answers[middle] = _asked(call, criterion, middle)
         low, high = (middle, high) if answers[middle] else (low, middle)
     return answers
+
+
+def _middle(call: str, between: Between, low: float, high: float) -> float | None:
+    """The value that `between` gives for the two ends of a bracket."""
+    asked, must = f"{call}(between=...)({low:g}, {high:g})", "give a value between the two, or None"
+    middle: float | None = answer(asked, must, lambda: between(low, high), fit_of(float | None), refuses=True)
+    if middle is not None and not low < middle < high:
+        raise ValueError(f"`{asked}` must {must}; it gave {middle!r}.")
+    return middle
 
 
 def _refuse_ratio(call: str, ratio: float) -> None:

@@ -7,16 +7,18 @@ dataclasses or named tuples of these. The reader names the classes; nothing in a
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
 from workbench.study.ledger.chunk import Chunk, chunk_of
+from workbench.validation.refusals import a
 
 NUMBERS = "fiucb"  # the kinds of arrays
 LARGEST = 2**63 - 1  # of the whole numbers in an array
+DEEPEST = 100  # of tuples, lists, dicts and dataclasses in one another
 Classes = Mapping[str, type]
 
 
@@ -61,6 +63,7 @@ def chunk_of_answer(name: str, item: str, answer: Any, classes: Classes) -> Chun
     AnswerError
         If it is not plain data, or holds a class that is not in `classes`.
     """
+    _refuse_deep(answer)
     arrays: dict[str, Any] = {}
     tree = _tree(answer, "the answer", classes, arrays)
     return chunk_of(name, arrays, {"item": item, "answer": tree})
@@ -76,12 +79,32 @@ def has_answer(chunk: Chunk) -> bool:
     return b'"answer":' in chunk.head and "answer" in chunk.content
 
 
+def _refuse_deep(answer: Any) -> None:
+    """Refuse an answer whose parts lie deeper in one another than a reader goes, as one that holds itself does."""
+    level = [answer]
+    for _ in range(DEEPEST):
+        level = list({id(part): part for value in level for part in _parts(value)}.values())
+        if not level:
+            return
+    raise AnswerError(f"the answer holds itself, or has parts more than {DEEPEST} deep in one another")
+
+
+def _parts(value: Any) -> Iterable[Any]:
+    if isinstance(value, Mapping):
+        return value.values()
+    if isinstance(value, list | tuple):
+        return value
+    return vars(value).values() if is_dataclass(value) and hasattr(value, "__dict__") else ()
+
+
 def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> Any:
     """A value as JSON: what JSON does not tell apart stands in an object of one key, which names its kind."""
     if value is None or isinstance(value, bool | np.bool_):
         return None if value is None else bool(value)
     if isinstance(value, str):
         return str(value)
+    if isinstance(value, np.timedelta64) or (isinstance(value, np.inexact) and not _fits_double(value.dtype)):
+        raise AnswerError(f"{place} is {a(type(value))}, and plain data are doubles and whole numbers")
     if isinstance(value, int | np.integer):
         return int(value)
     if isinstance(value, float | np.floating):
@@ -101,9 +124,15 @@ def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> A
     return _tree_of_object(value, place, classes, arrays)
 
 
+def _fits_double(dtype: np.dtype[Any]) -> bool:
+    return dtype.itemsize <= (16 if dtype.kind == "c" else 8)
+
+
 def _tree_of_array(value: Any, place: str, arrays: dict[str, Any]) -> Any:
     kind = value.dtype.kind
-    if kind not in NUMBERS or value.dtype.itemsize > (16 if kind == "c" else 8):
+    if np.ma.is_masked(value):
+        raise AnswerError(f"{place} is an array that is masked in part: fill it, with NaN for instance")
+    if kind not in NUMBERS or not _fits_double(value.dtype):
         raise AnswerError(f"{place} is an array of {value.dtype}, and plain data are doubles, whole numbers or truths")
     if kind in "fc":
         name = f"array {len(arrays)}"
@@ -120,14 +149,14 @@ def _tree_of_object(value: Any, place: str, classes: Classes, arrays: dict[str, 
     name = kind.__qualname__
     if not (is_dataclass(value) or _is_named_tuple(kind)):
         raise AnswerError(
-            f"{place} is a `{name}`; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
+            f"{place} is {a(kind)}; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
             "numbers, and frozen dataclasses of these"
         )
     if is_dataclass(value) and not kind.__dataclass_params__.frozen:
-        raise AnswerError(f"{place} is a `{name}`, a dataclass that is not frozen")
+        raise AnswerError(f"{place} is {a(kind)}, a dataclass that is not frozen")
     if classes.get(name) is not kind:
         raise AnswerError(
-            f"{place} is a `{name}`, which the hint of the result does not name: write `-> {name}` at the function, "
+            f"{place} is {a(kind)}, which the hint of the result does not name: write `-> {name}` at the function, "
             f"or `Work(answer={name})`"
         )
     names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else value._fields

@@ -145,7 +145,10 @@ def opened(out: Path, fresh: bool = False) -> Iterator[Ledger]:
                 damaged += 1
         except OSError as error:
             raise _unwritable(out, error) from error
-        remark = f"{damaged} damaged records in the ledger of '{out}' are put aside, and computed again where needed."
+        remark = (
+            f"{damaged} damaged records in the ledger of '{out}' are put aside, and computed again where needed: a "
+            "disk has harmed them, or another version of the workbench has written them."
+        )
         yield Ledger(out, names, identity(folder / LOCK), (remark,) if damaged else ())
 
 
@@ -176,8 +179,8 @@ def contents(out: Path) -> tuple[dict[str, Chunk], About]:
     about = about_of(held[ABOUT]) if ABOUT in held else None
     if about is None:
         raise LookupError(
-            f"There is no ledger in '{out}', or its head is damaged: a study with sweeps has one as soon as it runs, "
-            "and `workbench run STUDY --out DIR` mends it."
+            f"There is no ledger in '{out}', or its head is damaged or of another version: a study has one as soon as "
+            "it runs, and `workbench run STUDY --out DIR` mends it."
         )
     return held, about
 

@@ -20,11 +20,15 @@ from workbench.study.tuning.optimum import Tuned
 from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.distributions import AbstractDistribution
 from workbench.validation.refusals import Array, Integers, vector
+from workbench.validation.signatures import answer as asked
 from workbench.validation.signatures import door
+from workbench.validation.type_hints import fit_of
 
 FINALISTS = 8  # points of a search that are looked at: one vector of the widest processors
 BISECTIONS = 60  # of the unit interval, to its last bit
 ROUNDING = 1e-9  # relative, of an objective that sums in another order
+
+CHUNKS = fit_of(tuple[Chunk, ...])
 
 # Gives the runs first to last - 1 of each sweep, one chunk a sweep.
 Evaluate = Callable[[Sequence[CompiledSweep], int, int], Sequence[Chunk]]
@@ -152,7 +156,7 @@ def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluat
         points = Listed(np.vstack([*(one.points for one in past), u]))
         first = len(points.given) - len(u)
         trials = [one.at(points) for one in sweeps]
-        chunks = tuple(evaluate(trials, first, first + len(u)))
+        chunks = _evaluated(evaluate, trials, first, first + len(u))
         runs = _samples(search, trials, [[one] for one in chunks], first)
         past.append(_Generation(u, chunks, _judged(search.tuning, runs)))
         return past[-1].worth
@@ -165,6 +169,17 @@ def _run(search: Search, number: int, past: list[_Generation], evaluate: Evaluat
     # from the best member alone: on the loops of a6 and a8 twice as near after half of the evaluations
     evolve(judge, len(asked.factors), asked.population, asked.generations - 1, rng, search.start, ended, mixed=False)
     return asked.population * (len(past) - begun)
+
+
+def _evaluated(evaluate: Evaluate, sweeps: Sequence[CompiledSweep], first: int, last: int) -> tuple[Chunk, ...]:
+    """A chunk of each sweep; the errors of an `evaluate` of the workbench's own pass."""
+    call, must = "tune(evaluate=...)", f"give a chunk for each of {len(sweeps)} sweeps"
+    if str(getattr(evaluate, "__module__", "")).startswith("workbench."):
+        return tuple(evaluate(sweeps, first, last))
+    chunks: tuple[Chunk, ...] = asked(call, must, lambda: evaluate(sweeps, first, last), CHUNKS, refuses=True)
+    if len(chunks) != len(sweeps):
+        raise ValueError(f"`{call}` must {must}; it gave {len(chunks)}.")
+    return chunks
 
 
 def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], evaluate: Evaluate) -> Tuned:
@@ -180,7 +195,7 @@ def _answer(search: Search, past: Sequence[_Generation], used: tuple[int, ...], 
     again = Listed(np.tile(points.given[best], (search.noises, 1)))
     looked_at = [one.at(again) for one in search.finals]
     ends = [(k * len(best), (k + 1) * len(best)) for k in range(search.noises)]
-    chunks = [evaluate(search.under(looked_at, k), *ends[k]) for k in range(search.noises)]
+    chunks = [_evaluated(evaluate, search.under(looked_at, k), *ends[k]) for k in range(search.noises)]
     by_trial = list(zip(*chunks, strict=True))
     runs, halves = (_samples(search, looked_at, by_trial, at_half=at_half) for at_half in (False, True))
     finals, halved = (-_judged(search.tuning, held).value.reshape(search.noises, -1).T for held in (runs, halves))

@@ -10,6 +10,7 @@ import numpy as np
 
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.outputs import Estimate, of_output, outputs_of, t_quantile
+from workbench.validation.array_shapes import require_shapes
 from workbench.validation.refusals import Array, Integers
 from workbench.validation.signatures import door
 
@@ -128,6 +129,11 @@ class Tornado:
     base: Array
     moved: Array
     refused: Mapping[str, str]
+
+    def __post_init__(self) -> None:
+        outputs = (len(self.names),) if self.base.ndim else ()
+        bars = (*outputs, len(self.factors), len(self.levels))
+        require_shapes(self, {"base": outputs, "moved": bars}, "of outputs, factors and levels in this order")
 
     @property
     def swing(self) -> Array:

@@ -24,6 +24,7 @@ from workbench.validation.refusals import seed as as_seed
 from workbench.validation.signatures import door
 
 AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
+MOST_DRAWS = 10**8  # of a bootstrap at once: 0.8 GB
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,7 +218,8 @@ def sobol_by_salib(
         raise ValueError(
             "`sobol_by_salib(...)` needs the package SALib: install it by `pip install control-workbench[data]`."
         ) from None
-    whole("sobol_by_salib(resamples=...)", resamples, 2)
+    most = max(2, MOST_DRAWS // design.size)
+    whole("sobol_by_salib(resamples=...)", resamples, 2, most, why="which the memory of a computer holds")
     # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
     seed = as_seed("sobol_by_salib(seed=...)", seed) + 1
     ours = sobol(design, outputs, names, factors=factors, confidence=confidence)

@@ -149,7 +149,9 @@ def of_output(found: Any, name: str, *parts: str) -> Any:
     """The results of one output, by its row of each of the `parts`; one that was refused is refused by its reason."""
     if name in found.refused:
         raise ValueError(f"There is no result for '{name}': {found.refused[name]}.")
-    j = found.names.index(known(name, found.names, "outputs"))
+    j, first = found.names.index(known(name, found.names, "outputs")), getattr(found, parts[0])
+    if first.value.ndim == 1 if isinstance(first, Estimate) else first.ndim == 0:  # those of one output alone
+        return found
     rows = {part: None if (held := getattr(found, part)) is None else held[j] for part in parts}
     return replace(found, names=(name,), refused={}, **rows)
 
