@@ -47,7 +47,9 @@ def test_another_engine_goes_on_with_the_bits_of_the_first(run, tmp_path, first,
     again = acknowledged(ended.stdout)
     assert len(again) == 2
     assert again.items() <= acknowledged(begun.stdout).items()
-    assert ("is not compiled here: the same bits take some" in ended.stderr) == (then == "plain")
+    # without a compiler the arithmetic is CasADi's unless one is named, and no machine compiles it
+    slow = then == "plain" or (first == "plain" and not words)
+    assert ("is not compiled here: the same bits take some" in ended.stderr) == slow
 
 
 def test_another_arithmetic_is_refused_by_name_before_anything_is_computed(run, tmp_path):

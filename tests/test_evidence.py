@@ -406,7 +406,7 @@ def test_errors_that_fit_no_law_are_refused(errors, why):
         ({"confidence": 1.0}, "between 0 and 1"),
         ({"margin": -0.1}, "a share from 0 to 1"),
         ({"margin": "2 %"}, "a number; got '2 %'"),
-        ({"resamples": 99}, "at least 100"),
+        ({"resamples": 99}, "from 100 to 1000000"),
         ({"seed": -1}, "whole number from 0"),
     ],
 )

@@ -113,7 +113,6 @@ def test_a_path_that_is_not_there_is_answered_with_the_nearest():
         ([Factor("p", ("controller.phi",), Uniform(5.0, 20.0), share=True)], "from 5 to 20 of its own value, too far"),
         ([Factor("o", ("controller.offset",), Uniform(0.5, 2.0), share=True)], "any share of zero is zero"),
         ([Factor("K", ("controller.K",), Uniform(1.0, 2.0))], r"all 4 numbers of the matrix 'controller.K' one value"),
-        ([], "at least one factor"),
         ([Factor("a", ("plant.q",), Uniform(1.0, 2.0))] * 2, "each of another name"),
         (
             [Factor("a", ("plant.q",), Uniform(1.0, 2.0)), Factor("b", ("plant.q[1]",), Uniform(1.0, 2.0))],
