@@ -15,10 +15,11 @@ from workbench.simulate.arithmetic import signature
 from workbench.simulate.job import Progress, threads
 from workbench.study import cost
 from workbench.study.compiled import CASES, CompiledSweep, compile_case
+from workbench.study.completion import Pieces, complete_pieces
 from workbench.study.executors import on_threads
 from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.store import Counter, Ledger, Task, complete
+from workbench.study.ledger.store import Ledger, Task
 from workbench.study.order import Order
 from workbench.study.outcome import Case, Outcome
 from workbench.study.study import Results, Study
@@ -126,22 +127,11 @@ def outcomes_in(ledger: Ledger, cases: Sequence[CompiledCase], order: Order, stu
     LookupError
         If nothing shall be computed, and a case is missing.
     """
-    missing = [one for one in cases if one.name() not in ledger]
-    if missing and order.only_report:
-        raise LookupError(
-            f"{len(missing)} of {len(cases)} cases are missing in '{ledger.out}': `workbench run {order.script} --out "
-            f"{ledger.out}` computes them."
-        )
-    if missing:
-        there = len(cases) - len(missing)
-        some = f"; {there} of {len(cases)} cases are there already." if there else "."
-        needed = cost.cost_of([one.sweep for one in missing], order.workers)
-        if needed.seconds > SAID:
-            order.say(f"{study}, cases: {needed}{some}")
-        with order.bar(study, "cases") as tell:
-            tasks = tasks_of(cases)
-            counter = Counter(len(tasks), lambda: tell)
-            complete(tasks, ledger, partial(_computed, cases, workers=order.workers), counter, order.acknowledge)
+    missing = [one.sweep for one in cases if one.name() not in ledger]
+    needed, tasks = cost.cost_of(missing, order.workers), tasks_of(cases)
+    said = f"cases, {needed}" if needed.seconds > SAID else ""
+    execute = partial(_computed, cases, workers=order.workers)
+    complete_pieces(Pieces("cases", tasks, execute, said, "cases", len(tasks)), ledger, order, study)
     ledger.drop(CASES, {one.name() for one in cases})
     return tuple(one.outcome(ledger.read(one.name())) for one in cases)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -14,6 +14,7 @@ from workbench.simulate.job import threads
 from workbench.study import case_runs, cost
 from workbench.study.compilation import CompiledStudy, afford
 from workbench.study.compiled import CompiledSweep
+from workbench.study.completion import Pieces, complete_pieces, run_again
 from workbench.study.executors import on_cluster, on_threads
 from workbench.study.ledger import store
 from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout, is_chunk
@@ -28,7 +29,6 @@ from workbench.study.tuning.checkpoint import about_of_searches, tune_in_ledger
 from workbench.study.tuning.search import Search
 from workbench.study.work import CompiledWork, compile_works
 
-Execute = Callable[[Sequence[Task]], Iterator[Chunk]]
 Answers = dict[str, tuple[Any, ...]]
 
 
@@ -117,7 +117,7 @@ def _tuned(
 
         def begin() -> Tell:
             if order.only_report:
-                raise LookupError(f"The tunings in '{ledger.out}' are not complete: {_run_again(ledger, order)}.")
+                raise LookupError(f"The tunings in '{ledger.out}' are not complete: {run_again(ledger, order)}.")
             where = "" if order.cluster is None else ", on this machine"
             most = "at most " if any(search.tuning.settle is not None for search in searches) else ""
             needed = cost.cost_of([one for search in searches for one in search.sweeps], order.workers)
@@ -145,22 +145,13 @@ def _samples(
     tasks = tasks_of(sweeps)
     abouts = _about_sweeps(sweeps)
     now = replace(about, sweeps=(*about.sweeps, *abouts))
-    missing = sum(task.name not in ledger for task in tasks)
+    missing = any(task.name not in ledger for task in tasks)
     if missing or not about.more or store.about_in(ledger.out) is None:  # else an earlier run has told more
         ledger.describe(now)
     _say_unused(now, ledger, order)
-    if missing and order.only_report:
-        raise LookupError(
-            f"{missing} of {len(tasks)} chunks are missing in '{ledger.out}': {_run_again(ledger, order)}."
-        )
-    if missing:
-        there = len(tasks) - missing
-        some = f"; {there} of {len(tasks)} chunks are there already." if there else "."
-        order.say(f"{about.study}: {cost.cost_of(sweeps, order.workers)}{some}")
-        with order.bar(about.study, "runs") as tell:
-            counter = store.Counter(sum(one.size for one in sweeps), lambda: tell)
-            execute = _executor(sweeps, records, ledger, order)
-            store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    needed, runs = cost.cost_of(sweeps, order.workers), sum(one.size for one in sweeps)
+    execute = partial(_compute, sweeps, records, ledger, order)
+    complete_pieces(Pieces("chunks", tasks, execute, str(needed), "runs", runs), ledger, order, about.study)
     each = zip(sweeps, abouts, strict=True)
     return tuple(one.sample(map(ledger.read, mine.chunks)) for one, mine in each), now
 
@@ -191,23 +182,12 @@ def _later_answers(study: Study, results: Results, ledger: Ledger, order: Order,
 
 def _answers(works: Sequence[CompiledWork], ledger: Ledger, order: Order, about: About) -> Answers:
     """The answers of each work by its name, read from records of which the missing are computed."""
-    tasks = [Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names)]
-    missing = sum(task.name not in ledger for task in tasks)
-    if missing and order.only_report:
-        raise LookupError(
-            f"{missing} of {len(tasks)} items of works are missing in '{ledger.out}': {_run_again(ledger, order)}."
-        )
-    if missing:
-        there = len(tasks) - missing
-        some = f"; {there} of {len(tasks)} items are there already." if there else "."
+    tasks = tuple(Task(i, k, k + 1, name) for i, one in enumerate(works) for k, name in enumerate(one.names))
+    execute = partial(_compute_items, works, order)
+    if not order.only_report and any(task.name not in ledger for task in tasks):
         ledger.describe(about)
-        order.say(f"{about.study}: {cost.cost_of((), order.workers, works)}{some}")
-        with order.bar(about.study, "items") as tell:
-            counter = store.Counter(len(tasks), lambda: tell)
-            execute: Execute = partial(on_threads, works, workers=order.workers, at_once=threads())
-            if order.cluster is not None and order.source is not None:
-                execute = partial(on_cluster, order.cluster, order.source(works=True), workers=order.workers)
-            store.complete(tasks, ledger, execute, counter, order.acknowledge)
+    needed = str(cost.cost_of((), order.workers, works))
+    complete_pieces(Pieces("items of works", tasks, execute, needed, "items", len(tasks)), ledger, order, about.study)
     return {one.work.name: one.answers(ledger.read) for one in works}
 
 
@@ -216,21 +196,20 @@ def tasks_of(sweeps: Sequence[CompiledSweep]) -> tuple[Task, ...]:
     return tuple(Task(i, *ends, one.name(*ends)) for i, one in enumerate(sweeps) for ends in one.chunks)
 
 
-def _executor(
-    sweeps: Sequence[CompiledSweep],
-    records: Records,
-    ledger: Ledger,
-    order: Order,
-) -> Execute:
-    """Threads of this machine, or a cluster whose workers find the same sweeps from some records."""
+def _compute(
+    sweeps: Sequence[CompiledSweep], records: Records, ledger: Ledger, order: Order, tasks: Sequence[Task]
+) -> Iterator[Chunk]:
+    """The chunks of tasks, by threads here or by a cluster whose workers find the same sweeps from some records."""
     if order.cluster is None or order.source is None:
-        return lambda tasks: on_threads(sweeps, tasks, order.workers)
-    address = order.cluster
+        return on_threads(sweeps, tasks, order.workers)
     chunks = [ledger.read(name) for name in records.names]
     arithmetics = tuple((one.sweep.name, one.arithmetic) for one in (*records.searched, *sweeps))
     source = order.source(arithmetics, tuple((chunk.name, chunk.head, chunk.data) for chunk in chunks))
-    return lambda tasks: on_cluster(address, source, tasks, order.workers)
+    return on_cluster(order.cluster, source, tasks, order.workers)
 
 
-def _run_again(ledger: Ledger, order: Order) -> str:
-    return f"`workbench run {order.script} --out {ledger.out}` computes them"
+def _compute_items(works: Sequence[CompiledWork], order: Order, tasks: Sequence[Task]) -> Iterator[Chunk]:
+    """The answers of some items, by threads here or by a cluster."""
+    if order.cluster is None or order.source is None:
+        return on_threads(works, tasks, order.workers, at_once=threads())
+    return on_cluster(order.cluster, order.source(works=True), tasks, order.workers)
