@@ -18,8 +18,8 @@ from test_sweeping import SWEPT
 from workbench.cli.script import Script
 from workbench.study import executors
 from workbench.study.compiled import compile_sweep
-from workbench.study.execution import tasks_of
 from workbench.study.executors import ClusterError, on_cluster, on_threads
+from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import MonteCarlo
 
 ROOT = Path(executors.__file__).parents[2]

@@ -20,9 +20,9 @@ from workbench.robots import paper_arm
 from workbench.signals import Sines
 from workbench.study import cost, run_tables
 from workbench.study.compiled import compile_sweep
-from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
 from workbench.study.ledger.store import Counter, chunks, complete, opened
+from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor

@@ -21,11 +21,11 @@ from studies.b2_sobol_cost.workload import sweep
 from workbench.simulate import simulate
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Paragraph, Section, Verdict
-from workbench.study.execution import tasks_of
 from workbench.study.executors import on_threads
 from workbench.study.ledger.store import complete, opened
 from workbench.study.sample import Sample
 from workbench.study.study import Results, Study
+from workbench.study.sweep_runs import tasks_of
 from workbench.study.writeup import testbed
 
 WALL, MEMORY, SHARE = 10.0, 1.0, 0.05  # s, GB, of the processor time: the bars

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import copy_context
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 from workbench.core import Ode, Sampled
@@ -19,10 +19,11 @@ from workbench.study.completion import Pieces, complete_pieces
 from workbench.study.executors import on_threads
 from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk
-from workbench.study.ledger.store import Ledger, Task
-from workbench.study.order import Order
-from workbench.study.outcome import Case, Outcome
-from workbench.study.study import Results, Study
+from workbench.study.ledger.store import Task
+from workbench.study.outcome import Case, Outcome, Results
+from workbench.study.part import AbstractPart, Share, Site
+from workbench.study.run_tables import case_table_of
+from workbench.study.study import Study
 from workbench.validation.permission import refuse_in_pages
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
@@ -111,29 +112,33 @@ def tasks_of(cases: Sequence[CompiledCase]) -> tuple[Task, ...]:
     return tuple(tasks.values())
 
 
-def about_cases(cases: Sequence[CompiledCase]) -> SweepAbout | None:
-    """The cases as a ledger describes them; None if there are none."""
-    if not cases:
-        return None
-    arithmetics = sorted({signature(one.sweep.arithmetic) for one in cases})
-    return SweepAbout(CASES, len(cases), "; ".join(arithmetics), tuple(one.name() for one in cases))
+@dataclass(frozen=True, eq=False)
+class CaseRuns(AbstractPart):
+    """The cases of a study, the run of each of which is a record of the ledger."""
 
+    cases: tuple[CompiledCase, ...]
 
-def outcomes_in(ledger: Ledger, cases: Sequence[CompiledCase], order: Order, study: str) -> tuple[Outcome, ...]:
-    """The outcome of each case, computed where the ledger lacks its run; runs of earlier cases are removed from there.
+    @property
+    def share(self) -> Share:
+        """The cases as one sweep; None if there are none."""
+        arithmetics = "; ".join(sorted({signature(one.sweep.arithmetic) for one in self.cases}))
+        names = tuple(one.name() for one in self.cases)
+        return {"cases": SweepAbout(CASES, len(names), arithmetics, names) if names else None}
 
-    Raises
-    ------
-    LookupError
-        If nothing shall be computed, and a case is missing.
-    """
-    missing = [one.sweep for one in cases if one.name() not in ledger]
-    needed, tasks = cost.cost_of(missing, order.workers), tasks_of(cases)
-    said = f"cases, {needed}" if needed.seconds > SAID else ""
-    execute = partial(_computed, cases, workers=order.workers)
-    complete_pieces(Pieces("cases", tasks, execute, said, "cases", len(tasks)), ledger, order, study)
-    ledger.drop(CASES, {one.name() for one in cases})
-    return tuple(one.outcome(ledger.read(one.name())) for one in cases)
+    def complete(self, site: Site, results: Results) -> Results:
+        """The results with the outcome of each case, and a table of them; runs of earlier cases are removed."""
+        ledger, order, tasks = site.ledger, site.order, tasks_of(self.cases)
+        missing = [one.sweep for one in self.cases if one.name() not in ledger]
+        needed = cost.cost_of(missing, order.workers)
+        said = f"cases, {needed}" if needed.seconds > SAID else ""
+        pieces = Pieces(
+            "cases", tasks, partial(_computed, self.cases, workers=order.workers), said, "cases", len(tasks)
+        )
+        complete_pieces(pieces, ledger, order, site.name)
+        ledger.drop(CASES, {one.name() for one in self.cases})
+        found = replace(results, outcomes=tuple(one.outcome(ledger.read(one.name())) for one in self.cases))
+        ledger.write_durably(case_table_of(found))
+        return found
 
 
 def _computed(cases: Sequence[CompiledCase], tasks: Sequence[Task], workers: int | None) -> Iterator[Chunk]:

@@ -9,17 +9,22 @@ from typing import Any
 
 from workbench.simulate.arithmetic import signature
 from workbench.study import cost
-from workbench.study.case_runs import CompiledCase, about_cases, compile_cases
+from workbench.study.case_runs import CaseRuns, CompiledCase, compile_cases
 from workbench.study.chosen_steps import ChosenSteps, kept_in
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep, count_of, resized
-from workbench.study.ledger.about import WorkAbout
+from workbench.study.ledger.about import About
 from workbench.study.ledger.ownership import LedgerError
 from workbench.study.ledger.store import Ledger, about_in, steps_in
 from workbench.study.order import ArithmeticOf, Order
+from workbench.study.outcome import Results
+from workbench.study.part import AbstractPart, Description, Site
 from workbench.study.study import Study
-from workbench.study.tuning.search import Search, compile_tuning
-from workbench.study.work import CompiledWork, compile_works
+from workbench.study.sweep_runs import SweepRuns
+from workbench.study.tuning.search import compile_tuning
+from workbench.study.tuning_runs import TuningRuns
+from workbench.study.work import compile_works
+from workbench.study.work_runs import LaterWorkRuns, WorkRuns
 
 NAMED = 3  # sweeps that a message names
 
@@ -35,10 +40,10 @@ class CompiledStudy:
     order: Order
     arithmetics: tuple[ArithmeticOf, str | None]  # of sweeps by their names, and of cases, as an earlier run had them
     steps: ChosenSteps
-    works: tuple[CompiledWork, ...]
-    searches: tuple[Search, ...]
-    sweeps: tuple[CompiledSweep, ...]
-    cases: tuple[CompiledCase, ...]
+    works: WorkRuns
+    tunings: TuningRuns
+    sweeps: SweepRuns
+    cases: CaseRuns
 
     @staticmethod
     def of(study: Study, out: Path, order: Order) -> CompiledStudy:
@@ -46,49 +51,63 @@ class CompiledStudy:
         arithmetics = of_sweep, of_cases = arithmetics_of(out, order), arithmetic_of_cases(out, order)
         steps = ChosenSteps(() if order.fresh else steps_in(out))
         with kept_in(steps):
-            searches = tuple(compile_tuning(tuning, of_sweep) for tuning in study.tunings)
+            tunings = TuningRuns(tuple(compile_tuning(tuning, of_sweep) for tuning in study.tunings))
             sweeps = compiled_sweeps(study.name, study.sweeps, order, of_sweep)
-            cases = compiled_cases(study, of_cases)
-        works = () if callable(study.works) else compile_works(study.works)
-        return CompiledStudy(study, out, order, arithmetics, steps, works, searches, sweeps, cases)
+            cases = CaseRuns(compiled_cases(study, of_cases))
+        works = WorkRuns(() if callable(study.works) else compile_works(study.works))
+        runs = SweepRuns(sweeps, tunings.sweeps, steps, callable(study.sweeps))
+        return CompiledStudy(study, out, order, arithmetics, steps, works, tunings, runs, cases)
 
     @property
-    def searched(self) -> tuple[CompiledSweep, ...]:
-        """The sweeps of the tunings."""
-        return tuple(one for search in self.searches for one in search.sweeps)
+    def first_parts(self) -> tuple[AbstractPart, ...]:
+        """The parts from whose results sweeps and cases may follow."""
+        return self.works, self.tunings
 
     @property
-    def about(self) -> dict[str, Any]:
-        """The parts as a ledger describes them, but sweeps and tunings."""
-        works = tuple(WorkAbout(one.work.name, one.names) for one in self.works)
-        return {"works": works, "more": callable(self.study.works), "cases": about_cases(self.cases)}
+    def last_parts(self) -> tuple[AbstractPart, ...]:
+        """The parts that may follow from results."""
+        return self.sweeps, self.cases, LaterWorkRuns(self.study)
 
-    def afford(self, searched: bool = True) -> None:
+    def afford(self) -> None:
         """Refuse what takes too much time, memory or disk."""
-        sweeps = (*(self.searched if searched else ()), *self.sweeps, *(one.sweep for one in self.cases))
-        afford(sweeps, self.works, self.out, self.order)
+        sweeps = (*self.tunings.sweeps, *self.sweeps.sweeps, *(one.sweep for one in self.cases.cases))
+        cost.afford(sweeps, self.works.works, self.out, self.order)
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """The sentences on what is slow here."""
+        return tuple(cost.slow([*self.tunings.sweeps, *self.sweeps.sweeps]))
+
+    def complete(self, ledger: Ledger) -> tuple[Study, Results]:
+        """The study with its cases and sweeps known, and the results of all parts, of which the ledger has records."""
+        about = About.of(self.study.name, self.order.script, ledger.out, self.order.samples)
+        description, results = Description(ledger, about), Results()
+        site = Site(ledger, self.order, description)
+        description.update(*(part.share for part in (*self.first_parts, *self.last_parts)))
+        for part in self.first_parts:
+            results = part.complete(site, results)
+        plan = self.resolved({**{one.name: one for one in results.tunings}, **results.works}, ledger)
+        description.update(*(part.share for part in plan.last_parts))
+        for part in plan.last_parts:
+            results = part.complete(site, results)
+        return plan.study, results
 
     def resolved(self, found: Mapping[str, Any], ledger: Ledger) -> CompiledStudy:
         """The study with the sweeps and cases that follow from tunings and works; their chosen steps are recorded."""
-        study, later = self.study.resolved(found), callable(self.study.sweeps) or callable(self.study.cases)
-        if not later:
+        study, (of_sweep, of_cases) = self.study.resolved(found), self.arithmetics
+        if not (callable(self.study.sweeps) or callable(self.study.cases)):
             return replace(self, study=study)
-        sweeps, cases, (of_sweep, of_cases) = self.sweeps, self.cases, self.arithmetics
+        sweeps, cases = self.sweeps, self.cases
         with kept_in(self.steps):
             if callable(self.study.cases):
-                cases = compiled_cases(study, of_cases)
+                cases = CaseRuns(compiled_cases(study, of_cases))
             if callable(self.study.sweeps):
-                sweeps = compiled_sweeps(study.name, study.sweeps, self.order, of_sweep)
+                sweeps = replace(sweeps, sweeps=compiled_sweeps(study.name, study.sweeps, self.order, of_sweep))
         ledger.add(self.steps.chunks.values())
         made = replace(self, study=study, sweeps=sweeps, cases=cases)
-        made.afford(searched=False)
+        runs = (*sweeps.sweeps, *(one.sweep for one in cases.cases))
+        cost.afford(runs, self.works.works, self.out, self.order)
         return made
-
-
-def afford(sweeps: Sequence[CompiledSweep], works: Sequence[CompiledWork], out: Path, order: Order) -> None:
-    """Refuse sweeps and works that take too much time, memory or disk."""
-    if not (order.yes or order.only_report):
-        cost.check(cost.cost_of(sweeps, order.workers, works), out)
 
 
 def arithmetics_of(out: Path, order: Order) -> ArithmeticOf:

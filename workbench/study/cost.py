@@ -11,6 +11,7 @@ from pathlib import Path
 from workbench.simulate.arithmetic import is_compiled
 from workbench.simulate.job import threads
 from workbench.study.compiled import CompiledSweep
+from workbench.study.order import Order
 from workbench.study.work import GUESS, CompiledWork
 
 PATIENCE = 3600.0  # s
@@ -69,6 +70,12 @@ def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None, works: 
     guesses = sum(work.size for work in works if work.work.seconds is None)
     memory = PROGRAM + CHUNKS * chunk + COPIES * results + KEPT * kept
     return Cost(runs, side, seconds, memory, ON_DISK * results + kept + BYTES_OF_ITEM * items, items, guesses)
+
+
+def afford(sweeps: Sequence[CompiledSweep], works: Sequence[CompiledWork], out: Path, order: Order) -> None:
+    """Refuse sweeps and works that take too much time, memory or disk, unless the order is sure of them."""
+    if not (order.yes or order.only_report):
+        check(cost_of(sweeps, order.workers, works), out)
 
 
 def slow(sweeps: Sequence[CompiledSweep]) -> Iterator[str]:

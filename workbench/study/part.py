@@ -1,0 +1,88 @@
+"""The contract of a part of a study, its works, tunings, sweeps or cases, and the place where it is completed."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.study.ledger.about import UNUSED, About, SweepAbout
+from workbench.study.ledger.store import Ledger, about_in
+from workbench.study.order import Order
+from workbench.study.outcome import Results
+
+# What a part tells of itself: fields of `About`, and `tunings` for the sweeps of tunings.
+Share = Mapping[str, Any]
+
+
+class AbstractPart(ABC):
+    """One kind of what a study declares, compiled."""
+
+    @property
+    @abstractmethod
+    def share(self) -> Share:
+        """The description of the part in the ledger, as far as it is known before it is completed."""
+
+    @abstractmethod
+    def complete(self, site: Site, results: Results) -> Results:
+        """The results of the parts before, with those of this part, computed where the ledger lacks them.
+
+        Raises
+        ------
+        LookupError
+            If nothing shall be computed, and something is missing.
+        """
+
+
+class Description:
+    """The description of a study in its ledger, made of the shares of its parts."""
+
+    def __init__(self, ledger: Ledger, about: About) -> None:
+        self._ledger, self._about = ledger, about
+        self._tunings: tuple[SweepAbout, ...] = ()
+        self._sweeps: tuple[SweepAbout, ...] = ()
+
+    @property
+    def about(self) -> About:
+        """The record."""
+        return replace(self._about, sweeps=(*self._tunings, *self._sweeps))
+
+    def update(self, *shares: Share) -> None:
+        """Let shares replace what is described in their fields."""
+        fields = {name: value for share in shares for name, value in share.items()}
+        self._tunings, self._sweeps = fields.pop("tunings", self._tunings), fields.pop("sweeps", self._sweeps)
+        self._about = replace(self._about, **fields)
+
+    def write(self) -> None:
+        """Write the record, if the ledger holds another one."""
+        self._ledger.describe(self.about)
+
+    @property
+    def is_newest(self) -> bool:
+        """False while works are still to be made from results, and an earlier run may have described these too."""
+        return not self._about.more or about_in(self._ledger.out) is None
+
+    @property
+    def chunks(self) -> tuple[str, ...]:
+        """The names of the chunks of tunings and works."""
+        return replace(self._about, sweeps=self._tunings, cases=None).chunks
+
+
+@dataclass(frozen=True, eq=False)
+class Site:
+    """The ledger in which the parts of a study are completed, the order that asks for them, and the description."""
+
+    ledger: Ledger
+    order: Order
+    description: Description
+
+    @property
+    def name(self) -> str:
+        """The name of the study."""
+        return self.description.about.study
+
+    def say_unused(self) -> None:
+        """Say how many chunks of the ledger belong to no part of the study."""
+        if unused := self.description.about.unused(self.ledger.names):
+            self.order.say(UNUSED.format(count=unused, out=self.ledger.out))
