@@ -36,6 +36,7 @@ RUNNING = 85  # letters of the title that fit in the header of a page
 LONGEST = 20_000  # letters of a phrase that are printed, some seven pages: typst takes minutes for a million
 REST = "… The rest is on the page."
 ROOM = 80  # widths of a digit between an equation's margins
+SUSPECTS = b"/Suspects false"
 OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
 Tree = dict[str, Any]
@@ -68,13 +69,23 @@ def compiled(data: str) -> bytes:
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     covered = max(data) < OTHER_SCRIPTS
     try:
-        return typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered)
+        return _without_suspects(typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered))
     except typst.TypstError as error:
         title = json.loads(data)["title"]
         raise ValueError(
             f"`pdf(document)` could not set '{title}': typst says: {error.message}. "
             "Look at the formulas of the document first: all else goes in as plain text."
         ) from error
+
+
+def _without_suspects(content: bytes) -> bytes:
+    """A tagged PDF without the entry `/Suspects false`, the default, of its catalogue, which stands behind all else.
+
+    Poppler up to 25.11 calls this boolean "wrong type" on every opening. Blanks take the place of the entry, so that
+    the table of offsets still holds.
+    """
+    before, entry, after = content.rpartition(SUSPECTS)
+    return before + b" " * len(entry) + after
 
 
 @dataclass(frozen=True)
