@@ -15,13 +15,14 @@ import typst
 from workbench.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
 from workbench.report.number_text import Printed
-from workbench.report.outline import Chapter, Placed, chapters, labels, named, notes, provenance
+from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
 from workbench.study.document.document import (
     Code,
     Document,
     Equation,
     Figure,
+    Finding,
     Itemize,
     Paragraph,
     Part,
@@ -105,6 +106,9 @@ class _Writer:
             "title": self.short(title),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}",
+            "answer": self.phrase(document.answer),
+            "findings": [self.finding(placed) for placed in findings(document)],
+            "legend": [{"word": kind, "meaning": words} for kind, words in legend(document)],
             "question": self.phrase(document.question),
             "method": self.phrase(document.method),
             "command": self.short(colophon.command),
@@ -145,6 +149,19 @@ class _Writer:
             case Table() as table:
                 tree |= self.table(table)
         return tree
+
+    def finding(self, placed: Placed) -> Tree:
+        one = placed.block
+        assert isinstance(one, Finding)
+        cites = (("See also", ", ".join(cited.replace("/", ": ") for cited in one.cites)),) if one.cites else ()
+        return {
+            "anchor": placed.anchor,
+            "word": one.kind,
+            "statement": self.phrase(one.statement),
+            "evidence": self.phrase(one.evidence),
+            "change": self.phrase(one.change),
+            "scope": [{"label": label, "phrase": self.phrase(text)} for label, text in (*one.scope, *cites)],
+        }
 
     def table(self, table: Table) -> Tree:
         cells = grid(table)
