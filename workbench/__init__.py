@@ -31,8 +31,8 @@ _ROOMS = {
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor Knob LogUniform Paragraph Run Section SobolDesign Study Sweep Uniform Work side_by_side "
-    "sobol sobol_bars",
+    "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
+    "Work side_by_side sobol sobol_bars",
     "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
     "cli.script": "load",

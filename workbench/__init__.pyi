@@ -69,7 +69,8 @@ from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
 from workbench.simulate import simulate
 from workbench.study.contract import Run, Sweep
-from workbench.study.document.document import Paragraph, Section
+from workbench.study.document.document import Page, Paragraph, Section
+from workbench.study.document.finding import Finding, Variation
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
@@ -99,6 +100,7 @@ __all__ = [
     "ExtendedKalmanFilter",
     "ExtendedStateObserver",
     "Factor",
+    "Finding",
     "FirstOrder",
     "FullState",
     "FurutaPendulum",
@@ -119,6 +121,7 @@ __all__ = [
     "PID",
     "PID2",
     "PadeDelay",
+    "Page",
     "Paragraph",
     "PlanarQuadrotor",
     "Plant",
@@ -154,6 +157,7 @@ __all__ = [
     "TwoMasses",
     "Uniform",
     "UnscentedKalmanFilter",
+    "Variation",
     "WayPoints",
     "Work",
     "base_parameters",

@@ -14,6 +14,7 @@ from typing import Any
 
 from workbench.report import pdf
 from workbench.report.figures import numbers_of, sheets
+from workbench.report.findings_json import findings_json
 from workbench.report.html_page import GENERATOR, html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
@@ -22,7 +23,7 @@ from workbench.study.ledger.ownership import FOLDER, stranger_in
 
 PARTS = ("figures", "runs", "tables")
 _OURS = re.compile(
-    r"index\.html|report\.pdf|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
+    r"index\.html|report\.pdf|findings\.json|tables/[a-z0-9_]+\.(csv|tex)|figures/[a-z0-9_]+\.(svg|csv)|"
     rf"runs/[a-z0-9_]+\.(csv|parquet|mat|json)(\.part)?|{'|'.join(PARTS)}|{FOLDER}|\.partial-[0-9a-f]{{8}}"
 )
 
@@ -37,7 +38,9 @@ def write(
     beside: Mapping[str, bytes] | None = None,
     live: Mapping[str, Any] | None = None,
 ) -> Path:
-    """Write `index.html`, `report.pdf`, `tables/*.csv`, `tables/*.tex`, `figures/*.svg`; return the folder.
+    """Write `index.html`, `report.pdf`, `findings.json`, and the files of tables and figures; return the folder.
+
+    These are `tables/*.csv`, `tables/*.tex` and `figures/*.svg`.
 
     A figure that has its `numbers`, or curves, bars or points, gets a `figures/*.csv` too; `beside` are further files
     by their paths, and `live` are the data with which the page is live.
@@ -78,6 +81,8 @@ def _contents(document: Document, live: Mapping[str, Any] | None) -> dict[str, b
         for table in document.tables:
             texts[f"tables/{table.name}.csv"] = to_csv(table)
             texts[f"tables/{table.name}.tex"] = to_latex(table)
+        if document.answer or document.findings:
+            texts["findings.json"] = findings_json(document)
         return {path: text.encode("utf-8") for path, text in texts.items()} | {"report.pdf": printed.result()}
 
 

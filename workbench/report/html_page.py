@@ -17,7 +17,7 @@ from workbench.notation import mathml
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.live_page import PRINTED, live_page
 from workbench.report.number_text import Printed
-from workbench.report.outline import Placed, chapters, labels, named, notes, provenance
+from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
@@ -41,6 +41,8 @@ def html(document: Document, sheets: dict[str, Sheet] | None = None, live: Mappi
     return template.render(
         document=document,
         chapters=chapters(document),
+        findings=findings(document),
+        legend=legend(document),
         provenance=provenance(document),
         generator=GENERATOR,
         style=Markup(_style()),

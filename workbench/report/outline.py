@@ -12,13 +12,22 @@ from workbench.study.document.document import (
     Document,
     Equation,
     Figure,
+    Finding,
     Phrase,
     Reference,
     Table,
+    Verdict,
     parts,
 )
 
 ROWS = 40  # of digests, one below the other
+MEANINGS = {
+    "holds": "proved, or confirmed by an exact computation",
+    "fails": "refuted by a witness or a proof",
+    "found": "measured; every variation in this study gives the same answer",
+    "depends": "measured; a variation in this study gives another answer",
+    "open": "not settled by this study",
+}
 OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, its first digits"
 
 
@@ -26,14 +35,14 @@ OF_A_RUN = "SHA-256 of equations, parameters, initial state, steps and horizon, 
 class Placed:
     """A block with its kind ('table'), its number among its kind, and its anchor ('table-2')."""
 
-    block: Block
+    block: Block | Finding
     kind: str
     number: int
 
     @property
     def anchor(self) -> str:
-        """The target of links to the block."""
-        return f"{self.kind}-{self.number}"
+        """The target of links to the block: 'table-2'; of a finding, which other reports cite, by its name."""
+        return f"{self.kind}-{self.block.name if isinstance(self.block, Finding) else self.number}"
 
     @property
     def label(self) -> str:
@@ -67,12 +76,23 @@ def chapters(document: Document) -> tuple[Chapter, ...]:
 
 def labels(document: Document) -> dict[str, Placed]:
     """The placed block behind each name that a `Reference` may use."""
+    blocks = (placed for chapter in chapters(document) for placed in chapter.blocks)
     return {
         placed.block.name: placed
-        for chapter in chapters(document)
-        for placed in chapter.blocks
-        if isinstance(placed.block, (Table, Figure, Equation)) and placed.block.name
+        for placed in (*findings(document), *blocks)
+        if isinstance(placed.block, (Finding, Table, Figure, Equation)) and placed.block.name
     }
+
+
+def findings(document: Document) -> tuple[Placed, ...]:
+    """The findings with their numbers."""
+    return tuple(Placed(one, "finding", number) for number, one in enumerate(document.findings, start=1))
+
+
+def legend(document: Document) -> tuple[tuple[str, str], ...]:
+    """The words beside the boxes of a document, each with its meaning, in the order of `MEANINGS`."""
+    kinds = {block.kind for block in (*document.findings, *document.blocks) if isinstance(block, Finding | Verdict)}
+    return tuple((kind, words) for kind, words in MEANINGS.items() if kind in kinds)
 
 
 def notes(document: Document) -> dict[str, tuple[Phrase, ...]]:

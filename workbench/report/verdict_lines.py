@@ -1,13 +1,18 @@
-"""The verdicts of a page as lines, as the command line prints them."""
+"""The answer, the findings and the verdicts of a page as lines, as the command line prints them."""
 
 from __future__ import annotations
 
+from workbench.report.outline import labels, named
 from workbench.report.table_text import plain
-from workbench.study.document.document import Document, Verdict
+from workbench.study.document.document import Document, Finding, Verdict
 
 
 def verdict_lines(page: Document) -> list[str]:
-    """The verdicts of a page in their order, each on one line: 'holds: The loop is stable.'"""
-    blocks = (block for section in page.sections for block in section.blocks)
-    lines = (f"{block.kind}: {plain(block.statement)}" for block in blocks if isinstance(block, Verdict))
-    return [" ".join(line.split()) for line in lines]
+    """The answer of a page, then its findings and verdicts in their order, each on one line.
+
+    'holds: The loop is stable.'
+    """
+    places = labels(page)
+    boxes: list[Finding | Verdict] = [*page.findings, *(one for one in page.blocks if isinstance(one, Verdict))]
+    lines = [f"{box.kind}: {plain(named(box.statement, places))}" for box in boxes]
+    return [" ".join(line.split()) for line in (plain(named(page.answer, places)), *lines) if line.strip()]

@@ -11,7 +11,7 @@ from typing import Any
 
 _FILES = {
     "contract": "Run Sweep",
-    "document.document": "Column Figure Itemize Panel Paragraph Section Table Verdict",
+    "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",
     "live.knob": "Knob",
     "marks": "bars cell points",

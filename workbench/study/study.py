@@ -8,7 +8,7 @@ from typing import Any
 
 from workbench.core.equations import answer
 from workbench.study.contract import Sweep
-from workbench.study.document.document import Section
+from workbench.study.document.document import Page, Section
 from workbench.study.document.phrases import check_name
 from workbench.study.live.knob import Knob
 from workbench.study.outcome import Case as Case
@@ -32,8 +32,8 @@ class Study:
     name
         Lower-case letters, digits and underscores: it becomes the report's folder.
     sections, headlines
-        The sections of the report, and the findings that the command line prints, one a line; without any, these are
-        the verdicts of the report.
+        The sections of the report, or a `Page` of them with its answer and findings; and the lines that the command
+        prints. Without any, these are the answer, the findings and the verdicts of the report.
     measures_time
         True if the report holds times, which differ from one run to the next.
     least
@@ -63,7 +63,7 @@ class Study:
     title: str
     question: str
     method: str
-    sections: Callable[[Results], Sequence[Section]]
+    sections: Callable[[Results], Sequence[Section] | Page]
     headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
     cases: tuple[Case, ...] | Callable[[Mapping[str, Any]], tuple[Case, ...]] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from typing import Any
 from workbench import __version__
 from workbench.core.equations import answer
 from workbench.simulate.arithmetic import signature
-from workbench.study.document.document import Colophon, Document, Section
+from workbench.study.document.document import Colophon, Document, Page, Section
 from workbench.study.study import Results, Study
 from workbench.validation.permission import no_runs
 from workbench.validation.refusals import several
@@ -40,12 +40,15 @@ def document(study: Study, results: Results, command: str) -> Document:
     )
     if study.measures_time:
         colophon = replace(colophon, again="The same command measures again: times differ from run to run.")
+    page = _page(study, results)
     return Document(
         title=study.title,
         question=" ".join(study.question.split()),
         method=" ".join(study.method.split()),
-        sections=_told(study, "sections", results, Section),
+        sections=page.sections,
         colophon=colophon,
+        answer=page.answer,
+        findings=page.findings,
     )
 
 
@@ -62,19 +65,27 @@ def _seed(study: Study, results: Results) -> int | str | None:
 
 def headlines(study: Study, results: Results) -> list[str]:
     """The findings of the study, each on one line."""
-    return [" ".join(line.split()) for line in _told(study, "headlines", results, str)]
+    call = "Study(headlines=...)(results)"
+    return [" ".join(line.split()) for line in several(call, _called(study, "headlines", results), str)]
 
 
-def _told(study: Study, part: str, results: Results, kind: type) -> tuple[Any, ...]:
-    """The answer of a function of the study to the results; an iterable other than text becomes a tuple.
+def _page(study: Study, results: Results) -> Page:
+    """The page of a study, whose function may return its sections alone."""
+    given = _called(study, "sections", results)
+    if isinstance(given, Page):
+        return given
+    return Page("", (), several("Study(sections=...)(results)", given, Section))
+
+
+def _called(study: Study, part: str, results: Results) -> Any:
+    """The return value of a function of the study for the results; an iterable other than text becomes a tuple.
 
     Nothing is simulated for it, unless the study measures time.
     """
     call = f"Study({part}=...)(results)"
     with nullcontext() if study.measures_time else no_runs(call):
-        found = answer(call, getattr(study, part), results)
-        found = answer(call, tuple, found) if isinstance(found, Iterable) and not isinstance(found, str) else found
-    return several(call, found, kind)
+        given = answer(call, getattr(study, part), results)
+        return answer(call, tuple, given) if isinstance(given, Iterable) and not isinstance(given, str) else given
 
 
 def testbed() -> str:

@@ -19,6 +19,7 @@ from workbench.study.document.figure import (
     Points,
     Series,
 )
+from workbench.study.document.finding import Finding, Variation
 from workbench.study.document.phrases import (
     Cell,
     Code,
@@ -37,7 +38,7 @@ from workbench.study.document.phrases import (
     parts,
 )
 from workbench.study.document.source import Source, clean_text
-from workbench.validation.refusals import known
+from workbench.validation.refusals import known, refusal
 from workbench.validation.signatures import door
 
 __all__ = [
@@ -53,9 +54,11 @@ __all__ = [
     "Emphasis",
     "Equation",
     "Figure",
+    "Finding",
     "Itemize",
     "Measured",
     "Missing",
+    "Page",
     "Panel",
     "Paragraph",
     "Part",
@@ -68,9 +71,12 @@ __all__ = [
     "Strong",
     "Table",
     "Value",
+    "Variation",
     "Verdict",
     "parts",
 ]
+
+MOST_FINDINGS = 5  # boxes below the answer, which fit on one or two screens
 
 
 @dataclass(frozen=True)
@@ -165,6 +171,30 @@ class Section:
 
 
 @dataclass(frozen=True)
+@door
+class Page:
+    """The first screen of a report and the sections below it: the answer in one line, then at most five findings.
+
+    Examples
+    --------
+    >>> wb.Page("All runs settle within 2 s.", (), (wb.Section("Runs", ()),)).answer
+    'All runs settle within 2 s.'
+    """
+
+    answer: Phrase
+    findings: tuple[Finding, ...]
+    sections: tuple[Section, ...]
+
+    def __post_init__(self) -> None:
+        if len(self.findings) > MOST_FINDINGS:
+            raise refusal(
+                "Page(findings=...)",
+                f"at most {MOST_FINDINGS} findings, as nobody reads more; tables in the sections hold the rest",
+                [one.name for one in self.findings],
+            )
+
+
+@dataclass(frozen=True)
 class Colophon:
     """The record from which a report can be made again: command, seed, versions and digests.
 
@@ -185,7 +215,7 @@ class Colophon:
 
 @dataclass(frozen=True)
 class Document:
-    """A report: its question, its method, its sections, and the record to make it again.
+    """A report: its question, its answer and findings, its method, its sections, and the record to make it again.
 
     In its texts a line break or tab becomes a space, and what no file may hold, as a control character, U+FFFD.
 
@@ -202,6 +232,8 @@ class Document:
     method: Phrase
     sections: tuple[Section, ...]
     colophon: Colophon
+    answer: Phrase = ""
+    findings: tuple[Finding, ...] = ()
 
     def __repr__(self) -> str:
         """One line: the title and the number of sections."""
@@ -210,12 +242,13 @@ class Document:
     def __post_init__(self) -> None:
         for part in fields(self):
             object.__setattr__(self, part.name, _cleaned(getattr(self, part.name)))
-        names = [b.name for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name]
+        blocks = (b for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name)
+        names = [block.name for block in (*self.findings, *blocks)]
         if twice := sorted(name for name, count in Counter(names).items() if count > 1):
             raise ValueError(f"`Document(...)` needs distinct names of its blocks; {twice} came more than once.")
-        for part in _walk((self.question, self.method, self.sections)):
+        for part in _walk((self.question, self.method, self.answer, self.findings, self.sections)):
             if isinstance(part, Reference):
-                known(part.name, names, "tables, figures and equations to refer to")
+                known(part.name, names, "findings, tables, figures and equations to refer to")
 
     @property
     def blocks(self) -> tuple[Block, ...]:

@@ -1,0 +1,119 @@
+"""Findings: what changes an answer is computed over all variations, and stands in the page, the PDF and the JSON."""
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+import workbench as wb
+from workbench.report.folder import write
+from workbench.report.html_page import html
+from workbench.report.verdict_lines import verdict_lines
+from workbench.study.document.document import Document
+from workbench.study.document.phrases import Column, Reference, Table
+from workbench.study.study import Results
+from workbench.study.writeup import document
+
+MEDIAN = wb.Variation("the median in place of the mean", "SMC", "1.2 against 1.4")
+OTHERS = tuple(wb.Variation(f"without scenario {i}", "PID") for i in range(7))
+BEST = wb.Finding(
+    "best",
+    "PID has the least mean cost, 1.2.",
+    "In 9 of 10 scenarios no interval of another law reaches it.",
+    statistic="Mean cost",
+    sample="160 draws in each of 10 scenarios",
+    given="the same readings",
+    fitted="the gains of each law, by one budget",
+    answer="PID",
+    variations=(MEDIAN, *OTHERS),
+    untried="another cost",
+    cites=("a6_unstated_choices/row_of_fs",),
+)
+
+
+def page_of(*findings, answer="PID is best."):
+    study = wb.Study(
+        "s", "T", "Q?", "M.", lambda results: wb.Page(answer, findings, (wb.Section("S", (wb.Paragraph("P."),)),))
+    )
+    return document(study, Results(), "again")
+
+
+def test_a_finding_depends_where_a_variation_has_another_answer_and_only_there():
+    assert BEST.kind == "depends"
+    assert BEST.reversals == (MEDIAN,)
+    same = replace(BEST, variations=OTHERS)
+    assert same.kind == "found"
+    assert same.reversals == ()
+    assert replace(BEST, settled=False).kind == "open"
+
+
+def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations():
+    assert BEST.change == ("The answer changes in 1 of 8 variations: to SMC by the median in place of the mean.")
+    same = replace(BEST, variations=OTHERS)
+    assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
+    assert same.change.endswith("; 4 more.")
+    assert replace(BEST, variations=(), answer="").change == "No variation was computed."
+
+
+def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
+    many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
+    page = html(page_of(replace(BEST, variations=many)))
+    assert "The answer changes in 30 of 30 variations: to SMC by choice 0; choice 1; choice 2; 27 more." in page
+    assert all(f"<li>choice {i}: SMC</li>" in page for i in range(30))
+
+
+def test_a_finding_with_variations_needs_an_answer_to_compare_them_with():
+    with pytest.raises(ValueError, match=r"`Finding\(answer=...\)` must be a text.*got ''"):
+        replace(BEST, answer="")
+    with pytest.raises(ValueError, match="needs distinct words.*'the median in place of the mean'"):
+        replace(BEST, variations=(MEDIAN, MEDIAN))
+    with pytest.raises(ValueError, match=r"must be names such as 'folder/name'.*got \('a6',\)|got 'a6'"):
+        replace(BEST, cites=("a6",))
+    with pytest.raises(ValueError, match=r"`Variation\(answer=...\)` must be a text"):
+        wb.Variation("words", " ")
+
+
+def test_a_page_has_at_most_five_findings():
+    six = tuple(replace(BEST, name=f"n{i}") for i in range(6))
+    with pytest.raises(ValueError, match=r"`Page\(findings=...\)` must be at most 5 findings"):
+        wb.Page("Yes.", six, ())
+
+
+def test_the_answer_and_the_boxes_come_before_the_question_and_need_no_script():
+    text = html(page_of(BEST))
+    assert text.index('<p class="answer">PID is best.</p>') < text.index('id="finding-best"') < text.index("Question")
+    assert "<script" not in text
+    assert '<a href="../a6_unstated_choices/index.html#finding-row_of_fs">' in text
+    assert re.search(r'<p class="legend"><span class="word depends">depends</span>: ', text)
+
+
+def test_a_sentence_may_refer_to_a_finding_by_its_name():
+    study = wb.Study("s", "T", "Q?", "M.", lambda results: wb.Page(("See ", Reference("best"), "."), (BEST,), ()))
+    assert '<a href="#finding-best">Finding\u00a01</a>' in html(document(study, Results(), "again"))
+    with pytest.raises(LookupError, match="worst"):
+        page_of(BEST, answer=("See ", Reference("worst"), "."))
+
+
+def test_the_command_prints_the_answer_and_then_the_findings():
+    assert verdict_lines(page_of(BEST)) == ["PID is best.", "depends: PID has the least mean cost, 1.2."]
+    assert verdict_lines(page_of(answer="")) == []
+
+
+def test_findings_are_written_as_json_beside_the_page_and_the_pdf(tmp_path):
+    folder = write(page_of(BEST), tmp_path / "r")
+    held = json.loads((folder / "findings.json").read_text("utf-8"))
+    assert held["answer"] == "PID is best."
+    (one,) = held["findings"]
+    assert (one["name"], one["kind"], one["answer"]) == ("best", "depends", "PID")
+    assert [v["answer"] for v in one["variations"]] == ["SMC", *["PID"] * 7]
+    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF")
+    bare = write(page_of(answer=""), tmp_path / "r")
+    assert not (bare / "findings.json").exists()
+
+
+def test_two_blocks_of_a_document_have_no_name_in_common():
+    section = wb.Section("S", (Table("best", "C.", (Column("x"),), ((1.0,),)),))
+    base = page_of(BEST)
+    with pytest.raises(ValueError, match="distinct names"):
+        Document("T", "Q", "M", (section,), base.colophon, findings=(BEST,))

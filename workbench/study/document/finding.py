@@ -1,0 +1,155 @@
+"""Findings: conclusions as objects, each with its scope and with its answer under every variation that was computed."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+from workbench.study.document.phrases import Phrase, check_name
+from workbench.validation.refusals import refusal
+from workbench.validation.signatures import door
+
+NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope lists all
+
+
+@dataclass(frozen=True)
+@door
+class Variation:
+    """A change of the study, in `words`, and the `answer` that it gives, with its figures in `detail`.
+
+    Examples
+    --------
+    >>> wb.Variation("the median in place of the mean", "SMC", "1.2 against 1.4").answer
+    'SMC'
+    """
+
+    words: str
+    answer: str
+    detail: str = ""
+
+    def __post_init__(self) -> None:
+        for part in ("words", "answer"):
+            if not getattr(self, part).strip():
+                raise refusal(f"Variation({part}=...)", "a text", getattr(self, part))
+
+    @property
+    def line(self) -> str:
+        """The variation, its answer and its figures."""
+        return f"{self.words}: {self.answer}{f' ({self.detail})' * bool(self.detail)}"
+
+
+@dataclass(frozen=True)
+@door
+class Finding:
+    """A conclusion with its scope, and with the answer under every variation that the study has computed.
+
+    Its `kind` follows from these: `depends` if a variation has another answer, else `found`; `open` if the runs do not
+    settle it.
+
+    Attributes
+    ----------
+    name
+        Lower-case letters, digits and underscores, for references and links.
+    statement, evidence
+        The answer in one sentence, with its figure; then why one may believe it.
+    statistic, sample
+        What is computed, and of which runs.
+    given, chosen, fitted
+        The information on which it rests, the unstated numbers and readings that were assumed, and what was tuned.
+    answer
+        The answer in a word or a number. The answers of the `variations` are compared with it.
+    untried
+        What may change the answer, and is not in the study.
+    settled
+        False if the runs do not decide it.
+    cites
+        The findings of other reports that answer the same question, as "folder/name".
+
+    Raises
+    ------
+    ValueError
+        If a name is no name, two variations have the same words, or there are variations but no answer.
+
+    Examples
+    --------
+    >>> median = wb.Variation("the median in place of the mean", "SMC")
+    >>> best = wb.Finding("best", "PID has the least mean cost, 1.2.", answer="PID", variations=(median,))
+    >>> best.kind, [one.words for one in best.reversals]
+    ('depends', ['the median in place of the mean'])
+    """
+
+    name: str
+    statement: Phrase
+    evidence: Phrase = ""
+    statistic: Phrase = ""
+    sample: Phrase = ""
+    given: Phrase = ""
+    chosen: Phrase = "nothing"
+    fitted: Phrase = "nothing"
+    answer: str = ""
+    variations: tuple[Variation, ...] = ()
+    untried: Phrase = ""
+    settled: bool = True
+    cites: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_name("Finding", self.name)
+        if twice := [words for words, count in Counter(one.words for one in self.variations).items() if count > 1]:
+            raise ValueError(f"`Finding(variations=...)` needs distinct words; {twice} came more than once.")
+        if self.variations and not self.answer.strip():
+            raise refusal("Finding(answer=...)", "a text, with which the answers of the variations agree or not", "")
+        for cited in self.cites:
+            if not re.fullmatch(r"[a-z0-9_]+/[a-z0-9_]+", cited):
+                raise refusal("Finding(cites=...)", "names such as 'folder/name', of a report and its finding", cited)
+
+    @property
+    def reversals(self) -> tuple[Variation, ...]:
+        """The variations whose answer is another one."""
+        return tuple(one for one in self.variations if one.answer != self.answer)
+
+    @property
+    def kind(self) -> Literal["found", "depends", "open"]:
+        """The word beside the box."""
+        if not self.settled:
+            return "open"
+        return "depends" if self.reversals else "found"
+
+    @property
+    def change(self) -> str:
+        """The variations that change the answer, in one or two sentences."""
+        changes, total = self.reversals, len(self.variations)
+        if not total:
+            return "No variation was computed."
+        if not changes:
+            return f"The answer stays the same in each of {total} variations: {_named(self.variations)}."
+        groups: dict[str, list[Variation]] = {}
+        for one in changes:
+            groups.setdefault(one.answer, []).append(one)
+        answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
+        rest = f"; and to {len(answers) - ANSWERS} other answers" if len(answers) > ANSWERS else ""
+        return f"The answer changes in {len(changes)} of {total} variations: {'; '.join(answers[:ANSWERS])}{rest}."
+
+    @property
+    def scope(self) -> tuple[tuple[str, Phrase], ...]:
+        """The statistic, the sample and all else on which the answer rests, each with its label."""
+        lines: tuple[tuple[str, Phrase], ...] = (
+            ("Statistic", self.statistic),
+            ("Sample", self.sample),
+            ("Given", self.given),
+            ("Chosen", self.chosen),
+            ("Fitted", self.fitted),
+            ("Answer", self.answer),
+            ("Variations", "; ".join(one.line for one in self.variations)),
+            ("Not tried", self.untried),
+        )
+        return tuple((label, phrase) for label, phrase in lines if phrase)
+
+
+def _named(variations: Sequence[Variation]) -> str:
+    """The first few variations in words, and the number of the others."""
+    rest = len(variations) - NAMED
+    words = [one.words for one in variations[:NAMED]]
+    return "; ".join([*words, f"{rest} more"] if rest > 0 else words)
