@@ -85,7 +85,7 @@ def test_the_answer_and_the_boxes_come_before_the_question_and_need_no_script():
     assert text.index('<p class="answer">PID is best.</p>') < text.index('id="finding-best"') < text.index("Question")
     assert "<script" not in text
     assert '<a href="../a6_unstated_choices/index.html#finding-row_of_fs">' in text
-    assert re.search(r'<p class="legend"><span class="word depends">depends</span>: ', text)
+    assert re.search(r'<p class="legend"><span class="word depends">depends</span> ', text)
 
 
 def test_a_sentence_may_refer_to_a_finding_by_its_name():
