@@ -85,7 +85,7 @@ def as_printed(results: Results) -> Finding:
         statistic=f"{TRACKING} A run that diverges does not track.",
         sample=f"One run without noise for each point of a grid of Q, {grid.Q.low:g} I to {grid.Q.high:g} I, and R, "
         f"{grid.R.low:g} I to {grid.R.high:g} I, and for each shape of (33), over {grid.UNTIL:g} s; further "
-        f"runs with Q = I over {SHORT:g} s and with Q = {SMALL:g} I over {FREE:g} s.",
+        f"runs with Q = I over {SHORT:g} s and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
         given=GIVEN,
         chosen=assumptions(choice for choice in OURS if not choice.fitted),
         answer=_tracking(least <= NEAR),
@@ -119,7 +119,7 @@ def two_repairs(results: Results) -> Finding:
         "two_repairs",
         f"With (3) and (28) repaired alone, the law tracks the first scenario in {len(kept)} of {len(runs)} runs, with "
         f"late errors of at most {worst[0]:.3f} rad (joint 1) and {worst[1]:.3f} rad (joint 2).",
-        f"(24) and the minus of (33) stand as printed. K falls, and is positive definite to the end but with {lost}.",
+        f"(24) and the minus of (33) stand as printed. K falls, and loses its positive definiteness only with {lost}.",
         statistic=TRACKING,
         sample=(
             f"One run without noise for each shape of (33) and each Q, R = I: over {FREE:g} s with Q = {SMALL:g} I and "
@@ -147,10 +147,9 @@ def row_of_fs(results: Results) -> Finding:
         "row_of_fs",
         "The printed row of the first scenario does not identify the law: two repairs meet it within "
         f"{100 * least:.1g} %, four within {of_four:.2g} %.",
-        "RMSE (43) falls with the horizon, which the paper does not state, so each repair has a horizon of its own. "
-        f"Two: (3) and (28), shape '{shape}' of (33), Q = {Q:g} I, R = I, {one.horizon:.2f} s. Four: (3), (24), (28) "
-        f"and (33), shape '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I, "
-        f"{FIT_OF_CARD:g} s.",
+        f"RMSE (43) falls with the unstated horizon. Two: (3), (28), '{shape}', Q = {Q:g} I, R = I, {one.horizon:.2f} "
+        f"s. Four: (24) and (33), too, '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = "
+        f"{CARD['R'][0, 0]:g} I, {FIT_OF_CARD:g} s.",
         statistic=f"The larger relative difference of RMSE (43) from its two printed values. The row is said to be met "
         f"within {100 * CLOSE:g} %.",
         sample=f"One run without noise for each repair; horizons from {row.SHORTEST:g} to {FREE:g} s at each sample of "
@@ -235,7 +234,7 @@ def late_error(results: Results) -> Finding:
 
 
 def _late(run: Outcome) -> str:
-    return "diverges" if run.diverged_at is not None else f"{late(run)[1]:.2f} rad"
+    return "divergence" if run.diverged_at is not None else f"{late(run)[1]:.2f} rad"
 
 
 def answer_line(results: Results) -> str:

@@ -62,14 +62,17 @@ def row_figure(curves: dict[str, Outcome]) -> Figure:
             ),
             xlabel="horizon [s]",
             xlim=(SHORTEST, float(max(run.t[-1] for run in curves.values()))),
-            ylim=(0.2, 1.4),
+            ylim=(0.25, 2.0),
+            yscale="log",
             hlines=(float(ROW[joint]),),
         )
         for joint in (0, 1)
     )
+    close = [one.horizon for one in map(nearest, curves.values()) if one.miss <= CLOSE]
+    met = " and ".join(f"{horizon:.0f}" for horizon in sorted(close))
     caption = (
         "RMSE (43) of AOSMC-RGS in the first scenario against the horizon, which the paper does not state. Thin line: "
-        "the printed value. Each repair meets both values at a horizon of its own."
+        f"the printed value. Both values are met within {100 * CLOSE:g} % at horizons of {met} s."
     )
     return Figure("horizons", caption, panels, columns=2)
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from studies.a1_paper_tables.repairs import GAINS
+from studies.a1_paper_tables.repairs import GAINS, LATE
 from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED, PUBLISHED, SCENARIOS
 from studies.paper.laws import rival
 from workbench.loop import ClosedLoop
@@ -27,7 +27,8 @@ GROUPS = {  # the tables of a scenario: words and metrics
 }
 FIRST = {"FS": 3, "SS": 11}  # the number of each scenario's first figure in the paper
 TORQUE = {"FS": (-60.0, 60.0), "SS": (-150.0, 150.0)}  # N m, the part of a torque that is drawn
-EARLY = 3.0  # s, where the left panel ends and the right one begins
+EARLY = 3.0  # s, where the left panel ends
+SEEN = 12.0  # s, where the right panel ends at the latest
 CURVES = (  # signal, joint, unit, words: six figures in the paper's order
     ("q", 0, "rad", "Angle of joint 1"),
     ("e", 0, "rad", "Tracking error of joint 1"),
@@ -113,23 +114,26 @@ def rmse_figure(results: Results) -> Figure:
 def figures(shown: Sequence[Outcome], ours: Outcome, scenario: str) -> tuple[Figure, ...]:
     """The figures of one scenario: the laws, then the observer's errors and the gains of the proposed law."""
     number, end = FIRST[scenario], float(ours.t[-1])
-    whole = Window(0, EARLY), Window(EARLY, end)
-    drawn = Window(0, EARLY, TORQUE[scenario]), Window(EARLY, end, TORQUE[scenario] if scenario == "SS" else None)
+    first = scenario == "FS"
+    whole = (Window(0, EARLY), Window(LATE if first else EARLY, min(end, SEEN)))  # what is small shows late as well
+    large = whole[:1] if first else whole  # later the curves of the first scenario lie on each other
+    drawn = tuple(replace(window, ylim=TORQUE[scenario]) for window in large)
 
-    def names(words: str, place: int) -> tuple[str, str]:
-        caption = f"{words}, {SCENARIOS[scenario]} (the paper's figure {number + place})."
+    def names(words: str, place: int, rest: str = "") -> tuple[str, str]:
+        caption = f"{words}, {SCENARIOS[scenario]} (the paper's figure {number + place}).{rest}"
         return f"{scenario.lower()}_figure_{number + place}", caption
 
     laws = []
     for place, (signal, joint, unit, words) in enumerate(CURVES):
         label = symbol(f"{signal}_{joint + 1}"), f" [{unit}]"
-        windows, wanted = drawn if signal == "tau" else whole, "q_ref" if signal == "q" else ""
-        laws.append(traces(*names(words, place), shown, signal, joint, label, windows, reference=wanted))
-    errors, gains = names("Estimation errors q - q_hat of (10)", 6), names("Gains K of the repaired law", 7)
+        windows, wanted = {"tau": drawn, "q": large}.get(signal, whole), "q_ref" if signal == "q" else ""
+        rest = " Later the curves lie on each other." if first and windows is not whole else ""
+        laws.append(traces(*names(words, place, rest), shown, signal, joint, label, windows, reference=wanted))
+    errors, gains = names("Estimation errors q - q_hat of (10)", 6), names("Gains K with four repairs", 7)
     return (
         *laws,
         components(*errors, ours, ERRORS_SEEN, "estimation error [rad]", whole),
-        components(*gains, ours, GAINS, (symbol("K"), " [N m]"), whole),
+        components(*gains, ours, GAINS, (symbol("K"), " [N m]"), large),
     )
 
 

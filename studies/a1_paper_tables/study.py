@@ -81,7 +81,7 @@ def variants() -> Iterator[Case]:
     """The proposed law as printed and repaired in part, and SMC with firmer gains."""
     for scenario, name in AS_PRINTED.items():
         yield from (brief(name, shape, proposed_as_printed(scenario, shape), SHORT) for shape in SHAPES)
-    yield from (brief(SMALL_Q, shape, repairs.with_small_q(shape), FREE, COARSE) for shape in SHAPES)
+    yield from (brief(SMALL_Q, shape, repairs.with_small_q(shape), repairs.LONG) for shape in SHAPES)
     for pair, Q in PAIRS.items():
         yield from (brief(pair, shape, repairs.with_two_repairs(shape, Q), FREE, COARSE) for shape in SHAPES)
     for shape, (Q, horizon) in FITTED.items():
