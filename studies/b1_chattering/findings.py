@@ -23,17 +23,19 @@ def met(rows: Sequence[Row], near: float = NEARLY) -> str:
     return f"{sum(exact / near <= run <= exact * near for exact, run in regular)} of {len(regular)}"
 
 
-def varied(every: Sequence[Sequence[Row]], word: Callable[[Sequence[Row]], str]) -> list[Variation]:
+def varied(
+    every: Sequence[Sequence[Row]], word: Callable[[Sequence[Row]], str], detail: Callable[[Sequence[Row]], str]
+) -> tuple[Variation, ...]:
     """The answer from each other start, and without each lag and each period by turns."""
     made = [
-        Variation(f"from a start at {push[0]:g} and {push[1]:g} rad/s", word(rows))
+        Variation(f"from a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
         for push, rows in zip(STARTS, every[1:], strict=True)
     ]
     for name, values in (("lag", LAGS), ("period", PERIODS)):
         for value in values:
             rest = [r for r in every[0] if getattr(r, name) != value]
-            made.append(Variation(f"without the {name} of {1e3 * value:g} ms", word(rest)))
-    return made
+            made.append(Variation(f"without the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
+    return tuple(made)
 
 
 def findings(every: Sequence[Sequence[Row]]) -> tuple[Finding, Finding, Finding]:
@@ -62,6 +64,12 @@ def nearer(rows: Sequence[Row]) -> str:
     return "frequency" if frequency < amplitude else "amplitude"
 
 
+def medians(rows: Sequence[Row]) -> str:
+    """Both medians in words."""
+    frequency, amplitude = np.median(errors_of(rows), axis=1)
+    return f"{frequency:.0f} % and {amplitude:.0f} %"
+
+
 def smallest(rows: Sequence[Row]) -> str:
     """The verdict on exact cycles."""
     count, total = met(rows).split(" of ")
@@ -83,7 +91,7 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
         given=GIVEN,
         chosen=CHOSEN,
         answer=agreement(rows),
-        variations=tuple(varied(every, agreement)),
+        variations=varied(every, agreement, lambda some: f"{sum(r.agreed for r in some)} of {len(some)}"),
         untried="a pose where M couples the joints and both switch",
     )
 
@@ -107,7 +115,7 @@ def balance_finding(every: Sequence[Sequence[Row]]) -> Finding:
         given=GIVEN,
         chosen=CHOSEN,
         answer=nearer(rows),
-        variations=tuple(varied(every, nearer)),
+        variations=varied(every, nearer, medians),
         untried="other gains K and other poses",
     )
 
@@ -128,6 +136,6 @@ def cycle_finding(every: Sequence[Sequence[Row]]) -> Finding:
         given=f"{GIVEN} Exact theory: the simulated switching period.",
         chosen=CHOSEN,
         answer=smallest(rows),
-        variations=tuple(varied(every, smallest)),
+        variations=varied(every, smallest, met),
         untried="other gains K and other poses",
     )
