@@ -49,19 +49,17 @@ def test_a_finding_depends_where_a_variation_has_another_answer_and_only_there()
 
 
 def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations():
-    assert BEST.change == (
-        "The answer changes in 1 of 8 variations. the median in place of the mean: SMC (1.2 against 1.4)."
-    )
+    assert BEST.change == ("The answer changes in 1 of 8 variations: to SMC by the median in place of the mean.")
     same = replace(BEST, variations=OTHERS)
     assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
-    assert same.change.endswith("; and 2 more.")
+    assert same.change.endswith("; 4 more.")
     assert replace(BEST, variations=(), answer="").change == "No variation was computed."
 
 
 def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
     page = html(page_of(replace(BEST, variations=many)))
-    assert "and 25 more, listed below" in page
+    assert "The answer changes in 30 of 30 variations: to SMC by choice 0; choice 1; choice 2; 27 more." in page
     assert all(f"<li>choice {i}: SMC</li>" in page for i in range(30))
 
 
@@ -87,7 +85,7 @@ def test_the_answer_and_the_boxes_come_before_the_question_and_need_no_script():
     assert text.index('<p class="answer">PID is best.</p>') < text.index('id="finding-best"') < text.index("Question")
     assert "<script" not in text
     assert '<a href="../a6_unstated_choices/index.html#finding-row_of_fs">' in text
-    assert re.search(r'<p class="legend"><span class="word depends">depends</span>: ', text)
+    assert re.search(r'<p class="legend"><span class="word depends">depends</span> ', text)
 
 
 def test_a_sentence_may_refer_to_a_finding_by_its_name():

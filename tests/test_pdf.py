@@ -155,3 +155,27 @@ def test_a_million_letters_are_set_as_far_as_they_are_printed(text):
     assert paragraph["text"] == [{"kind": "text", "text": text[:LONGEST]}, {"kind": "text", "text": REST}]
     assert table["caption"] == table["rows"][0][0]["phrase"] == table["notes"][0] == paragraph["text"]
     assert pdf(long).startswith(b"%PDF")
+
+
+def test_the_pdf_is_tagged_and_opens_without_a_complaint(tmp_path):
+    content = pdf(document())
+    assert b"/Marked true" in content  # for readers aloud
+    assert b"/Suspects" not in content  # which poppler up to 25.11 misreads
+    if shutil.which("pdfinfo") is None:
+        pytest.skip("pdfinfo is not installed")
+    (tmp_path / "report.pdf").write_bytes(content)
+    run = subprocess.run(["pdfinfo", "report.pdf"], cwd=tmp_path, capture_output=True, check=True)
+    assert run.stderr == b""
+    assert b"Tagged:          yes" in run.stdout
+
+
+def test_only_the_entry_of_the_catalogue_is_blanked_and_no_byte_moves():
+    doc = replace(document(), title="On /Suspects false")
+    content = pdf(doc)
+    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
+    given = typst.compile(source, sys_inputs={"document": data(doc)}, ignore_system_fonts=True)
+    changed = [i for i, (a, b) in enumerate(zip(given, content, strict=True)) if a != b]
+    assert given.count(b"/Suspects false") >= 2  # the title's own is left alone
+    assert content.count(b"/Suspects false") == given.count(b"/Suspects false") - 1
+    assert changed[0] > given.rindex(b"/Catalog")
+    assert changed[-1] - changed[0] < len(b"/Suspects false")

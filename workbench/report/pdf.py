@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
@@ -37,6 +38,8 @@ RUNNING = 85  # letters of the title that fit in the header of a page
 LONGEST = 20_000  # letters of a phrase that are printed, some seven pages: typst takes minutes for a million
 REST = "… The rest is on the page."
 ROOM = 80  # widths of a digit between an equation's margins
+TALL = 240.0  # points: with its caption and a heading it takes half of a page
+SUSPECTS = b"/Suspects false"
 OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
 Tree = dict[str, Any]
@@ -69,13 +72,23 @@ def compiled(data: str) -> bytes:
     source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
     covered = max(data) < OTHER_SCRIPTS
     try:
-        return typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered)
+        return _without_suspects(typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered))
     except typst.TypstError as error:
         title = json.loads(data)["title"]
         raise ValueError(
             f"`pdf(document)` could not set '{title}': typst says: {error.message}. "
             "Look at the formulas of the document first: all else goes in as plain text."
         ) from error
+
+
+def _without_suspects(content: bytes) -> bytes:
+    """A tagged PDF without the entry `/Suspects false`, the default, of its catalogue, which stands behind all else.
+
+    Poppler up to 25.11 calls this boolean "wrong type" on every opening. Blanks take the place of the entry, so that
+    the table of offsets still holds.
+    """
+    before, entry, after = content.rpartition(SUSPECTS)
+    return before + b" " * len(entry) + after
 
 
 @dataclass(frozen=True)
@@ -103,9 +116,10 @@ class _Writer:
                 {
                     "number": chapter.number,
                     "heading": self.phrase(chapter.heading),
-                    "blocks": [self.block(placed, floats=placed in _floating(chapter)) for placed in chapter.blocks],
+                    "blocks": [self.block(placed, floats=placed in moving) for placed in chapter.blocks],
                 }
                 for chapter in chapters(document)
+                for moving in [_floating(chapter, self.drawings)]
             ],
             "provenance": [list(map(self.short, row)) for row in provenance(document)],
             "again": document.colophon.again,
@@ -219,11 +233,28 @@ class _Writer:
         return {"kind": "math", "text": typst_math.emit(part, width=math.inf)}
 
 
-def _floating(chapter: Chapter) -> set[Placed]:
-    """The figures with other blocks before and after them, which may move so that text fills the page."""
-    kinds = [placed.kind for placed in chapter.blocks]
-    return {
-        placed
-        for before, placed, after in zip(kinds, chapter.blocks[1:], kinds[2:], strict=False)
-        if placed.kind == "figure" and "figure" not in (before, after)
-    }
+def _floating(chapter: Chapter, drawings: Mapping[str, str]) -> set[Placed]:
+    """The figures that move to the next edge of a page, so that the text after them fills the page.
+
+    They are tall, or stand alone between other blocks; a figure behind one that moves, too, keeps their order. Nothing
+    moves that only figures follow.
+    """
+    last = max((k for k, placed in enumerate(chapter.blocks) if placed.kind != "figure"), default=0)
+    found: set[Placed] = set()
+    moves = False
+    kinds = ["", *(placed.kind for placed in chapter.blocks[:last]), ""]
+    for before, placed, after in zip(kinds, chapter.blocks[:last], kinds[2:], strict=False):
+        if not isinstance(placed.block, Figure):
+            moves = False
+            continue
+        alone = before not in ("", "figure") and after != "figure"
+        moves = moves or alone or _height(drawings[placed.block.name]) > TALL
+        if moves:
+            found.add(placed)
+    return found
+
+
+def _height(drawing: str) -> float:
+    """The height of a drawing in points; 0 if its SVG does not say so."""
+    found = re.search(r'<svg[^>]* height="([0-9.]+)pt"', drawing)
+    return float(found[1]) if found else 0.0
