@@ -286,9 +286,9 @@ def test_the_laws_are_counted_by_every_statistic_and_without_each_setting():
     one = dict.fromkeys([s.name for s in SETTINGS], "below") | dict.fromkeys([s.name for s in SETTINGS[:4]], "above")
     assert (orders.standing(one), orders.leader(one), orders.leader(one, larger=True)) == ((5, 4), LQG, PID)
     first, second, third, *rest = orders.variations_of({"a": one, "b": one})
-    assert (first.words, first.answer) == ("by a, without one setting", "neither")
+    assert (first.words, first.answer) == ("a, without one setting", "neither")
     assert first.detail.count(",") == 4  # each of the five that LQG leads
-    assert third.words == "by b"
+    assert third.words == "b"
     assert len(rest) == 2
     assert (second.answer, second.detail) == (LQG, "LQG below in 4, PID in 2")
 

@@ -66,8 +66,8 @@ def delays(results: Results) -> Finding:
         f"has learned, with up to {learned:.2g} ms.",
         evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end of "
         "the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase more.",
-        statistic=f"Delay margin of the linear loop {HERE}, the smaller of both joints. Answer: the gain with the larger "
-        f"margin, or equal within {100 * ALIKE:g} %.",
+        statistic=f"Delay margin of the linear loop {HERE}, the smaller of both joints. Answer: the gain with the "
+        f"larger margin, or equal within {100 * ALIKE:g} %.",
         sample="One pose and one run of the first scenario, without noise.",
         given=f"Both laws: {EXACT}.",
         chosen=GAINS,
@@ -185,8 +185,8 @@ def frozen(results: Results) -> Finding:
     shares = {law: float((path.largest > 0.0).mean()) for law, path in every.items()}
     made = (
         Variation("within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
-        Variation("by the least disk margin within the layer", min(margins, key=margins.__getitem__)),
-        Variation("by the share of times with a pole in the right half-plane", largest(shares)),
+        Variation("the least disk margin within the layer", min(margins, key=margins.__getitem__)),
+        Variation("the share of times with a pole in the right half-plane", largest(shares)),
         *(late_rates(every, after) for after in (1.0, 5.0)),
     )
     worst = largest(rates)

@@ -106,7 +106,7 @@ def margin_finding(results: Results) -> Finding:
     delays = [by[s.name, LQG].delay < by[s.name, LQR].delay for s in SETTINGS]
     varied = [
         Variation(
-            f"for a push {factor:,.0f} times as large",
+            f"a push {factor:,.0f} times as large",
             f"smaller in {sum(pushed[s.name, factor] < disks[s.name][0] for s in SETTINGS)} of {COUNT}",
         )
         for factor in PUSHES
@@ -124,7 +124,7 @@ def margin_finding(results: Results) -> Finding:
         chosen=LAST,
         answer=f"smaller in {fewer} of {COUNT}",
         variations=(
-            Variation("by the delay margin of the worst input", f"smaller in {sum(delays)} of {COUNT}"),
+            Variation("the delay margin of the worst input", f"smaller in {sum(delays)} of {COUNT}"),
             *varied,
         ),
         untried="other weights of the regulator",
@@ -194,6 +194,6 @@ def answer(results: Results) -> str:
     less, _ = standing(next(iter(orders(results).values())))
     return (
         f"{rest.answer} loops settle in a computer. LQG has the smaller error in {less} of {COUNT} settings; other "
-        f"statistics differ. Under PI four tanks settle {tanks.answer} times as slowly at P+, which their zero does "
-        "not force."
+        f"statistics differ. Four tanks under PI settle {tanks.answer} times as slowly with a right half-plane zero, "
+        "which does not force it."
     )

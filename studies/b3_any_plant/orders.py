@@ -71,15 +71,15 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
     for i, (words, one) in enumerate(every.items()):
         whole = leader(one, larger=larger)
         if i:
-            made.append(Variation(f"by {words}", whole, counted(one)))
+            made.append(Variation(f"{words}", whole, counted(one)))
         without = {name: {k: v for k, v in one.items() if k != name} for name in one}
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
         answer = next(iter(changed.values()), whole)
-        made.append(Variation(f"by {words}, without one setting", answer, ", ".join(changed)))
+        made.append(Variation(f"{words}, without one setting", answer, ", ".join(changed)))
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
-            Variation(f"by {words}, in settings with gains of PID's own", leader(some, larger=larger), counted(some))
+            Variation(f"{words}, in settings with gains of PID's own", leader(some, larger=larger), counted(some))
         )
     return tuple(made)
 

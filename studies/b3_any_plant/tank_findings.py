@@ -28,7 +28,7 @@ def tank_finding(results: Results) -> Finding:
     return Finding(
         name="settling_of_the_tanks",
         statement=f"Under the published PI controllers h_1 settles {slow[0] / easy[0]:.1f} times as slowly at P+ as at "
-        f"P\N{MINUS SIGN}. The zero does not force that: a placed design settles both levels there in "
+        f"P\N{MINUS SIGN}, which the zero does not force: a placed design settles both levels in "
         f"{max(witness.settling):.0f} s.",
         evidence=f"The design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. The "
         f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. LQG has its mirror "
@@ -67,7 +67,7 @@ def ratio(words: str, pair: list[float], unit: str = "s") -> Variation:
     """The ratio of P+ to P-, with both numbers."""
     ends = [f"{end:.3g} {unit}" if np.isfinite(end) else f"not within {tank(HARD).until:,.0f} s" for end in pair]
     known = f"{pair[1] / pair[0]:.1f}" if np.isfinite(pair[1]) else f"above {tank(HARD).until / pair[0]:.0f}"
-    return Variation(f"by {words}", known, f"{ends[1]} against {ends[0]}")
+    return Variation(words, known, f"{ends[1]} against {ends[0]}")
 
 
 def tanks_table(results: Results) -> Table:

@@ -83,7 +83,7 @@ def answer(every: Sequence[Row]) -> str:
     """The page in one line."""
     ratios = [row.value for row in peers_of(every) if row.value is not None]
     measured = [row for row in every if row.reached is not None]
-    missed = [missed_words(row) for row in measured if not row.reached]
+    missed = [row.name for row in measured if not row.reached]
     fast = f"the engine is {short(min(ratios))} to {short(max(ratios))} times as fast as its peers" if ratios else ""
     count = f"{len(measured) - len(missed)} of {len(measured)} bars are reached"
     return f"On one machine in one run {fast or 'no peer was measured'}, and {count}{'; missed: ' * bool(missed)}" + (
