@@ -63,6 +63,7 @@ def as_printed(results: Results) -> Finding:
     errors, points = grid.late_errors(results), grid.points()
     runs = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
     least = min(*(float(each.min()) for each in errors.values()), *(max(late(run)) for run in runs))
+    least = float(np.floor(10 * least) / 10)
     total = sum(map(len, errors.values())) + len(runs)
     lost, left = repairs.times_lost(results[AS_PRINTED["FS"], "outer"])
     variations = [
@@ -78,7 +79,7 @@ def as_printed(results: Results) -> Finding:
     )
     return Finding(
         "as_printed",
-        f"As printed, the law does not track the first scenario in any of {total} runs: its late error is {least:.2g} "
+        f"As printed, the law does not track the first scenario in any of {total} runs: its late error is {least:g} "
         "rad or more.",
         f"With Q = R = I and the shape 'outer' of (33), K is no longer positive definite at {lost} s, and an error "
         f"exceeds {repairs.FAR:g} rad at {left} s.",

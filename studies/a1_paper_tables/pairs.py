@@ -32,8 +32,11 @@ def order_of_laws(results: Results) -> Finding:
         fitted=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, fitted=True)}. No rival.",
         answer=_share(holds, total),
         variations=tuple(_other_orders(results)),
-        untried=(f"The {len(left_out(varied))} choices of ", Reference("unstated"), " other than K of SMC."),
-        cites=("a6_unstated_choices/printed_tables",),
+        untried=(
+            f"The {len(left_out(varied))} choices of ",
+            Reference("unstated"),
+            " other than K of SMC, which a6 varies.",
+        ),
     )
 
 
