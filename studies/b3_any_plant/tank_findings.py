@@ -76,14 +76,14 @@ def tanks_table(results: Results) -> Table:
     for (name, law, factor), one in all_levels(results).items():
         law_name = law if law != PLACED or factor == 1.0 else f"{law}, poles times {factor:g}"
         times = (float(t) if np.isfinite(t) else Missing("never") for t in one.settling)
-        volts = digits(one.voltages[0]), digits(one.voltages[1])
+        volts = (f"{volt:.1f}".replace("-", "\N{MINUS SIGN}") for volt in one.voltages)
         fixed = one.fixed if name == HARD else None
-        rows.append((name, law_name, *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
+        side = name.removeprefix("quadruple tank ")
+        rows.append((f"{side}, {law_name}", *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
     columns = (
-        Column("setting"),
-        Column("law"),
-        Column("h_1 settles", "s", "right", digits=4),
-        Column("h_2 settles", "s", "right", digits=4),
+        Column("setting, law"),
+        Column("h_1 settles", "s", "right", digits=3),
+        Column("h_2 settles", "s", "right", digits=3),
         Column("farthest h_2", "cm", "right", digits=2),
         Column("voltages", "V"),
         Column("slowest mode", "1/s", "right", digits=3),
