@@ -230,6 +230,9 @@ def test_a_placed_design_settles_both_tanks_beyond_the_decay_of_the_mirrored_zer
     # both on the grid of 0.25 s; the two solvers differ by less than a step of it
     assert max(ours.settling) == pytest.approx(late, abs=0.26)
     assert ours.voltages == pytest.approx((volts.min(), volts.max()), rel=1e-3)
+    # what the zero does force, to the 5 % that are left then
+    _, psi = tanks.zero_of(BY_NAME[HARD])
+    assert np.abs(off @ psi).max() > 0.95 * tanks.least_swing(BY_NAME[HARD], late)
     # eight poles, the nearest where it was placed: no mode as slow as the mirror image of the zero
     assert ours.decay == pytest.approx(0.05, rel=1e-6)
     assert ours.decay > 3 * tanks.zero_of(BY_NAME[HARD])[0]

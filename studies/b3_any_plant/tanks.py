@@ -128,3 +128,9 @@ def foretold_integral(setting: Setting) -> float:
     (z, psi), model = zero_of(setting), setting.model
     off = setting.open.states.default - setting.point.x
     return float(psi @ model.C @ np.linalg.solve(z * np.eye(len(model.A)) - model.A, off))
+
+
+def least_swing(setting: Setting, until: float) -> float:
+    """The least that |psi' y| in cm reaches, y the levels minus their rest, if they are at rest from `until` [s] on."""
+    z, _ = zero_of(setting)
+    return abs(foretold_integral(setting)) * z / -float(np.expm1(-z * until))
