@@ -250,9 +250,9 @@ def test_the_zero_fixes_a_weighted_integral_of_the_levels_under_every_law():
         start = np.concatenate([off, np.zeros(len(law.A))])
         # the Laplace transform of the levels at z, which is the integral where the loop decays
         transform = np.linalg.solve(z * np.eye(len(whole)) - whole, start)[:n]
-        assert psi @ C @ transform == pytest.approx(tanks.foretold_integral(setting), rel=1e-9)
+        assert psi @ C @ transform == pytest.approx(tanks.predicted_integral(setting), rel=1e-9)
     # the nonlinear run is 2 cm from rest of 12 cm
-    assert tanks.levels((HARD, LQG, 1.0)).fixed == pytest.approx(tanks.foretold_integral(setting), rel=0.03)
+    assert tanks.levels((HARD, LQG, 1.0)).fixed == pytest.approx(tanks.predicted_integral(setting), rel=0.03)
 
 
 def test_cheap_control_puts_a_mode_of_the_regulator_on_the_mirror_image_of_the_zero():
@@ -289,7 +289,7 @@ def test_the_laws_are_counted_by_every_statistic_and_without_each_setting():
     one = dict.fromkeys([s.name for s in SETTINGS], "below") | dict.fromkeys([s.name for s in SETTINGS[:4]], "above")
     assert (orders.standing(one), orders.leader(one), orders.leader(one, larger=True)) == ((5, 4), LQG, PID)
     first, second, third, *rest = orders.variations_of({"a": one, "b": one})
-    assert (first.words, first.answer) == ("a, without one setting", "neither")
+    assert (first.words, first.answer) == ("a, leaving out one setting", "neither")
     assert first.detail.count(",") == 4  # each of the five that LQG leads
     assert third.words == "b"
     assert len(rest) == 2

@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
 from studies.b3_any_plant.settings import HARD, digits
-from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, foretold_integral, least_swing, tank, zero_of
+from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
 from workbench.study import Finding, Results, Table, Variation
 from workbench.study.document.document import Cell, Column, Missing
 
@@ -90,14 +90,14 @@ def tanks_table(results: Results) -> Table:
         Column("disk margin", "", "right", digits=2),
         Column("weighted integral", "cm s", "right", digits=3),
     )
-    (z, psi), foretold = zero_of(tank(HARD)), foretold_integral(tank(HARD))
+    (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
     notes = (
         "Each run is from the start of the study, in continuous time without limits; both levels are settled where "
         "they stay within 5 % of the distance of h_1 at the start.",
         f"Placed: poles of the regulator at {poles_text(REGULATOR)}, of the observer at "
         f"{poles_text(OBSERVER)} 1/s; it reads the same levels as LQG.",
         f"Weighted integral: {digits(psi[0])} times that of h_1 plus {digits(psi[1])} times that of h_2, each minus "
-        f"its rest, times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {foretold:.1f} "
+        f"its rest, times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {predicted:.1f} "
         "cm s under every law that stabilises; the rest is nonlinear. Levels at rest after T therefore reach at least "
         "this integral times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)) in that combination: "
         f"{least_swing(tank(HARD), 60.0):.2g} cm for 60 s, {least_swing(tank(HARD), 20.0):.2g} cm for 20 s.",
