@@ -51,7 +51,7 @@ def larger(first: float, learned: float) -> str:
 
 
 def delays(results: Results) -> Finding:
-    """The delay that SMC stands, and ASMC with the gain that it has learned."""
+    """The delay that SMC tolerates, and ASMC with the gain that it has learned."""
     every = rests(results)
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
     made = []
@@ -90,19 +90,20 @@ def observer(results: Results) -> Finding:
     weak: AtRest = every[PROPOSED][thin]
     pole = float(np.linalg.eigvals(weak.A - WEAKER * weak.B @ weak.Cy).real.max())
     made = [
-        Variation(f"without the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose})) for pose in POSES
+        Variation(f"leaving out the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose}))
+        for pose in POSES
     ]
-    made.append(Variation("with the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
+    made.append(Variation("the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
     firm = {pose: every[PROPOSED][stiffer(pose)].alpha for pose in POSES}
-    made.append(Variation(f"with L2 of the observer {STIFFER:g} times as large", least_of(firm)))
+    made.append(Variation(f"an L2 of the observer {STIFFER:g} times as large", least_of(firm)))
     made += [
-        Variation(f"under {law}", least_of({p: every[law][p].alpha for p in POSES}))
+        Variation(f"{law} in its place", least_of({p: every[law][p].alpha for p in POSES}))
         for law in SEVEN
         if law != PROPOSED and all(every[law][p].alpha for p in POSES)
     ]
     return Finding(
         name="margin_of_the_observer",
-        statement=f"The least disk margin of the repaired law over {len(POSES)} rest poses is {ours[thin]:.3f}, "
+        statement=f"The least disk margin of the repaired AOSMC-RGS over {len(POSES)} rest poses is {ours[thin]:.3f}, "
         f"{thin}; at the level of the second scenario it is {ours[LEVEL]:.2f}.",
         evidence=f"In that pose, with torques at {100 * WEAKER:g} % of what is commanded, the slowest pole is "
         f"{pole:+.2f} 1/s.",
@@ -122,18 +123,18 @@ def slow(results: Results) -> Finding:
     gains = {law: every[law][LEVEL].slow_gain for law in SEVEN}
     made = [
         Variation(words, largest({law: every[law][pose].slow_gain for law in SEVEN}))
-        for words, pose in ((f"pose {pose}", pose) for pose in POSES if pose != LEVEL)
+        for words, pose in ((f"the pose {pose}", pose) for pose in POSES if pose != LEVEL)
     ]
-    made.append(Variation("with learned gains", largest({law: every[law][late(LEVEL)].slow_gain for law in ADAPTIVE})))
+    made.append(Variation("learned gains", largest({law: every[law][late(LEVEL)].slow_gain for law in ADAPTIVE})))
     (responses,) = results.work("responses")
     for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
         row = int(np.argmin(np.abs(np.log(FREQUENCIES / omega))))
         at = {law: float(responses[law]["largest gain of S"][row]) for law in DRAWN}
-        made.append(Variation(f"at {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
+        made.append(Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
     return Finding(
         name="slow_torques",
-        statement=f"The repaired law multiplies the effect of a slow unknown torque by {gains[PROPOSED]:.1f}, SMC by "
-        f"{gains['SMC']:.4f}, and PID by {gains['PID']:.0e}.",
+        statement=f"The repaired AOSMC-RGS multiplies the effect of a slow unknown torque by {gains[PROPOSED]:.1f}, "
+        f"SMC by {gains['SMC']:.4f}, and PID by {gains['PID']:.5f}.",
         evidence="In a1 its D_hat is filtered from the true disturbance, so that a1 does not show this.",
         statistic=f"Largest gain of the sensitivity at the torques at {SLOW:g} rad/s, of the linear loop {HERE}. "
         "Answer: the law with the largest gain.",
@@ -171,7 +172,7 @@ def twisting(results: Results) -> Finding:
         given=f"The law: {EXACT}.",
         chosen="The layer in place of the sign, with the width of the other laws.",
         answer=verdict(rest),
-        variations=tuple(Variation(f"pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
+        variations=tuple(Variation(f"the pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
         untried="a layer that smooths the root of |s| too, whose term then has a slope at s = 0",
     )
 
@@ -184,7 +185,7 @@ def frozen(results: Results) -> Finding:
     margins = {law: float(np.nanmin(path.alpha)) for law, path in every.items()}
     shares = {law: float((path.largest > 0.0).mean()) for law, path in every.items()}
     made = (
-        Variation("within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
+        Variation("times within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
         Variation("the least disk margin within the layer", min(margins, key=margins.__getitem__)),
         Variation("the share of times with a pole in the right half-plane", largest(shares)),
         *(late_rates(every, after) for after in (1.0, 5.0)),
@@ -194,8 +195,8 @@ def frozen(results: Results) -> Finding:
         name="frozen_poles",
         statement=f"Along the first scenario the largest real part of a frozen pole is {rates[worst]:+.1f} 1/s, of "
         f"{worst}; within the layer it is {max(within.values()):+.1f} 1/s, of {largest(within)}.",
-        evidence="Outside of the layer the saturation has no slope, and the law no feedback of s. Frozen poles do not "
-        "decide the stability of a loop that moves.",
+        evidence="Outside the layer the saturation has no slope, so that the law has no feedback of s. Frozen poles "
+        "do not decide the stability of a loop that moves.",
         statistic="The largest real part of a pole of the whole linear loop, every 0.1 s. Answer: the law that has it.",
         sample=f"One run without noise for each of {len(SEVEN)} laws.",
         given=f"The repaired law: positions and the true disturbance. All others: {EXACT}.",
@@ -209,7 +210,7 @@ def frozen(results: Results) -> Finding:
 def late_rates(every: Mapping[str, OnPath], after: float) -> Variation:
     """The law with the largest frozen pole after the start."""
     rates = {law: float(path.largest[path.t >= after].max()) for law, path in every.items()}
-    return Variation(f"after the first {after:g} s", largest(rates), f"{max(rates.values()):+.1f} 1/s")
+    return Variation(f"times after the first {after:g} s", largest(rates), f"{max(rates.values()):+.1f} 1/s")
 
 
 def answer(results: Results) -> str:
@@ -218,7 +219,7 @@ def answer(results: Results) -> str:
     ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
     return (
-        f"Upright, the repaired law has a disk margin of {ours['upright']:.3f}: a torque {100 - 100 * WEAKER:.0f} % "
-        f"too weak makes it unstable. SMC stands a delay of {first:.2f} ms, and ASMC with its learned gain of "
-        f"{learned:.2g} ms."
+        f"Upright, the repaired AOSMC-RGS has a disk margin of {ours['upright']:.3f}: a torque "
+        f"{100 - 100 * WEAKER:.0f} % too weak makes it unstable. SMC tolerates a delay of {first:.2f} ms, and ASMC "
+        f"with its learned gain of {learned:.2g} ms."
     )

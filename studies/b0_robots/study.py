@@ -129,7 +129,7 @@ def error_finding() -> Finding:
         name="errors_of_equations",
         statement=f"The largest error of any arm against Lagrange's equation of its energies is {energies:.1g} of the "
         "largest term.",
-        evidence=f"{against} There a point mass has a moment of 2e-15 kg m\N{SUPERSCRIPT TWO}, which sets its error.",
+        evidence=f"{against} There a point mass has a moment of 2e-15 kg m\N{SUPERSCRIPT TWO}.",
         statistic=f"Largest error over random states relative to the largest term. Answer: below {ROUNDING:g} or not.",
         sample=f"{len(robots())} arms, {STATES} states each.",
         given="The same numbers of each arm.",

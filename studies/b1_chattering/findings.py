@@ -28,13 +28,13 @@ def varied(
 ) -> tuple[Variation, ...]:
     """The answer from each other start, and without each lag and each period by turns."""
     made = [
-        Variation(f"from a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
+        Variation(f"a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
         for push, rows in zip(STARTS, every[1:], strict=True)
     ]
     for name, values in (("lag", LAGS), ("period", PERIODS)):
         for value in values:
             rest = [r for r in every[0] if getattr(r, name) != value]
-            made.append(Variation(f"without the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
+            made.append(Variation(f"leaving out the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
     return tuple(made)
 
 

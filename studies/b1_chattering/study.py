@@ -99,7 +99,7 @@ def layer_table(rows: Sequence[Row]) -> Table:
 
 def place(row: Row) -> tuple[Cell, Cell]:
     """Lag and period in ms."""
-    return 1e3 * row.lag, 1e3 * row.period
+    return round(1e3 * row.lag), round(1e3 * row.period)
 
 
 def numbers(one: Oscillation | RecordedOscillation | None) -> tuple[Cell, Cell]:

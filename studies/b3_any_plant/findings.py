@@ -46,8 +46,8 @@ def rest_finding(results: Results) -> Finding:
         growth[setting.name, law] = there.score(metric).pair[0] / here.score(metric).pair[0]
         ends[setting.name, law] = [run.score(time).pair[0] for run in (here, there)]
     settled = [sum(np.isfinite(one[i]) for one in ends.values()) for i in (0, 1)]
-    stands = {(s.name, law): all_margins(results)[s.name, law].delay / s.period for s, law in pairs}
-    name, law = min(stands, key=stands.__getitem__)
+    delays = {(s.name, law): all_margins(results)[s.name, law].delay / s.period for s, law in pairs}
+    name, law = min(delays, key=delays.__getitem__)
     return Finding(
         name="rest_in_a_computer",
         statement=f"In a computer {settled[1]} of {len(pairs)} loops settle, with {min(growth.values()):.2f} to "
@@ -63,7 +63,7 @@ def rest_finding(results: Results) -> Finding:
         answer=f"{settled[1]} of {len(pairs)}",
         variations=(Variation("in continuous time", f"{settled[0]} of {len(pairs)}"),),
         untried="other starts, other draws of the noise, and longer periods; the least delay margin is "
-        f"{stands[name, law]:.1f} periods ({name}, {law}), where the computer itself uses 1.5",
+        f"{delays[name, law]:.1f} periods ({name}, {law}), where the computer itself uses 1.5",
     )
 
 

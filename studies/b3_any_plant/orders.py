@@ -76,10 +76,12 @@ def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple
         other = {name: leader(rest, larger=larger) for name, rest in without.items()}
         changed = {name: word for name, word in other.items() if word != whole}
         answer = next(iter(changed.values()), whole)
-        made.append(Variation(f"{words}, without one setting", answer, ", ".join(changed)))
+        made.append(Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
         some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
         made.append(
-            Variation(f"{words}, in settings with gains of PID's own", leader(some, larger=larger), counted(some))
+            Variation(
+                f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), counted(some)
+            )
         )
     return tuple(made)
 

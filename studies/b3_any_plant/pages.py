@@ -11,6 +11,7 @@ from studies.b3_any_plant.findings import answer, findings, mass_claim
 from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, laws_of, loop
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
+from studies.b3_any_plant.tanks import SIDES
 from workbench.loop import roles
 from workbench.study import Figure, Page, Results, Section, Table, sobol_bars
 from workbench.study.document.document import Block, Cell, Column, Panel, Series
@@ -178,19 +179,21 @@ def picture(setting: Setting, results: Results) -> Figure:
     """The main output and the first input of each law, in continuous time and in a computer."""
     (scale, second), port, end = scale_of(setting), setting.plant.inputs.entries[0], ending(setting, results)
     window, panels = Window(0.0, end), []
-    for name, unit in ((setting.main, setting.plant.outputs[setting.main].unit), (port.name, port.unit)):
+    outputs = setting.plant.outputs.names if setting.name in SIDES else (setting.main,)
+    shown = [(name, setting.plant.outputs[name].unit) for name in outputs]
+    for name, unit in (*shown, (port.name, port.unit)):
         for where in ("", f" {COMPUTER}"):
             runs = [(law, results[setting.name, f"{law}{where}"]) for law in laws_of(setting)]
             look, seconds = "steps" if where and name == port.name else "line", (scale, second)
             series = [curve(run, name, 0, window, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
-            if name == setting.main:
+            if name in outputs:
                 wanted = np.full(2, setting.wanted[name])
                 series.append(Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
             label, title = f"{name} [{unit}]" if unit else name, where.strip() or "in continuous time"
             panels.append(Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
     cut = f" The runs last {scale * setting.until:,g} {second}; the figure ends after {scale * end:,g} {second}."
     caption = (
-        f"{capital(setting.name)}: {setting.main} and the first input, from a start off the operating point. "
+        f"{capital(setting.name)}: {' and '.join(outputs)}, and the first input, from a start off the operating point. "
         f"PID: {setting.pid.words}, gains {setting.pid.origin}.{cut if end < setting.until else ''}"
     )
     return Figure(f"runs_{called(setting, '').strip('_')}", caption, tuple(panels), columns=2)

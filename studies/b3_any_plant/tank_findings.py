@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
 from studies.b3_any_plant.settings import HARD, digits
-from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, foretold_integral, tank, zero_of
+from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
 from workbench.study import Finding, Results, Table, Variation
 from workbench.study.document.document import Cell, Column, Missing
 
@@ -76,29 +76,31 @@ def tanks_table(results: Results) -> Table:
     for (name, law, factor), one in all_levels(results).items():
         law_name = law if law != PLACED or factor == 1.0 else f"{law}, poles times {factor:g}"
         times = (float(t) if np.isfinite(t) else Missing("never") for t in one.settling)
-        volts = digits(one.voltages[0]), digits(one.voltages[1])
+        volts = (f"{volt:.1f}".replace("-", "\N{MINUS SIGN}") for volt in one.voltages)
         fixed = one.fixed if name == HARD else None
-        rows.append((name, law_name, *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
+        side = name.removeprefix("quadruple tank ")
+        rows.append((f"{side}, {law_name}", *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
     columns = (
-        Column("setting"),
-        Column("law"),
-        Column("h_1 settles", "s", "right", digits=4),
-        Column("h_2 settles", "s", "right", digits=4),
+        Column("setting, law"),
+        Column("h_1 settles", "s", "right", digits=3),
+        Column("h_2 settles", "s", "right", digits=3),
         Column("farthest h_2", "cm", "right", digits=2),
         Column("voltages", "V"),
         Column("slowest mode", "1/s", "right", digits=3),
         Column("disk margin", "", "right", digits=2),
         Column("weighted integral", "cm s", "right", digits=3),
     )
-    (z, psi), foretold = zero_of(tank(HARD)), foretold_integral(tank(HARD))
+    (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
     notes = (
         "Each run is from the start of the study, in continuous time without limits; both levels are settled where "
         "they stay within 5 % of the distance of h_1 at the start.",
         f"Placed: poles of the regulator at {poles_text(REGULATOR)}, of the observer at "
         f"{poles_text(OBSERVER)} 1/s; it reads the same levels as LQG.",
-        f"Weighted integral: {psi[0]:.3f} times that of h_1 plus {psi[1]:.3f} times that of h_2, each minus its rest, "
-        f"times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {foretold:.1f} "
-        "cm s under every law that stabilises: a faster design has to swing farther. The rest is nonlinear.",
+        f"Weighted integral: {digits(psi[0])} times that of h_1 plus {digits(psi[1])} times that of h_2, each minus "
+        f"its rest, times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {predicted:.1f} "
+        "cm s under every law that stabilises; the rest is nonlinear. Levels at rest after T therefore reach at least "
+        "this integral times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)) in that combination: "
+        f"{least_swing(tank(HARD), 60.0):.2g} cm for 60 s, {least_swing(tank(HARD), 20.0):.2g} cm for 20 s.",
     )
     caption = (
         "The four tanks: how fast both levels settle, and what that costs. Faster placed poles need more voltage, let "

@@ -123,8 +123,14 @@ def fixed_integral(setting: Setting, t: Array, off: Array) -> float:
     return float(np.trapezoid(off @ psi * np.exp(-z * t), t)) if z > 0 else 0.0
 
 
-def foretold_integral(setting: Setting) -> float:
+def predicted_integral(setting: Setting) -> float:
     """The same integral, from the start alone: psi' C (z I - A)^-1 (x(0) - x_0)."""
     (z, psi), model = zero_of(setting), setting.model
     off = setting.open.states.default - setting.point.x
     return float(psi @ model.C @ np.linalg.solve(z * np.eye(len(model.A)) - model.A, off))
+
+
+def least_swing(setting: Setting, until: float) -> float:
+    """The least that |psi' y| in cm reaches, y the levels minus their rest, if they are at rest from `until` [s] on."""
+    z, _ = zero_of(setting)
+    return abs(predicted_integral(setting)) * z / -float(np.expm1(-z * until))

@@ -136,7 +136,7 @@ def bars_finding(measured: Sequence[Row]) -> Finding:
     missed = [row for row in measured if not row.reached]
     named = "; ".join(map(missed_words, missed))
     return Finding(
-        name="bars",
+        name="bars_reached",
         statement=f"{len(measured) - len(missed)} of {len(measured)} bars that were measured are reached"
         f"{f', and {len(missed)} missed: {named}' if missed else ''}.",
         evidence="The table has every bar with what was measured. Times differ from run to run, so that a bar near its "
