@@ -106,8 +106,9 @@ def first_theorem(ledger: Ledger) -> Finding:
         given="The positions, the torque and the exact model; no disturbance, as in (9).",
         answer=fails(main),
         variations=tuple(Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
-        untried=phrase("Gains above 100 times those of section 5, and other ratios of L2 to L1."),
-        cites=("a4_observer_gains/region",),
+        untried=phrase(
+            "Gains above 100 times those of section 5, and other ratios of L2 to L1. a4 has regions where it holds."
+        ),
     )
 
 
