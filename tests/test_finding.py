@@ -49,19 +49,22 @@ def test_a_finding_depends_where_a_variation_has_another_answer_and_only_there()
 
 
 def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations():
-    assert BEST.change == (
-        "The answer changes in 1 of 8 variations. the median in place of the mean: SMC (1.2 against 1.4)."
-    )
+    assert BEST.change == ("The answer changes in 1 of 8 variations: to SMC by the median in place of the mean.")
     same = replace(BEST, variations=OTHERS)
     assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
-    assert same.change.endswith("; and 2 more.")
+    assert same.change.endswith("; 4 more.")
     assert replace(BEST, variations=(), answer="").change == "No variation was computed."
+    assert (
+        replace(BEST, variations=OTHERS[:1]).change
+        == "The answer stays the same in the one variation: without scenario 0."
+    )
+    assert replace(BEST, variations=(MEDIAN,)).change.startswith("The answer changes in the one variation: to SMC by")
 
 
 def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
     page = html(page_of(replace(BEST, variations=many)))
-    assert "and 25 more, listed below" in page
+    assert "The answer changes in 30 of 30 variations: to SMC by choice 0; choice 1; choice 2; 27 more." in page
     assert all(f"<li>choice {i}: SMC</li>" in page for i in range(30))
 
 

@@ -98,6 +98,15 @@ def test_the_report_tells_of_every_row():
         ("absent peer", None, None, "≥ 14 x", None, "not measured"),
         ("memory", None, "0.25 GB", "≤ 1 GB", None, "reached"),
     )
+    peers, bars = study.findings(rows)
+    assert (peers.answer, [one.answer for one in peers.variations]) == (
+        "the engine is faster",
+        ["the engine is faster"],
+    )
+    assert "1 of 2 bars" in bars.statement
+    assert "slow peer (4.5 x, bar ≥ 10 x)" in bars.statement
+    assert study.answer(rows).endswith("and 1 of 2 bars are reached; missed: slow peer.")
+    assert study.answer(rows[2:]).endswith("and 1 of 1 bars are reached.")
     (panel,) = speed_figure(rows).panels
     assert "slow peer" in [series.label for series in panel.series]
     assert "absent peer" not in [series.label for series in panel.series]

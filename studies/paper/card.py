@@ -59,12 +59,12 @@ SCENARIO = (
     ),
     assumed("SS: f", 0.5, "1/s", "each level lasts 1/f = 2 s, twelve time constants of the surface", 0.05, 1.0),
     assumed("SS: derivatives of the reference", "zero", "", "a jump has none, so it is left out"),
-    assumed("FS: horizon", 25.08, "s", FIT, 5.0, 30.0),
-    assumed("SS: horizon", 9.99, "s", "five levels of the square wave, up to the sixth jump", 5.0, 30.0),
-    assumed("sample time of (43)", 0.01, "s", "a usual choice; the sum begins at t = 0, as arrays do", 0.001, 0.02),
-    assumed("reading of (33)", "outer", "", "the one of four whose RMSE meets the printed pair of FS"),
+    assumed("FS: horizon", 25.08, "s", FIT, 5.0, 60.0),
+    assumed("SS: horizon", 9.99, "s", "five levels of the square wave, up to the sixth jump", 5.0, 60.0),
+    assumed("sample time of (43)", 0.01, "s", "a usual choice", 0.001, 0.02),
+    assumed("reading of (33)", "outer", "", FIT, shown="shape of (33)"),
 )
-PROPOSED = (
+OF_PROPOSED = (
     assumed("Q", 599.0 * I, "N m/(rad s)", FIT, 0.01, 1000.0, symbol("Q")),
     assumed("R", 6.43 * I, "N m/(rad s)", FIT, 0.001, 1000.0, symbol("R")),
     assumed("l", 18.5, "1/s", "(24) says l >> 1; RMSE hardly depends on it", 5.0, 316.0, symbol("l")),
@@ -98,7 +98,7 @@ RIVALS = (
     ),
 )
 
-CARD = Card(STATED + DERIVED + SCENARIO + PROPOSED + RIVALS)
+CARD = Card(STATED + DERIVED + SCENARIO + OF_PROPOSED + RIVALS)
 PROPOSED = "AOSMC-RGS"
 LAWS = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "PID", "SMC")
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}

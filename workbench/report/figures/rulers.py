@@ -21,7 +21,7 @@ BESIDE = 20.0  # points: the edges of a panel
 UPRIGHT = 0.24  # of a figure's width: the longest line of a name below a column
 ROW, LINE = 0.19, 0.125  # inches: the least of a named row, and of each line of its name
 MOST, FEW = 0.3, 2.0  # inches: the most of a named row, and what few of them share
-TILE, TILE_LINE = 0.06, 0.082  # inches: the edges of a tile, and each line of its text
+TILE, TILE_LINE = 0.06, 0.1  # inches: the edges of a tile, and each line of its text
 AROUND = 0.6  # inches: what stands above and below rows
 TALL = 7.6  # inches that a page has for a figure beside its caption
 
@@ -194,9 +194,13 @@ def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
 
 
 def _column_names(figure: Figure, i: int) -> Sequence[str]:
-    """The names of a panel's columns: side by side if their words have the room, and once where columns go on below."""
+    """The names of a panel's columns: side by side if their words have the room; of tiles on each panel.
+
+    Columns of other marks that go on in the panel below have their names there alone.
+    """
     panel, under = figure.panels[i], below(figure, i)
-    if under is not None and str(under.xnames) == str(panel.xnames) and shares_rows(figure):
+    tiled = any(isinstance(mark, Tiles) for mark in panel.series)
+    if under is not None and str(under.xnames) == str(panel.xnames) and shares_rows(figure) and not tiled:
         return ("",) * len(panel.xnames)
     across = 1 if figure.lead and not i else figure.columns
     beside = max((block_of(name, SMALL_LETTERS).width for name in row_names(figure, panel)), default=0.0) + BESIDE

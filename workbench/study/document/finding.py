@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -11,7 +12,7 @@ from workbench.study.document.phrases import Phrase, check_name
 from workbench.validation.refusals import refusal
 from workbench.validation.signatures import door
 
-NAMED = 5  # variations that are named in the box; the scope below lists all
+NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope lists all
 
 
 @dataclass(frozen=True)
@@ -123,12 +124,15 @@ class Finding:
         if not total:
             return "No variation was computed."
         if not changes:
-            named = "; ".join(one.words for one in self.variations[:NAMED])
-            rest = f"; and {total - NAMED} more" if total > NAMED else ""
-            return f"The answer stays the same in each of {total} variations: {named}{rest}."
-        named = "; ".join(one.line for one in changes[:NAMED])
-        rest = f"; and {len(changes) - NAMED} more, listed below" if len(changes) > NAMED else ""
-        return f"The answer changes in {len(changes)} of {total} variations. {named}{rest}."
+            each = f"each of {total} variations" if total > 1 else "the one variation"
+            return f"The answer stays the same in {each}: {_named(self.variations)}."
+        groups: dict[str, list[Variation]] = {}
+        for one in changes:
+            groups.setdefault(one.answer, []).append(one)
+        answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
+        rest = f"; and to {len(answers) - ANSWERS} other answers" if len(answers) > ANSWERS else ""
+        part = f"{len(changes)} of {total} variations" if total > 1 else "the one variation"
+        return f"The answer changes in {part}: {'; '.join(answers[:ANSWERS])}{rest}."
 
     @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:
@@ -144,3 +148,10 @@ class Finding:
             ("Not tried", self.untried),
         )
         return tuple((label, phrase) for label, phrase in lines if phrase)
+
+
+def _named(variations: Sequence[Variation]) -> str:
+    """The first few variations in words, and the number of the others."""
+    rest = len(variations) - NAMED
+    words = [one.words for one in variations[:NAMED]]
+    return "; ".join([*words, f"{rest} more"] if rest > 0 else words)
