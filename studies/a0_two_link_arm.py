@@ -123,17 +123,18 @@ def _place(entry: EntryVerdict) -> str:
 
 def skewness_finding() -> Finding:
     """Assumption 3 for the printed arm, the repaired one and the derived one."""
-    answers = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
+    answers = {arm: "true" if judged.kind == "proved" else "false" for arm, judged in SKEW.items()}
+    others = {REPAIRED.name: "the right C[1,2] in (3)", DERIVED.name: "C derived from the energies"}
     return Finding(
         "assumption_3",
-        f"Assumption 3, that M' - 2C is skew-symmetric, {answers[PRINTED.name]} for (3) as printed and "
-        f"{answers[REPAIRED.name]} with C[1,2] repaired.",
+        f"Assumption 3, that M' - 2C is skew-symmetric, is {answers[PRINTED.name]} for (3) as printed and "
+        f"{answers[REPAIRED.name]} with the right C[1,2].",
         verdict(SKEW[PRINTED.name], "").evidence,
         statistic="The symmetric part of M' - 2C.",
         sample="Proved for all states and parameters, or refuted at one state.",
         given="M as printed, which is right.",
         answer=answers[PRINTED.name],
-        variations=tuple(Variation(arm, answer) for arm, answer in answers.items() if arm != PRINTED.name),
+        variations=tuple(Variation(words, answers[arm]) for arm, words in others.items()),
     )
 
 
@@ -142,7 +143,7 @@ def answer_line() -> str:
     right = len(ENTRIES) - len(WRONG)
     skew = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
     return (
-        f"{right} of the {len(ENTRIES)} printed entries of (2) to (4) are right. Wrong is "
+        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {right} are right. Wrong is "
         f"{' and '.join(map(_place, WRONG))}: with it Assumption 3 {skew[PRINTED.name]}, with the right entry it "
         f"{skew[REPAIRED.name]}."
     )

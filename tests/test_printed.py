@@ -168,8 +168,8 @@ def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
 
     page = study.sections(None)
     wrong, skewness = page.findings
-    assert (wrong.answer, skewness.answer) == ("C[1,2] of (3)", "fails")
-    assert page.answer.startswith("9 of the 10 printed entries of (2) to (4) are right")
+    assert (wrong.answer, skewness.answer) == ("C[1,2] of (3)", "false")
+    assert page.answer.startswith("Of the 10 printed entries of (2) to (4), 9 are right")
     claims, entries, _ = page.sections
     assert [type(block).__name__ for block in claims.blocks[:2]] == ["Figure", "Verdict"]
     equation = next(block for block in claims.blocks if getattr(block, "name", "") == "right_c12")

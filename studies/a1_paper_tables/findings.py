@@ -36,6 +36,7 @@ TRACKING = (
 )
 # The choices that the runs of this page vary, in this finding or in another one.
 VARIED = ("sign of (33)", "velocity in (28)", "D_hat of (24)", "C of (3)", "shape of (33)", "Q", "R", "horizon of FS")
+CHOSEN = assumptions(left_out(VARIED, OURS))
 FIT_OF_CARD = CARD["FS: horizon"]
 
 
@@ -66,13 +67,15 @@ def as_printed(results: Results) -> Finding:
     least = float(np.floor(10 * least) / 10)
     total = sum(map(len, errors.values())) + len(runs)
     lost, left = repairs.times_lost(results[AS_PRINTED["FS"], "outer"])
-    variations = [
-        Variation(f"Q = {Q:g} I, R = {R:g} I", _tracking(best <= NEAR), _least(best))
-        for (Q, R), best in zip(points, np.min(list(errors.values()), axis=0), strict=True)
-    ]
+    best = dict(zip(points, np.min(list(errors.values()), axis=0), strict=True))
+    variations = []
+    for letter, part in (("Q", 0), ("R", 1)):
+        for value in dict.fromkeys(point[part] for point in points):
+            own = min(float(error) for point, error in best.items() if point[part] == value)
+            variations.append(Variation(f"{letter} = {value:g} I", _tracking(own <= NEAR), _least(own)))
     for shape, each in errors.items():
-        own = [float(each.min()), *(max(late(run)) for run in runs if run.case.law == shape)]
-        variations.append(Variation(f"shape '{shape}' alone", _tracking(min(own) <= NEAR), _least(min(own))))
+        own = min(float(each.min()), *(max(late(run)) for run in runs if run.case.law == shape))
+        variations.append(Variation(f"shape '{shape}' alone", _tracking(own <= NEAR), _least(own)))
     second = results.scenario(AS_PRINTED["SS"])
     variations.append(
         Variation("second scenario, Q = R = I", _tracking(any(map(tracks, second))), _least(_worst(second)))
@@ -88,7 +91,7 @@ def as_printed(results: Results) -> Finding:
         f"{grid.R.low:g} I to {grid.R.high:g} I, and for each shape of (33), over {grid.UNTIL:g} s; further "
         f"runs with Q = I over {SHORT:g} s and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
         given=GIVEN,
-        chosen=assumptions(choice for choice in OURS if not choice.fitted),
+        chosen=CHOSEN,
         answer=_tracking(least <= NEAR),
         variations=tuple(variations),
         untried=names(left_out(VARIED, OURS)),
@@ -129,7 +132,7 @@ def two_repairs(results: Results) -> Finding:
             ".",
         ),
         given=GIVEN,
-        chosen=assumptions(choice for choice in OURS if not choice.fitted),
+        chosen=CHOSEN,
         answer=_tracking(len(kept) > len(runs) / 2),
         variations=tuple(variations),
         untried=names(left_out(VARIED, OURS)),
@@ -156,7 +159,7 @@ def row_of_fs(results: Results) -> Finding:
         sample=f"One run without noise for each repair; horizons from {row.SHORTEST:g} to {FREE:g} s at each sample of "
         "(43), so far as the run goes.",
         given=GIVEN,
-        chosen=assumptions(OURS),
+        chosen=CHOSEN,
         fitted=f"With four repairs: {assumptions(OURS, fitted=True)}. With two repairs: Q, the shape of (33) and the "
         "horizon, to the printed row.",
         answer=_met(least),
@@ -225,7 +228,7 @@ def late_error(results: Results) -> Finding:
         statistic=f"Largest |e_i| from {LATE:g} s on; the answer is that of joint 2.",
         sample=f"One run without noise for each repair, over up to {FREE:g} s.",
         given=GIVEN,
-        chosen=assumptions(OURS),
+        chosen=CHOSEN,
         fitted=assumptions(OURS, fitted=True),
         answer=f"{errors[1]:.2f} rad",
         variations=tuple(Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
