@@ -266,7 +266,7 @@ def test_a_rank_is_not_known_where_the_error_of_the_step_reaches_a_rival():
     assert rerun.undecided.sum() == 20
     assert rerun.beyond.sum() == 20
     assert rerun.moved(1).first().sum() == 30  # 1 + 2.5 is above the first rival
-    assert "in 20 this reaches a rival" in ranking.step_words({("of the card", ("FS", 1)): rerun})
+    assert "In 20 the error reaches a rival" in ranking.step_words({("of the card", ("FS", 1)): rerun})
 
 
 def test_an_error_of_the_step_is_taken_at_the_horizon_of_its_own_draw():

@@ -138,6 +138,8 @@ class PlacedPid(AbstractArmController):
 
         Kp = 3 p^2 J,   Ki = p^3 J,   Kd = 3 p J
 
+    Where there is a limit, the integral of a joint stands still while its torque is beyond it.
+
     Parameters
     ----------
     poles, inertia
@@ -148,6 +150,7 @@ class PlacedPid(AbstractArmController):
     poles: Vector = parameter(unit="1/s", low=0, strict=True, shape=("n",), symbol="p")
     inertia: Vector = parameter(unit="kg m^2", low=0, strict=True, shape=("n",), symbol="J")
     lifted: Scalar = parameter(default=0.0, unit="", low=0, high=1)
+    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
     integral: Vector = initial(default=0.0, unit="rad s", shape=("n",))
 
     def torque(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> ca.SX:
@@ -157,7 +160,10 @@ class PlacedPid(AbstractArmController):
         return self.lifted * self.model.gravity_vector(est.q) - feedback
 
     def rate(self, t: ca.SX, z: Parts, est: Signals, ref: Signals) -> Parts:
-        return {"integral": est.q - ref.q}
+        e = est.q - ref.q
+        if self.limit is None:
+            return {"integral": e}
+        return {"integral": ca.if_else(ca.fabs(self.torque(t, z, est, ref)) > self.limit, 0, e)}
 
 
 @block

@@ -66,15 +66,15 @@ def deciding_finding(every: SobolIndices) -> Finding:
     listed = "; ".join(f"{name}: {factor}" for name, factor in clear.items())
     return Finding(
         name="deciding",
-        statement=f"In {len(clear)} of {len(COLUMNS)} columns one of the {len(NAMES)} unstated numbers and readings "
-        f"has a larger part than any other in how {PROPOSED} stands beside its best rival"
-        f"{': the ' + answer if answer != UNCLEAR else ''}.",
+        statement=f"In {len(clear)} of {len(COLUMNS)} columns one unstated number or reading decides more than any "
+        f"other how {PROPOSED} stands beside its best rival{': ' + answer if answer != UNCLEAR else ''}.",
         evidence=f"{listed or 'In no column do the intervals separate the largest index from the second'}."
         " The table of indices has the three largest of each column.",
-        statistic=f"Total Sobol index (ST) of the margin, the RMSE of {PROPOSED} as a share of its sum with the RMSE "
-        f"of the best rival: below 1/2 {PROPOSED} is first, and it is 1 where its run diverged. Each interval by "
-        "itself.",
-        sample=f"{PAIRED.size:,} points of a Sobol design, prior of the card, seed {PAIRED.seed}.",
+        statistic="Total Sobol index (ST) of the margin, each interval by itself. The margin is the RMSE of "
+        f"{PROPOSED} as a share of its sum with the RMSE of the best rival. Below 1/2 {PROPOSED} is first; the margin "
+        "is 1 where its run diverged.",
+        sample=f"{PAIRED.size:,} points of a Sobol design, prior of the card, seed {PAIRED.seed}, for {len(NAMES)} "
+        "numbers and readings.",
         given=GIVEN,
         chosen=CHOSEN,
         answer=answer,

@@ -19,8 +19,8 @@ from workbench.validation.refusals import Array
 MET, MISSED = "met", "not met"
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
-    f"runs in continuous time with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms and at half of it, the "
-    "error by the step added to the miss"
+    f"Runs are in continuous time with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. "
+    "The error by the step is added to the miss."
 )
 OWN_RANGES = f"R from {STIFF:g} N m/(rad s) on, horizons from {SHORTEST} to {LONGEST} s"
 FIXED = f"Not varied: {assumptions(OMITTED)}."
@@ -43,7 +43,7 @@ def fit_words(law: str, target: str, numbers: Array) -> str:
 
 
 def row_finding(results: Results, every: Sequence[Row]) -> Finding:
-    """What meets the printed row of the proposed law in the first scenario."""
+    """The signs of (33) that meet the printed row of the proposed law in the first scenario."""
     near = {sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss) for sign in rows.FIXED}
     count = {sign: sum(row.met for row in every if row.sign == sign) for sign in rows.FIXED}
     signs = [sign for sign in (PLUS, MINUS) if near[sign].met or (sign == MINUS and near[TWO].met)]
@@ -52,14 +52,14 @@ def row_finding(results: Results, every: Sequence[Row]) -> Finding:
     return Finding(
         name="row_of_fs",
         statement=_row_statement(signs),
-        evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}, and "
-        f"with the minus and two repairs, (3) and (28), {count[TWO]}. With these two the nearest misses by "
-        f"{share_of(two.fit.miss)}: {two.words}, horizon {two.fit.horizon['FS']:.1f} s.",
-        statistic=f"The larger miss of the two cells at the best horizon, in {FINE_RUNS}. Answer 'met' if some choice "
-        f"is within {100 * CLOSE:g} %.",
-        sample=f"{len(every)} searches by differential evolution (seed {rows.SEED}): {rows.EVALUATIONS[PLUS]} choices "
-        f"for each sign and shape of (33), and {rows.EVALUATIONS[TWO]} for each shape with two repairs alone; the "
-        f"{rows.AGAIN} nearest of each run again.",
+        evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}. With "
+        f"the minus and repairs of (3) and (28) alone {count[TWO]} do: the nearest misses by {share_of(two.fit.miss)} "
+        f"at {two.fit.horizon['FS']:.1f} s, shape {two.shape}.",
+        statistic=f"The larger miss of the two cells at the best horizon. {FINE_RUNS} Answer 'met' if some choice is "
+        f"within {100 * CLOSE:g} %.",
+        sample=f"{len(every)} searches by differential evolution (seed {rows.SEED}), one for each sign and shape of "
+        f"(33), {rows.EVALUATIONS[PLUS]} choices each. With two repairs alone there are {rows.EVALUATIONS[TWO]} "
+        f"choices each. The {rows.AGAIN} nearest of each are run again.",
         given="The law has the exact model, but for (3), and D(t) itself where D_hat needs it.",
         chosen=f"{OWN_RANGES}. {FIXED}",
         fitted="Q, R, l, the horizon and the readings that are left, each to the two printed numbers of the row.",
@@ -99,7 +99,7 @@ def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation
 def tables_finding(
     results: Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
 ) -> Finding:
-    """Whether one experiment for all laws gives the rows of each scenario, and what other sets of cells are met."""
+    """The rows that one experiment for all laws gives in each scenario, and the other sets of cells that are met."""
     counts = [sum(miss <= CLOSE for miss in one.miss.values()) for one in (first, second)]
     farthest = [max(one.miss, key=one.miss.__getitem__) for one in (first, second)]
     settled = all(count == len(LAWS) for count in counts)
@@ -115,11 +115,11 @@ def tables_finding(
         f"within {100 * CLOSE:g} %. With one square wave and one horizon, {second.horizon:.1f} s, {counts[1]} of "
         f"{len(LAWS)} rows of the second scenario come within {100 * CLOSE:g} %. {farthest[0]} and {farthest[1]} are "
         f"the farthest, with {share_of(first.miss[farthest[0]])} and {share_of(second.miss[farthest[1]])}.",
-        statistic=f"The larger miss of the two cells of a law, in {FINE_RUNS}; 'met' if all rows are within "
+        statistic=f"The larger miss of the two cells of a law. {FINE_RUNS} Answer 'met' if all rows are within "
         f"{100 * CLOSE:g} %.",
-        sample=f"A search for each law: {experiments.OF_COMMON} choices at each horizon of {COMMON} s in the first "
-        f"scenario, {fits.EVALUATIONS} in the second (seed {fits.SEED}); the {experiments.COMMON_AGAIN} and "
-        f"{experiments.SHARED_AGAIN} nearest run again.",
+        sample=f"A search for each law (seed {fits.SEED}). In the first scenario it has {experiments.OF_COMMON} "
+        f"choices at each of the horizons {', '.join(map(str, COMMON))} s, in the second {fits.EVALUATIONS}. The "
+        f"{experiments.COMMON_AGAIN} and {experiments.SHARED_AGAIN} nearest are run again.",
         given="Each law has gains of its own in each scenario. In the second the rivals that switch measure by (10), "
         f"PID exactly, and {PROPOSED} by its own reading.",
         chosen="The square wave was found by hand, outside of this study: a search of 32 square waves at once, each "

@@ -160,6 +160,8 @@ def loop(law: str, scenario: str, limit: tuple[float, float] | None = None) -> C
     if limit is not None:
         arm = replace(arm, actuator=DirectDrive(np.array(limit)))
         observer = replace(observer, limit=np.array(limit))
+        if isinstance(controller, PlacedPid):
+            controller = replace(controller, limit=np.array(limit))
     return ClosedLoop(arm, observer, controller, reference)
 
 

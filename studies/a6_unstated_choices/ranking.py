@@ -33,10 +33,10 @@ from workbench.study.study import Results
 from workbench.study.uncertainty import Share
 
 LIMITS = f"torques limited to {LIMIT[0]:g} and {LIMIT[1]:g} N m"
-INTERVALS = f"intervals of Clopper and Pearson, which for the {SHARES} shares of one question hold together, 95 %"
 SAMPLE = (
-    f"{RANDOM.runs} independent draws for each of four priors, and {LIMITED.runs} with {LIMITS}; the same points of "
-    f"the unit cube for all of them (seed {RANDOM.seed}), with {INTERVALS}."
+    f"{RANDOM.runs} independent draws for each of four priors, and {LIMITED.runs} with {LIMITS}. All have the same "
+    f"points of the unit cube (seed {RANDOM.seed}). The intervals are those of Clopper and Pearson; for the {SHARES} "
+    "shares of one question they hold together, 95 %."
 )
 NONE = "no rival"
 
@@ -120,17 +120,16 @@ def below_finding(results: Results, every: Cells, limited: Cells, again: Mapping
     """The rivals below which the proposed law is in most draws, by column and prior."""
     never = [rival for rival in RIVALS if most(every, rival) == NO]
     others = [rival for rival in RIVALS if rival not in never]
-    words = "; ".join(f"{rival} {most_words(every, rival)}" for rival in others)
     peak, without, with_limit = pid_words(results)
     answer = beaten(every)
     return Finding(
         name="below_rivals",
-        statement=f"{PROPOSED} has a smaller RMSE than {answer} in most draws in all four columns under all four priors"
-        f"{'; than ' + ', '.join(never) + ' it has it in no column under any prior' if never else ''}.",
-        evidence=f"{words + '. ' if words else ''}Without a limit the median peak torque of {PID} is {peak}; with "
-        f"{LIMITS} its median RMSE of joint 1 in the first scenario rises from {without} to {with_limit} rad.",
-        statistic=f"Rivals of which the share of draws with a smaller RMSE of {PROPOSED} is above one half, with its "
-        "interval, in all columns under all priors.",
+        statement=f"{'No rival' if answer == NONE else answer + ' alone'} has a larger RMSE than {PROPOSED} in most "
+        "draws, in all four columns and under all four priors.",
+        evidence=f"{_by_rival(never, others)} Without a limit the median peak torque of {PID} is {peak}. With {LIMITS} "
+        f"its median RMSE of joint 1 in the first scenario goes from {without} to {with_limit} rad.",
+        statistic=f"Rivals above {PROPOSED} in RMSE in more than half of the draws, with the interval of the share, in "
+        "all columns under all priors.",
         sample=SAMPLE,
         given=GIVEN,
         chosen=CHOSEN,
@@ -159,12 +158,14 @@ def most(some: Cells, rival: str | None, column: tuple[str, int] | None = None) 
     return answer_of_all(shares_of(some, rival, column))
 
 
-def most_words(every: Cells, rival: str) -> str:
-    """The columns by their answer: 'no in FS, q1; undecided in SS, q1'."""
-    by: dict[str, list[str]] = {}
-    for column, title in COLUMNS.items():
-        by.setdefault(most(every, rival, column), []).append(title.replace(", ", " "))
-    return ", ".join(f"{answer} in {' and '.join(titles)}" for answer, titles in by.items())
+def _by_rival(never: Sequence[str], others: Sequence[str]) -> str:
+    """The answers by rival: no in every column under every prior, or another one in some."""
+    parts = []
+    if never:
+        parts.append(f"For {', '.join(never)} the answer is no in every column under every prior.")
+    if others:
+        parts.append(f"For {', '.join(others)} it differs by column or prior, or is undecided in some.")
+    return " ".join(parts)
 
 
 def pid_words(results: Results) -> tuple[str, str, str]:
@@ -180,8 +181,8 @@ def step_words(again: Mapping[Cell, Rerun]) -> str:
     runs = sum(len(one.errors) for one in again.values())
     beyond, unknown = (sum(int(getattr(one, part).sum()) for one in again.values()) for part in ("beyond", "undecided"))
     return (
-        f"Of {runs:,} draws that were run at half of the step too, the step moves the RMSE of {PROPOSED} by over 1 % "
-        f"in {beyond}; in {unknown} this reaches a rival, so that the rank there means nothing."
+        f"{runs:,} draws were run at half of the step too. In {beyond} the step moves the RMSE of {PROPOSED} by over 1 "
+        f"%. In {unknown} the error reaches a rival: the rank there means nothing."
     )
 
 
@@ -206,6 +207,6 @@ def printed_words(columns: Mapping[tuple[str, int], Ranks]) -> str:
         whole = max(whole, float((values[:, :-1] < values[:, 1:]).all(axis=1).mean()))
     pairs = len(columns) * len(LAWS) * (len(LAWS) - 1) // 2
     return (
-        f"Under the prior of the card {likely} of the {pairs} printed pairs of laws come in their printed order in "
-        f"more than half of the draws. All six laws of a column do so in at most {100 * whole:.1f} % of them."
+        f"Under the prior of the card {likely} of the {pairs} pairs of laws come in their printed order in most draws. "
+        f"All six laws of a column do so in at most {100 * whole:.1f} % of them."
     )

@@ -3,14 +3,14 @@
 Runs in about four minutes on two cores.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from studies.a6_unstated_choices import deciding, draws, experiments, findings, fits, loops, ranking, rows, tables
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, slug
-from studies.a6_unstated_choices.shares import cells, reruns
+from studies.a6_unstated_choices.shares import Cells, cells, reruns
 from studies.paper.card import LAWS
 from workbench.study.contract import Sweep
-from workbench.study.document.document import Itemize, Page, Paragraph, Section
+from workbench.study.document.document import Block, Itemize, Page, Paragraph, Section
 from workbench.study.study import Results, Study
 from workbench.study.tuning import Tuned
 
@@ -19,11 +19,8 @@ def sections(results: Results) -> Page:
     every, limited = cells(results), cells(results, "limited")
     again = reruns(results, every)
     indices, searched = deciding.indices(results), rows.rows_of(results)
-    met = {(law, target): fit for law in LAWS for target, fit in fits.fits_of(results, law).items()}
     first, second = experiments.common(results), experiments.shared(results)
-    best = min(searched, key=lambda row: row.fit.miss)
-    if best.fit.miss < met[PROPOSED, "FS"].miss:  # the searches for this row alone come nearer
-        met[PROPOSED, "FS"] = best.fit
+    met = nearest_fits(results, searched)
     found = (
         ranking.first_finding(every, limited, again),
         ranking.below_finding(results, every, limited, again),
@@ -31,40 +28,43 @@ def sections(results: Results) -> Page:
         findings.row_finding(results, searched),
         findings.tables_finding(results, met, first, second),
     )
-    columns = ranking.ranked(every)
+    decides = deciding.deciding_figure(results, indices), deciding.deciding_table(indices)
+    nearest = ROWS, tables.nearest_table(searched), tables.rows_table(searched)
+    one_experiment = tables.experiment_table("common", first), tables.experiment_table("shared", second)
     return Page(
         answer=answer(found),
         findings=found,
         sections=(
-            Section(
-                "Who is first",
-                (
-                    tables.ranks_figure(results, columns),
-                    Paragraph(ranking.printed_words(columns)),
-                    tables.below_table(every, limited),
-                    tables.limits_table(results),
-                ),
-            ),
-            Section("What decides", (deciding.deciding_figure(results, indices), deciding.deciding_table(indices))),
-            Section(
-                "The printed row of AOSMC-RGS", (ROWS, tables.nearest_table(searched), tables.rows_table(searched))
-            ),
-            Section(
-                "The printed tables",
-                (
-                    tables.experiment_table("common", first),
-                    tables.experiment_table("shared", second),
-                    FITTING,
-                    tables.together(met),
-                    tables.cells_table(met),
-                ),
-            ),
+            Section("Who is first", first_blocks(results, every, limited)),
+            Section("What decides", decides),
+            Section("The printed row of AOSMC-RGS", nearest),
+            Section("The printed tables", (*one_experiment, FITTING, tables.together(met), tables.cells_table(met))),
             Section("The rankings under four priors", (RANKING, tables.priors_table(every))),
             Section("What is open", (*OPEN, tables.omitted_table(), *map(tables.open_table, LAWS))),
             Section(
                 "How far these numbers can be trusted", (TRUST, tables.step_table(again), tables.trust_table(results))
             ),
         ),
+    )
+
+
+def nearest_fits(results: Results, searched: Sequence[rows.Row]) -> dict[tuple[str, str], fits.Fit]:
+    """The nearest fit of each law to each target; of the proposed law's first row that of the searches for it alone."""
+    met = {(law, target): fit for law in LAWS for target, fit in fits.fits_of(results, law).items()}
+    best = min((row.fit for row in searched), key=lambda fit: fit.miss)
+    if best.miss < met[PROPOSED, "FS"].miss:
+        met[PROPOSED, "FS"] = best
+    return met
+
+
+def first_blocks(results: Results, every: Cells, limited: Cells) -> tuple[Block, ...]:
+    """The ranks, the answer by column, and the torque limit."""
+    columns = ranking.ranked(every)
+    return (
+        tables.ranks_figure(results, columns),
+        Paragraph(ranking.printed_words(columns)),
+        tables.below_table(every, limited),
+        tables.limits_table(results),
     )
 
 
@@ -83,18 +83,17 @@ RANKING = Paragraph(
     f"Independent draws of everything at once, {draws.RANDOM.runs} for each prior. The six laws of a draw have the "
     "same horizon and the same square wave. A range is no prior: a number can be drawn evenly, or evenly on a "
     f"logarithmic scale. The prior of the card is logarithmic for Q, R and l of {PROPOSED}, which are known by their "
-    "order of magnitude, and linear for all other numbers; 'exchanged' is the opposite. sigma of RBF-ASMC, whose range "
-    "begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than any other."
+    "order of magnitude. It is linear for all other numbers, and 'exchanged' is the opposite. sigma of RBF-ASMC, whose "
+    "range begins at 0, is always drawn evenly. A run that diverged before its horizon is worse than any other."
 )
 FITTING = Paragraph(
-    f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}) for one "
-    "set of gains that brings both rows of the law near the printed ones, each at its own horizon up to "
-    f"{fits.SEARCHED:g} s. {PROPOSED}, which has the most readings, has two searches (seeds "
-    f"{' and '.join(map(str, fits.SEEDS[PROPOSED]))}). The rivals that switch are searched as a computer with an "
-    "implicit relay runs them every 2 ms; it keeps s as near to zero as the boundary layer does. The nearest points, "
-    "and some from the whole search that are within 0.5 %, are run again in continuous time, with the boundary layer "
-    f"of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. Only these runs are called fits, and the error by "
-    "the step counts against them."
+    f"A search for each law looks at {fits.EVALUATIONS} choices by differential evolution (seed {fits.SEED}). It seeks "
+    f"one set of gains for both rows of the law, each at its own horizon up to {fits.SEARCHED:g} s. {PROPOSED}, which "
+    f"has the most readings, has two searches (seeds {' and '.join(map(str, fits.SEEDS[PROPOSED]))}). The rivals that "
+    "switch are searched as a computer with an implicit relay runs them every 2 ms. The relay keeps s as near to zero "
+    "as the boundary layer does. The nearest points, and some from the whole search that are within 0.5 %, are run "
+    f"again. These runs are in continuous time, with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and "
+    "at half of it. Only they are called fits, and the error by the step counts against them."
 )
 OPEN = (
     Paragraph(
@@ -106,17 +105,17 @@ OPEN = (
             f"R is drawn from {loops.STIFF:g} N m/(rad s) on instead of the card's 0.001. Below, (34) falls from P(0) "
             "so fast, at 720 / R 1/s, that a run at 1 ms diverges by its step alone.",
             "Torques have no limit but in the draws that say so. There a drive limits them, and the observer (10) "
-            "reads the limited torques.",
+            "reads the limited torques. The integral of PID stands still while its torque is beyond the limit.",
         )
     ),
 )
 TRUST = Paragraph(
-    "The error of the step is twice the largest change of RMSE to half of the step, over one draw of "
+    "The error of the step is twice the largest change of RMSE to half of the step. It is taken over one draw of "
     f"{draws.HALVED[PROPOSED]} of {PROPOSED}, one of {draws.HALVED_OF_RIVALS} of the rivals, and all checks. Of a "
     "rival that switches by a computer it is the error of the motion between two instants. The checks show how far the "
-    "computer is from the boundary layer. The chattering of a boundary layer makes every method one of first order: "
-    "the change tells the size of the error and bounds nothing. The last table counts every run that diverges within "
-    "the longest horizon; one that diverges later than the horizon of its draw has its RMSE there."
+    "computer is from the boundary layer. The chattering of a boundary layer makes every method one of first order. "
+    "The change then tells the size of the error and bounds nothing. The last table counts every run that diverges "
+    "within the longest horizon. One that diverges later than the horizon of its draw has its RMSE there."
 )
 
 

@@ -11,7 +11,7 @@ from studies.a6_unstated_choices.experiments import AMPLITUDES, FREQUENCY, Exper
 from studies.a6_unstated_choices.findings import fit_words
 from studies.a6_unstated_choices.fits import Fit
 from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS, slug
-from studies.a6_unstated_choices.ranking import INTERVALS, LIMITS, ends, most, shares_of
+from studies.a6_unstated_choices.ranking import LIMITS, ends, most, shares_of
 from studies.a6_unstated_choices.rows import FIXED, Row
 from studies.a6_unstated_choices.scope import OMITTED
 from studies.a6_unstated_choices.shares import COLUMNS, RIVALS, Cell, Cells, Rerun
@@ -84,7 +84,7 @@ def priors_table(every: Cells) -> Table:
         f"Share of draws with {PROPOSED} below a rival, or first, under each prior.",
         (Column("event"), Column("column"), *(Column(name, "%", "right") for name in PRIORS), Column("in most draws")),
         tuple(rows),
-        (f"In brackets {INTERVALS}. Seed {RANDOM.seed}; no torque limit.",),
+        (f"In brackets the interval, see the sample of the first finding. Seed {RANDOM.seed}; no torque limit.",),
     )
 
 
@@ -138,7 +138,7 @@ def cells_table(met: Fits) -> Table:
         (Column("cell"), Column("law"), *(Column(name, unit, "right") for name, unit in units.items()), *COUNTED),
         tuple(rows),
         (
-            f"Of draws: within 1 % at some horizon, of {loops.RANDOM.runs} independent draws of everything. Of search: "
+            f"Of draws: within 1 % at some horizon, of {RANDOM.runs} independent draws of everything. Of search: "
             f"the same of the points of the search, {fits.EVALUATIONS} each, which are not independent.",
         ),
     )
