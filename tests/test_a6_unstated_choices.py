@@ -8,7 +8,18 @@ import numpy as np
 import pytest
 from samples import made_sample, with_measurement
 
-from studies.a6_unstated_choices import deciding, draws, experiments, findings, fits, loops, ranking, rows, scope, shares
+from studies.a6_unstated_choices import (
+    deciding,
+    draws,
+    experiments,
+    findings,
+    fits,
+    loops,
+    ranking,
+    rows,
+    scope,
+    shares,
+)
 from studies.a6_unstated_choices.blocks import chosen
 from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
@@ -110,7 +121,7 @@ def test_readings_are_equally_likely_and_casadi_takes_the_one_that_is_named():
 def test_a_part_of_a_design_gives_back_the_whole_of_it(kind):
     whole, factors = draws.DESIGNS[kind], loops.factors_of("SMC", "FS")
     part, places = draws.part(kind, factors)
-    columns = [draws.NAMES.index(factor.name) for factor in factors]
+    columns = [loops.NAMES.index(factor.name) for factor in factors]
     np.testing.assert_array_equal(part.points()[places], whole.points()[:, columns])
     # three factors change a run: A, B and what takes one of the three from the other
     assert part.size == (whole.base * (2 + 3) if kind == "paired" else whole.runs)
@@ -163,7 +174,7 @@ def made(part, runs=400):
     """Draws in which the proposed law is first in a part of them, and last in the others."""
     rmse = np.tile(np.arange(2.0, 2.0 + len(LAWS)), (runs, 1))
     rmse[:, 0] = np.where(np.arange(runs) < part * runs, 1.0, 9.0)
-    return shares.Draws(rmse, np.random.default_rng(0).random((runs, len(draws.NAMES))))
+    return shares.Draws(rmse, np.random.default_rng(0).random((runs, len(loops.NAMES))))
 
 
 def everywhere(*parts):
@@ -209,7 +220,7 @@ def test_no_column_prior_rival_or_reading_is_left_out_of_the_variations():
 
 def test_the_variation_of_a_reading_has_the_draws_of_that_reading_alone():
     one = made(0.5)
-    column = draws.NAMES.index("sign of (33)")
+    column = loops.NAMES.index("sign of (33)")
     plus = one.reading("sign of (33)", "plus")
     np.testing.assert_array_equal(plus.points, one.points[one.points[:, column] < 0.5])
     assert len(plus.rmse) + len(one.reading("sign of (33)", "minus").rmse) == len(one.rmse)
@@ -381,8 +392,8 @@ def test_the_row_identifies_the_law_only_if_one_sign_alone_meets_it():
         return findings.row_finding(common_searches(), every)
 
     assert "does not identify the law" in finding(plus=0.002, minus=0.2, minus_two=0.001).statement
-    assert "with the plus in (33) alone" in finding(plus=0.002).statement
-    assert "by no choice" in finding().statement
+    assert "the plus alone meets" in finding(plus=0.002).statement
+    assert "No choice" in finding().statement
     assert not finding().settled
     words = [one.words for one in finding().variations]
     assert words[: len(rows.CASES)] == [f"{sign}, {shape}" for sign, shape in rows.CASES]
@@ -417,7 +428,7 @@ def test_what_no_factor_varies_is_named_in_every_finding():
         findings.row_finding(common_searches(), [row(*case, 0.2) for case in rows.CASES]),
         findings.tables_finding(common_searches(), fitted(0.002), one, one),
     ]
-    missing = {choice.name for choice in left_out(draws.NAMES)} - {"torque limit"}  # which draws of its own vary
+    missing = {choice.name for choice in left_out(loops.NAMES)} - {"torque limit"}  # which draws of its own vary
     assert missing == {choice.name for choice in scope.OMITTED}
     assert all(name in finding.untried for finding in made_of for name in missing)
     assert all(f"{choice.name}: {choice.assumed}" in finding.chosen for finding in made_of for choice in scope.OMITTED)

@@ -54,6 +54,11 @@ def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations(
     assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
     assert same.change.endswith("; 4 more.")
     assert replace(BEST, variations=(), answer="").change == "No variation was computed."
+    assert (
+        replace(BEST, variations=OTHERS[:1]).change
+        == "The answer stays the same in the one variation: without scenario 0."
+    )
+    assert replace(BEST, variations=(MEDIAN,)).change.startswith("The answer changes in the one variation: to SMC by")
 
 
 def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():

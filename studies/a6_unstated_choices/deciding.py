@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import NAMES, PAIRED, drawn, margin, named
-from studies.a6_unstated_choices.loops import PROPOSED, SCENARIOS
+from studies.a6_unstated_choices.draws import PAIRED, drawn, margin, named
+from studies.a6_unstated_choices.loops import NAMES, PROPOSED, SCENARIOS
 from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
 from studies.a6_unstated_choices.shares import COLUMNS
 from studies.paper.card import LAWS

@@ -7,11 +7,12 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from studies.a6_unstated_choices.loops import (
+    HORIZONS,
     LONGEST,
+    NAMES,
     PID,
     PROPOSED,
     RMSE,
-    SCENARIOS,
     SHORTEST,
     SQUARE,
     STEPS,
@@ -32,9 +33,6 @@ from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, Integers
 
 Scale: TypeAlias = Literal["linear", "log"]
-HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
-OPEN = dict.fromkeys(factor.name for law in LAWS for factor in factors_of(law, "SS"))
-NAMES = (*OPEN, *HORIZONS.values())
 LIMIT = 100.0, 50.0  # N m, of either joint
 RANDOM = MonteCarlo(len(NAMES), 512, seed=6)
 LIMITED = MonteCarlo(len(NAMES), 256, seed=6)  # the first draws of RANDOM

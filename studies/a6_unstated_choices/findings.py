@@ -5,10 +5,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from studies.a6_unstated_choices import experiments, fits, rows
-from studies.a6_unstated_choices.draws import NAMES
 from studies.a6_unstated_choices.experiments import COMMON, Experiment
 from studies.a6_unstated_choices.fits import CLOSE, Fit, horizons, misses
-from studies.a6_unstated_choices.loops import LONGEST, PROPOSED, SHORTEST, STIFF, factors_of, in_words, slug
+from studies.a6_unstated_choices.loops import LONGEST, NAMES, PROPOSED, SHORTEST, STIFF, factors_of, in_words, slug
 from studies.a6_unstated_choices.rows import MINUS, PLUS, TWO, Row
 from studies.a6_unstated_choices.scope import OMITTED, REST
 from studies.paper.card import LAWS
@@ -48,19 +47,11 @@ def row_finding(results: Results, every: Sequence[Row]) -> Finding:
     near = {sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss) for sign in rows.FIXED}
     count = {sign: sum(row.met for row in every if row.sign == sign) for sign in rows.FIXED}
     signs = [sign for sign in (PLUS, MINUS) if near[sign].met or (sign == MINUS and near[TWO].met)]
-    both = len(signs) == 2
     two = near[TWO]
     shapes = len(every) // len(rows.FIXED)
     return Finding(
         name="row_of_fs",
-        statement=f"The printed row of {PROPOSED} in the first scenario is met within {100 * CLOSE:g} % "
-        + (
-            "with the plus and with the printed minus in (33): it does not identify the law."
-            if both
-            else f"with the {signs[0]} in (33) alone."
-            if signs
-            else "by no choice of the searches."
-        ),
+        statement=_row_statement(signs),
         evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}, and "
         f"with the minus and two repairs, (3) and (28), {count[TWO]}. With these two the nearest misses by "
         f"{share_of(two.fit.miss)}: {two.words}, horizon {two.fit.horizon['FS']:.1f} s.",
@@ -78,6 +69,16 @@ def row_finding(results: Results, every: Sequence[Row]) -> Finding:
         settled=bool(signs),
         cites=("a1_paper_tables/row_of_fs",),
     )
+
+
+def _row_statement(signs: Sequence[str]) -> str:
+    """The answer of the row by the signs of (33) that meet it."""
+    row = f"the printed row of {PROPOSED} in the first scenario"
+    if len(signs) == 2:
+        return f"Both signs of (33) meet {row} within {100 * CLOSE:g} %: the row does not identify the law."
+    if signs:
+        return f"Of the signs of (33) the {signs[0]} alone meets {row} within {100 * CLOSE:g} %."
+    return f"No choice of the searches meets {row} within {100 * CLOSE:g} %."
 
 
 def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation]:

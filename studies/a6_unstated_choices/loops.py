@@ -125,6 +125,11 @@ def factors_of(law: str, scenario: str) -> tuple[Factor, ...]:
     return FACTORS[law] + (SQUARE if scenario == "SS" else ())
 
 
+HORIZONS = {scenario: f"horizon of {scenario}" for scenario in SCENARIOS}
+OPEN = dict.fromkeys(factor.name for law in LAWS for factor in factors_of(law, "SS"))
+NAMES = (*OPEN, *HORIZONS.values())
+
+
 def in_words(factors: Sequence[Factor], values: Iterable[float]) -> str:
     """Factors with their values."""
     parts = []

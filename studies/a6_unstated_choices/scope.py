@@ -1,7 +1,7 @@
 """The scope of the findings of a6: the information that laws have, our own assumptions, and what was not varied."""
 
-from studies.a6_unstated_choices.draws import LIMIT, NAMES
-from studies.a6_unstated_choices.loops import LONGEST, SHORTEST, STIFF
+from studies.a6_unstated_choices.draws import LIMIT
+from studies.a6_unstated_choices.loops import LONGEST, NAMES, SHORTEST, STIFF
 from studies.paper.unstated import assumptions, left_out
 
 GIVEN = (

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
-from studies.a6_unstated_choices.draws import DESIGNS, NAMES, PRIORS, Prior, drawn, named, part
-from studies.a6_unstated_choices.loops import FACTORS, PROPOSED, SCENARIOS, Reading, factors_of
+from studies.a6_unstated_choices.draws import DESIGNS, PRIORS, Prior, drawn, named, part
+from studies.a6_unstated_choices.loops import FACTORS, NAMES, PROPOSED, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS
 from workbench.study.study import Results
 from workbench.study.uncertainty import Share, share

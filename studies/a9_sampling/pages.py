@@ -1,38 +1,36 @@
-"""The pictures and tables of a9 after its findings."""
+"""The pictures and tables of a9, which follow its findings."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from studies.a1_paper_tables.study import STYLES
 from studies.a9_sampling.evidence import (
     APART,
-    PARTS,
     PERIODS,
     PLACES,
-    QUIET,
     ROWS,
-    RULE,
     SWITCHING,
     Curve,
     Evidence,
     Score,
     Scores,
-    in_ms,
     printed,
 )
+from studies.a9_sampling.findings import PAIR, ROUGH
 from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
+from studies.a9_sampling.quiet_periods import GRID, OBSERVERS, PARTS, QUIET, RULE, STARTS, TRUTH, ends, in_ms
 from studies.paper.card import PROPOSED
 from studies.paper.card import SCENARIOS as TITLES
 from workbench.study.document.document import Cell, Column, Figure, Measured, Panel, Paragraph, Section, Series, Table
 
 SHOWN = {RMSE: (1e-4, 1e-3, 5e-3, 1e-2), TV: (1e-4, 1e-3, 1e-2)}  # s, as a page is wide
 UNITS = {RMSE: ("rad", 1.0), TV: ("kN m/s", 1e-3)}  # with what makes them of rad and N m/s
-PAIR = {"euler": "Euler", "cayley": "Cayley"}
-ROUGH = {"late": (True, False), "noisy": (False, True), "both": (True, True)}  # with a delay, with noise
 
 
 def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
+    """A metric of all laws over the sampling period, a panel for each scenario and joint."""
     panels, x, what = [], 1e3 * np.array(PERIODS), metric if metric == RMSE else "Total variation (TV) of the torque"
     for scenario, joint in PLACES:
         series = []
@@ -45,8 +43,8 @@ def over_periods(evidence: Evidence, metric: str, name: str) -> Figure:
         axes = f"{metric} [{unit}]", tuple(series), "sampling period [ms]"
         panels.append(Panel(*axes, xscale="log", yscale="log", title=title))
     caption = (
-        f"{what} over the sampling period, with exact readings and no delay. Marks at the left edge: in "
-        "continuous time. A line ends where the run diverges."
+        f"{what} over the sampling period, with exact readings and no delay. The marks at the left edge are the values "
+        "in continuous time. A line ends where the run diverges."
     )
     return Figure(name, caption, tuple(panels), columns=2)
 
@@ -74,31 +72,33 @@ def scores_table(metric: str, name: str, evidence: Evidence) -> Table:
 def periods_section(evidence: Evidence) -> Section:
     """Error and chattering over the period, and at one with delay and noise."""
     words = (
-        "In brackets: the error by half the substep of the plant, and with noise twice the standard error of the "
-        f"mean of {NOISY} runs. Where an adaptive law chatters widely a run is chaotic, and the error bounds nothing. "
-        "Where a layer chatters, its torque jumps by up to 2 K each period: with a K that stays, TV falls as 1/T and "
-        "the error that chattering leaves grows as T; a K that learns from s grows with it."
+        "Brackets give the error by half the substep of the plant; with noise, twice the standard error of the mean "
+        f"of {NOISY} runs. Where an adaptive law chatters strongly, its run is chaotic and this error is no bound. A "
+        "boundary layer that chatters makes the torque jump by up to 2 K each period. With a constant K, TV then falls "
+        "as 1/T, and the error that chattering leaves grows as T. An adaptive K grows with that error."
     )
     tables = scores_table(RMSE, "rmse_table", evidence), scores_table(TV, "tv_table", evidence)
     return Section("Over the sampling period, with delay and noise", (Paragraph(words), *tables))
 
 
 def computer_section() -> Section:
+    """The computer that is assumed."""
     words = (
-        "Once in a period it reads q and qd, steps the memories of law and observer, and holds the torque until the "
-        "next; the plant moves by Runge-Kutta steps of at most 2.5 ms in between. All memories step by explicit Euler; "
-        "those of AOSMC-RGS also in another way, side by side: P by a Cayley step of (34) and its observer by one of "
-        "(10), K by explicit Euler. Where no step is named, it is explicit Euler. With a delay, the torque of one "
-        "instant acts from the next on. The laws, their numbers, both scenarios (FS and SS) and the horizons are those "
-        "of a1; AOSMC-RGS is the repaired one, whose observer uses the true disturbance, which no instrument gives. "
-        "Total variation (TV) is that of the held torque, each change of it counted; in continuous time it is taken on "
-        "a grid of 1 ms. No torque is limited."
+        "Once in a period the computer reads q and qd, steps the memories of law and observer, and sets the torque, "
+        "which it holds until the next instant. The plant moves by Runge-Kutta steps of at most 2.5 ms in between. All "
+        "memories step by explicit Euler. AOSMC-RGS runs in a second way, too: P takes a Cayley step of (34), its "
+        "observer a Cayley step of (10), and K a step of explicit Euler. Where no step is named, it is explicit Euler. "
+        "With a delay, the torque of one instant acts from the next instant on. Laws, numbers, scenarios (FS and SS) "
+        "and horizons are those of a1. AOSMC-RGS is the repaired law; its observer uses the true disturbance, which no "
+        "instrument gives. The total variation (TV) counts each change of the torque, on a grid of 1 ms in continuous "
+        "time. No torque is limited."
     )
     table = CARD.table("assumed", "computer", "What is assumed of a realistic computer.")
     return Section("The computer", (Paragraph(words), table))
 
 
 def apart_section(evidence: Evidence) -> Section:
+    """AOSMC-RGS with four ways to step its memories."""
     rows: list[tuple[Cell, ...]] = []
     for scenario, period, way in ((s, T, way) for s in SCENARIOS for T in APART for way in WAYS):
         found = evidence.found(PROPOSED, scenario, period, way)
@@ -112,14 +112,29 @@ def apart_section(evidence: Evidence) -> Section:
         *(Column(f"{metric}, joint {j}", UNITS[metric][0], "right") for metric in (RMSE, TV) for j in (1, 2)),
     )
     words = (
-        "(34) has modes of about -2 |a| with a of A = -M^-1 K, which the loop makes faster as K grows; explicit Euler "
-        "multiplies them by 1 - 2 |a| T, beyond -1 where T > 1 / |a|. The Cayley step keeps P definite at every T. 16 "
-        "Runge-Kutta steps a period of all memories, with readings, reference and torque held, are near the exact flow "
-        "of their equations: a run that they keep finite was lost by the integrator, one that every way loses by the "
-        "law."
+        "The modes of (34) are about -2 |a|, where a is an eigenvalue of A = -M^-1 K, and they become faster as K "
+        "grows. Explicit Euler multiplies a mode by 1 - 2 |a| T in each period, which is below -1 where T > 1 / |a|. "
+        "The Cayley step keeps P definite at every T. With 16 Runge-Kutta steps a period all memories are near the "
+        "exact solution of their equations; readings, reference and torque stay constant in the period. If these finer "
+        "steps keep a run finite, the integrator lost it. If every way loses the run, the law lost it."
     )
-    caption = f"{PROPOSED} with its memories stepped in four ways, with the same noise in each; values without noise."
-    return Section("Integrator and law", (Paragraph(words), Table("integrators", caption, columns, tuple(rows))))
+    caption = f"{PROPOSED} with four ways to step its memories and the same noise in each; values are without noise."
+    table = Table("integrators", caption, columns, tuple(rows))
+    return Section("What the integrator loses and what the law loses", (Paragraph(words), table, lost_table(evidence)))
+
+
+def lost_table(evidence: Evidence) -> Table:
+    """The runs that diverge, by law and period."""
+    runs = len(SCENARIOS) * (1 + NOISY)
+    rows = [
+        (label, *(sum(int(evidence.found(law, at, T, way).lost.sum()) for at in SCENARIOS) for T in PERIODS))
+        for law, way, label in ROWS
+    ]
+    columns = (Column("law"), *(Column(f"{1e3 * T:g} ms", align="right") for T in PERIODS))
+    caption = (
+        f"Runs that diverge, of {runs} at each period: both scenarios, one run with exact readings, {NOISY} noisy."
+    )
+    return Table("lost", caption, columns, tuple(rows))
 
 
 def places_section(evidence: Evidence) -> Section:
@@ -127,40 +142,58 @@ def places_section(evidence: Evidence) -> Section:
     cases: dict[str, Mapping[str, Scores]] = {"continuous time": {way: evidence.still(RMSE) for way in PAIR}}
     cases |= {f"{1e3 * period:g} ms": {way: evidence.at(RMSE, period, way) for way in PAIR} for period in PERIODS}
     cases |= {f"{MS}, {n}": {w: evidence.at(RMSE, REALISTIC, w, *how) for w in PAIR} for n, how in ROUGH.items()}
-    kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("hold", "turned", "open"))
+    kinds = (f"{kind}, {way}" for way in PAIR.values() for kind in ("as printed", "opposite", "too close"))
     pairs = Table(
         "printed_pairs",
         "The 60 pairs of the two published tables, by RMSE (43) here.",
         (Column("run by"), *map(Column, kinds)),
         tuple((name, *(len(p) for way in PAIR for p in printed(case[way]).values())) for name, case in cases.items()),
-        ("Euler, Cayley: the steps of AOSMC-RGS. Open: closer than 2 % or both errors. Diverged: above all others.",),
+        (
+            "Euler and Cayley: the steps of AOSMC-RGS. Too close: the difference is below 2 % or below both errors. A "
+            "run that diverged counts as larger than all others.",
+        ),
     )
     return Section("The published order over the period", (pairs,))
 
 
 def safe_section(evidence: Evidence) -> Section:
-    rows = [
-        (law, 1e3 * safe.rule if np.isfinite(safe.rule) else None, *map(in_ms, safe.quiet))
-        for law, safe in evidence.safe.items()
-    ]
-    again = [law for law, safe in evidence.safe.items() if any(one.beyond for one in safe.quiet)]
-    unsure = [law for law, safe in evidence.safe.items() if not safe.sure]
+    """The longest quiet periods of all laws, by scenario and start, beside the rule of thumb."""
+    rows: list[tuple[Cell, ...]] = []
+    for still in (one for one in evidence.quiet if not one.search.delay or one.search.observer != TRUTH):
+        search = still.search
+        late = next(one for one in evidence.quiet if one.search == replace(search, delay=True))
+        label = search.law if search.observer == TRUTH else f"{search.law}, {OBSERVERS[search.observer]}"
+        plain = None if search.delay else in_ms(ends(still))
+        rule = None if still.rule is None else 1e3 * still.rule
+        rows.append((label, search.scenario, STARTS[search.start], still.K, rule, plain, in_ms(ends(late))))
+    again = [one.search.law for one in evidence.quiet if one.found.threshold.beyond]
+    unsure = [one.search.law for one in evidence.quiet if not one.found.sure]
     words = (
-        f"Quiet: TV at most {QUIET:g} times that in continuous time, at both joints, in both scenarios. Runs at "
-        f"{len(PARTS)} periods 10 ms / m from 0.02 ms on, then bisection before the first that is not quiet, to 12 % "
-        "or two neighbours. A longer period that was looked at is quiet again for: "
-        f"{', '.join(again) or 'none'}. An end is within the error of the step for: {', '.join(unsure) or 'none'}. All "
-        "memories step by explicit Euler. The rule of thumb is the least ",
+        f"A period is quiet if TV is at most {QUIET:g} times its value in continuous time, at both joints. The search "
+        f"runs {len(PARTS)} periods 10 ms / m from {1e3 * GRID / PARTS[0]:g} ms on. It then narrows the gap before the "
+        "first period that is not quiet to 12 % or to two neighbours. Laws with a quiet period above that gap: "
+        f"{', '.join(dict.fromkeys(again)) or 'none'}. Laws with an end within the error of the step: "
+        f"{', '.join(dict.fromkeys(unsure)) or 'none'}. Readings are exact, and all memories step by explicit Euler. "
+        "The rule of thumb is the least ",
         RULE,
-        " along the runs in continuous time, of the least eigenvalue of M and the largest gain.",
+        " along the run in continuous time, with the least eigenvalue of M and the largest gain K. On the reference "
+        "the arm and the observer start with the position and the speed of the reference; in SS it jumps every 2 s, so "
+        "no start removes the errors from which K grows.",
     )
-    caption = "The longest safe period of each law, without delay and with a torque that is a period late."
-    heads = (Column(name, "ms", digits=2) for name in ("rule of thumb", "quiet", "quiet, late"))
-    table = Table("safe", caption, (Column("law"), *heads), tuple(rows), ("A dash: no gain K. With exact readings.",))
-    return Section("The longest safe period", (Paragraph(words), table))
+    columns = (
+        *map(Column, ("law", "scenario", "start")),
+        Column("largest K", "N m", digits=2),
+        *(Column(name, "ms", digits=2) for name in ("rule of thumb", "quiet up to", "a period late, up to")),
+    )
+    caption = (
+        "The longest quiet period of each law by its start, without delay and with a torque that is a period late."
+    )
+    table = Table("quiet", caption, columns, tuple(rows), ("A dash: no gain K, or not tried.",))
+    return Section("The longest quiet period", (Paragraph(words), table))
 
 
 def steps_figure(curves: Sequence[Curve]) -> Figure:
+    """Total variation over the step of the simulation."""
     panels = []
     for law in dict.fromkeys(one.law for one in curves):
         series = []
@@ -171,25 +204,51 @@ def steps_figure(curves: Sequence[Curve]) -> Figure:
         axes = "TV of joint 1 [N m/s]", tuple(series), "step [ms]"
         panels.append(Panel(*axes, xscale="log", yscale="log", title=law))
     caption = (
-        "Total variation of the first torque over the step of Runge-Kutta, first scenario, 10 s: in continuous time a "
-        "step of the loop, with the computer a step of the plant within its period."
+        "Total variation of the first torque over the Runge-Kutta step, first scenario, 10 s. In continuous time it is "
+        "the step of the loop; with the computer it is the step of the plant within a period."
     )
     return Figure("tv_steps", caption, tuple(panels), columns=2)
 
 
-def trust_section(evidence: Evidence, steps: Figure) -> Section:
-    shares = (
-        f"{100 * evidence.worst_step(RMSE, T):.2g} and {100 * evidence.worst_step(TV, T):.2g} % at {1e3 * T:g} ms"
-        for T in PERIODS
+def steps_table(curves: Sequence[Curve]) -> Table:
+    """The change of total variation with the step of the simulation."""
+    rows: list[tuple[Cell, ...]] = []
+    for one in curves:
+        by = f"computer of {MS}" if one.digital else "continuous time"
+        rows.append(
+            (one.law, SWITCHING[one.switching], by, len(one.h), float((one.TV.max(axis=0) / one.TV.min(axis=0)).max()))
+        )
+    columns = (
+        *map(Column, ("law", "switching", "run in")),
+        Column("steps tried", align="right"),
+        Column("largest TV over smallest", "times", "right", digits=4),
+    )
+    notes = ("The larger ratio of both joints, first scenario, 10 s. With the computer its period stays the same.",)
+    return Table(
+        "steps", "How much the step of the simulation changes the total variation.", columns, tuple(rows), notes
+    )
+
+
+def trust_section(evidence: Evidence, curves: Sequence[Curve]) -> Section:
+    """The errors of the step, and the share of chattering that the simulation alone makes."""
+    rows = [(1e3 * T, *(100 * evidence.worst_step(metric, T) for metric in (RMSE, TV))) for T in PERIODS]
+    columns = (Column("period", "ms"), *(Column(name, "%", "right", digits=2) for name in (RMSE, TV)))
+    errors = Table(
+        "errors",
+        "The largest error of the step, over all laws, joints and scenarios, with exact readings.",
+        columns,
+        tuple(rows),
+        ("Twice the change by half the substep, in parts of the value; of all runs that stay finite.",),
     )
     lost = np.array([one.lost for (_, _, computer), one in evidence.audits.items() if computer])
     words = (
-        "Errors are twice the change by half the substep: over all laws, joints and scenarios, with exact readings, of "
-        f"RMSE and TV at most {', '.join(shares)}. In continuous time RK4 runs at half of the steps of a1, and at a "
-        "quarter for the error. A run that chatters depends on what it rounds: at 5 and 10 ms one run of an adaptive "
-        f"law stands for many, of which the noisy ones show how they differ. Of {len(lost)} loops with a "
-        f"computer {lost[:, 0].sum()} diverged with exact readings, "
-        f"and {lost[:, 1:].sum()} of {NOISY * len(lost)} runs with noise. They are named, count as above all others "
-        f"and are never averaged away. The seed of the noise is {SEED}."
+        "In continuous time RK4 runs at half of the steps of a1, and at a quarter for the error. Beyond the stability "
+        "limit of RK4 it is the step that chatters, and a relay in continuous time varies more at each shorter step. A "
+        "run that chatters depends on its roundings: at 5 and 10 ms one run of an adaptive law stands for many, and "
+        f"the noisy runs show how they differ. Of {len(lost)} loops with a computer {lost[:, 0].sum()} diverged with "
+        f"exact readings, and {lost[:, 1:].sum()} of {NOISY * len(lost)} runs with noise. A run that diverged is "
+        f"named, counts as larger than all others, and enters no mean. The seed of the noise is {SEED}."
     )
-    return Section("How far these numbers can be trusted", (Paragraph(words), steps))
+    return Section(
+        "How far these numbers can be trusted", (Paragraph(words), errors, steps_figure(curves), steps_table(curves))
+    )

@@ -1,29 +1,64 @@
-"""The findings of b4, each a sentence with its figures."""
+"""The findings of b4 on periods and errors, each with the variations of its answer."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 
-from studies.b4_handover.loops import ERROR, SETTLED, handed
-from studies.b4_handover.margins import DRAWS, JITTER, MISSED, NEAR, QUIET, Loss, Losses, losses, margins, scans
-from workbench.study import Results, Verdict
-from workbench.study.evidence import Threshold
-from workbench.study.evidence.computer_margins import KEPT
+from studies.a9_sampling.quiet_periods import (
+    FACTORS,
+    HANDED_OVER,
+    ON_REFERENCE,
+    PAPERS,
+    at_hand_over,
+    conditions,
+    ends,
+    in_ms,
+)
+from studies.a9_sampling.words import listed
+from studies.b4_handover.loops import (
+    ERROR,
+    FAR_START,
+    NEAR_START,
+    SETTLED,
+    STATISTICS,
+    Handed,
+    handed,
+)
+from studies.b4_handover.margins import (
+    BOTH,
+    DRAWS,
+    JITTER,
+    MEAN,
+    MISSED,
+    NEAR,
+    OVER_DRAWS,
+    QUIET,
+    Loss,
+    Losses,
+    losses,
+    margins,
+    quiet_periods,
+    scans,
+)
+from studies.paper.card import PROPOSED
+from workbench.study import Results
+from workbench.study.document.finding import Finding, Variation
+from workbench.study.evidence.computer_margins import KEPT, STANDS, ComputerMargin
 
 GIVEN = (
-    "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: no model. LQG: the linear model "
+    "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
+    "positions, velocities and the linear model at the pose. EKF and LQR: position, angle and the exact model. "
+    "AOSMC-RGS estimates the disturbance."
 )
-GIVEN += (
-    "at the pose. EKF and LQR: position and angle, and the exact model. AOSMC-RGS estimates the disturbance itself."
-)
-ESTIMAND = f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, mean over "
-ESTIMAND += f"{DRAWS} starts within {NEAR:g} of each loop's own, paired"
+CHOSEN = "Periods, delay, limits and steps of the readings as in Table 2"
+FITTED = "AOSMC-RGS: Q and R to the paper's printed RMSE (a1). The other laws: nothing."
 CLOCK = f"jitter of {100 * JITTER:g} % of the period and {100 * MISSED:g} % missed periods"
-
-
-def findings(results: Results) -> tuple[Verdict, ...]:
-    """All findings."""
-    return (loss_finding(results), precision_finding(results), clock_finding(results), period_finding(results))
+START_WORDS = {NEAR_START: "starts near each loop's own", FAR_START: "farther starts (the paper's for its arm)"}
+PATHS = {NEAR_START: ON_REFERENCE, FAR_START: PAPERS}  # the starts of the paper's laws, as a9 calls them
+PARTS = {"single": "single precision alone", "jitter": "jitter alone", "missed": "missed periods alone"}
+PARTS |= {"readings": "the steps of the readings alone, over exact readings"}
 
 
 def percent(loss: Loss) -> str:
@@ -31,97 +66,199 @@ def percent(loss: Loss) -> str:
     return f"{100 * loss.value:.2g} %".replace("-", "\N{MINUS SIGN}") if np.isfinite(loss.value) else "a whole run"
 
 
-def all_losses(results: Results) -> dict[str, Losses]:
-    """The losses by the name of the loop."""
-    return {one.name: losses(results, one) for one in handed()}
+def amount(value: float, unit: str) -> str:
+    """A length or an angle with three digits, in millionths of its unit if it is small."""
+    return f"{1e6 * value:.3g} \N{MICRO SIGN}{unit}" if value < 1e-3 else f"{value:.3g} {unit}"
 
 
-def loss_finding(results: Results) -> Verdict:
-    """All that leaving double precision and a perfect clock costs."""
-    by = all_losses(results)
-    worst = max(by, key=lambda name: by[name].together.value)
-    within = [name for name, one in by.items() if one.together.value <= KEPT - 1]
-    each = "; ".join(f"{name} {percent(one.together)}" for name, one in by.items())
-    error, step, unit = sizes(results, worst)
-    return Verdict(
-        "found",
-        f"Without double precision and a perfect clock {len(within)} of {len(by)} loops keep their error within "
-        f"{100 * (KEPT - 1):.0f} %; most is lost by {worst}, {percent(by[worst].together)}.",
-        f"Single precision with {CLOCK}, over double precision and a perfect clock, with the same readings: {each}. "
-        f"Without them the error of {worst} is {error:.2g} {unit}, and the step of its readings {step:.2g} {unit}.",
-        estimand=f"{ESTIMAND}, each with its own jitter.",
+# The longest period
+
+
+def allowed(results: Results, one: Handed, start: str = NEAR_START) -> float:
+    """The longest period in s that sampling allows a loop from a start."""
+    scan = scans(results).periods.get((one.key, start))
+    return scan.threshold.largest if scan else ends(quiet_periods(results)[one.name, PATHS[start]])[0]
+
+
+def declared_too_long(longest: Callable[[Handed], float]) -> str:
+    """The laws whose declared period is longer than a period that is given by loop."""
+    return listed(one.name for one in handed() if longest(one) < one.period)
+
+
+def longest_period(results: Results) -> Finding:
+    """The longest period beside the declared one, by start."""
+    quiet = quiet_periods(results)
+    near, far = (quiet[PROPOSED, start] for start in (ON_REFERENCE, PAPERS))
+    variations = [Variation(conditions(near.search), at_hand_over(near), f"up to {in_ms(ends(near))} ms")]
+    variations += [
+        Variation(
+            f"{conditions(one.search)}, at most {factor:g} times the total variation",
+            at_hand_over(one, factor),
+            f"up to {in_ms(ends(one, factor))} ms",
+        )
+        for one in (far, near)
+        for factor in FACTORS
+    ]
+    variations += [
+        Variation(conditions(one.search), at_hand_over(one), f"up to {in_ms(ends(one))} ms")
+        for one in results.work("quiet")
+        if one.search.law == PROPOSED and one.search.limit is not None
+    ]
+    too_long = [declared_too_long(lambda one, start=start: allowed(results, one, start)) for start in BOTH]
+    return Finding(
+        "longest_period",
+        f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
+        f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
+        f"Its gain K grows with the error at the start: to {near.K or 0:.2g} N m and to {far.K or 0:.2g} N m. The "
+        f"declared period is too long for {too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
+        statistic=f"Laws of the paper's arm: the search of a9, total variation at most {QUIET:g} times its value in "
+        f"continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
+        f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
+        sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,
-        reversal="A longer period, or the misses of a computer that is busier than declared.",
+        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole.",
+        fitted=FITTED,
+        answer=at_hand_over(far),
+        variations=tuple(variations),
+        untried="Noise in the readings.",
+        cites=("a9_sampling/longest_period",),
     )
 
 
-def sizes(results: Results, name: str) -> tuple[float, float, str]:
+# Errors
+
+
+def all_losses(
+    results: Results, metric: str = ERROR, start: str = NEAR_START, joint: int | None = None, over: str = MEAN
+) -> dict[str, Losses]:
+    """The losses by the name of the loop."""
+    return {one.name: losses(results, one, metric, start, joint, over) for one in handed()}
+
+
+def worst_loop(by: dict[str, Losses], part: str = "together") -> str:
+    """The loop whose error grows most."""
+    return max(by, key=lambda name: getattr(by[name], part).value)
+
+
+def error_of(results: Results, name: str, metric: str = ERROR, start: str = NEAR_START) -> tuple[float, float, str]:
     """The error of a loop with a perfect clock, the step of the reading that it is of, and their unit."""
     one = next(one for one in handed() if one.name == name)
     unit = one.made(one.period).plant.outputs[one.follows].unit
-    return float(margins(results, one).without.mean(axis=0).max()), one.quantum[one.follows], unit
+    base = margins(results, one, metric=metric, start=start).without.mean(axis=0)
+    return float(base.max()), one.quantum[one.follows], unit
 
 
-def precision_finding(results: Results) -> Verdict:
-    """The part of single precision."""
+def loss_variations(results: Results) -> Iterator[Variation]:
+    """The loop that loses most, by other starts, statistics, joints, means over the draws, and effects."""
+    for start in BOTH:
+        for metric in STATISTICS:
+            if (start, metric) != (NEAR_START, ERROR):
+                yield told(f"{metric}, {START_WORDS[start]}", all_losses(results, metric, start))
+    for joint in (0, 1):
+        yield told(f"joint {joint + 1} alone", all_losses(results, joint=joint))
+    for over in OVER_DRAWS:
+        if over != MEAN:
+            yield told(f"the {over} over the draws", all_losses(results, over=over))
+    for part, words in PARTS.items():
+        yield told(words, all_losses(results), part)
+
+
+def told(words: str, by: dict[str, Losses], part: str = "together") -> Variation:
+    """A variation of the loop that loses most."""
+    worst = worst_loop(by, part)
+    return Variation(words, worst, percent(getattr(by[worst], part)))
+
+
+def loss_finding(results: Results) -> Finding:
+    """The growth of the error by single precision and an imperfect clock."""
     by = all_losses(results)
-    worst = max(by, key=lambda name: abs(by[name].single.value))
-    coarse = max(by, key=lambda name: abs(by[name].readings.value))
-    return Verdict(
-        "found",
-        f"Single precision by itself changes the error most for {worst}, by {percent(by[worst].single)}; the steps of "
-        f"the readings most for {coarse}, by {percent(by[coarse].readings)}.",
-        "Single precision: each operation of the law rounded to 24 bits, its memory and readings too, over double "
-        "precision with the same readings. Steps of the readings: over exact ones, both in double precision.",
-        estimand=f"{ESTIMAND}, with a perfect clock.",
+    worst = worst_loop(by)
+    others = max((one.together for name, one in by.items() if name != worst), key=lambda loss: loss.value)
+    error, step, unit = error_of(results, worst)
+    grown = error * (1 + by[worst].together.value)
+    far = all_losses(results, start=FAR_START)[worst].together
+    return Finding(
+        "error_growth",
+        f"Single precision, {CLOCK} together raise the error of {worst} most: by {percent(by[worst].together)}, from "
+        f"{amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {percent(others)}.",
+        f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
+        f"its error is {amount(error_of(results, worst, start=FAR_START)[0], unit)}, and grows by {percent(far)}.",
+        statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
+        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws.",
+        sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
         given=GIVEN,
-        reversal="A period so short that what the memory gains in it is less than its last bit, or readings of more "
-        "than 24 bits.",
+        chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",
+        fitted=FITTED,
+        answer=worst,
+        variations=tuple(loss_variations(results)),
+        untried="Noise in the readings, longer periods, missed periods in bursts.",
     )
 
 
-def clock_finding(results: Results) -> Verdict:
-    """The part of the clock, and the effects that end a loop first."""
-    reach = {
-        one.name: {each.effect.name: each.largest(KEPT) for each in margins(results, one).each} for one in handed()
+# The clock
+
+
+def frailest(reach: dict[str, float]) -> str:
+    """The loops with the least level that keeps their error."""
+    least = min(reach.values())
+    return listed(name for name, level in reach.items() if level == least)
+
+
+def reach_of(
+    results: Results, effect: str, most: float = KEPT, metric: str = ERROR, start: str = NEAR_START
+) -> dict[str, float]:
+    """By loop, the largest level of an effect up to which no run has more than `most` times its error."""
+    return {
+        one.name: effect_margin(results, one, effect, metric, start).largest(most)
+        / (one.period if effect == "jitter" else 1)
+        for one in handed()
     }
-    missed = {name: own["missed periods"] for name, own in reach.items()}
-    jitter = {one.name: reach[one.name]["jitter"] / one.period for one in handed()}
-    frail, steady = min(missed, key=missed.__getitem__), max(missed, key=missed.__getitem__)
-    listed = "; ".join(f"{name} {100 * missed[name]:.3g} % and {100 * jitter[name]:.3g} %" for name in missed)
-    return Verdict(
-        "found",
-        f"{frail} keeps its error within {100 * (KEPT - 1):.0f} % up to {100 * missed[frail]:.3g} % missed periods, "
-        f"{steady} up to {100 * missed[steady]:.3g} %.",
-        "The largest level of each by itself up to which no run is worse, missed periods and jitter in parts of the "
-        f"period: {listed}.",
-        estimand=f"{ESTIMAND.replace(', mean over', ', each of')}, at rising levels; in double precision.",
+
+
+def effect_margin(
+    results: Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
+) -> ComputerMargin:
+    """The margin of a loop for one effect."""
+    own = margins(results, one, metric=metric, start=start)
+    return next(each for each in own.each if each.effect.name == effect)
+
+
+def clock_finding(results: Results) -> Finding:
+    """The missed periods that each loop stands."""
+    reach = reach_of(results, "missed periods")
+    frail = frailest(reach)
+    variations = [
+        Variation(
+            f"{metric}, {START_WORDS[start]}", *frail_words(reach_of(results, "missed periods", KEPT, metric, start))
+        )
+        for start in BOTH
+        for metric in STATISTICS
+        if (start, metric) != (NEAR_START, ERROR)
+    ]
+    doubled = reach_of(results, "missed periods", STANDS)
+    variations.append(Variation(f"error at most {STANDS:g} times", *frail_words(doubled)))
+    variations += [
+        Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
+        for effect in ("jitter", "coarser readings")
+    ]
+    each = ", ".join(f"{name} {100 * level:.3g} %" for name, level in reach.items())
+    return Finding(
+        "missed_periods",
+        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % only up to {100 * min(reach.values()):.3g} % "
+        f"missed periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
+        f"By loop: {each}. The error of {PROPOSED} is the smallest, so the same change is a larger part of it.",
+        statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
+        "worst joint; each effect by itself, in double precision.",
+        sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, eight or nine levels.",
         given=GIVEN,
-        reversal="Misses that come in bursts: here each period is missed by itself.",
+        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels; periods missed independently of each other.",
+        fitted=FITTED,
+        answer=frail,
+        variations=tuple(variations),
+        untried="Missed periods in bursts.",
     )
 
 
-def period_finding(results: Results) -> Verdict:
-    """The longest period, beside the declared one."""
-    found = {key: scan.threshold for key, scan in scans(results).periods.items()}
-    room = {one.name: found[one.key].largest / one.period for one in handed()}
-    least = min(room, key=room.__getitem__)
-    short = [name for name, ratio in room.items() if ratio < 1]
-    listed = "; ".join(f"{one.name} {milliseconds(found[one.key])}" for one in handed())
-    return Verdict(
-        "holds" if not short else "fails",
-        f"The declared period is within what sampling allows for all {len(room)} loops."
-        if not short
-        else f"The declared period is longer than sampling allows for {', '.join(short)}.",
-        f"The longest period found: {listed}. Least room: {least}, {room[least]:.2f} times its own.",
-        estimand=f"Rising periods: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a "
-        "quarter of the declared period, with exact readings and commands a period late; one run each.",
-        given=f"{GIVEN} LQG and EKF are designed anew for each period.",
-        reversal="Larger gains, as AOSMC-RGS learns them from a start that is farther off: from that of a1, a9 finds "
-        "much shorter periods for it.",
-    )
-
-
-def milliseconds(found: Threshold) -> str:
-    """The longest period in ms, and that no longer one was tried if that is so."""
-    return f"{1e3 * found.largest:.3g} ms{' or more' if np.isinf(found.next) else ''}"
+def frail_words(reach: dict[str, float]) -> tuple[str, str]:
+    """The frailest loops, and the level up to which they keep their error."""
+    return frailest(reach), f"up to {100 * min(reach.values()):.3g} %"

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
-from functools import cache
+from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from studies.paper.card import CARD as PAPER
+from studies.a9_sampling.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 from studies.paper.card import PROPOSED
-from studies.paper.laws import ARM, plant, proposed_repaired, rival
+from studies.paper.laws import ARM, plant, rival
 from workbench.controllers import LinearLaw, Regulator
 from workbench.core import LinearSystem, Sampled
 from workbench.design.linear import linearize, operating_point
@@ -21,7 +21,7 @@ from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
 from workbench.metrics import AbstractMetric, total_variation
 from workbench.metrics.contract import Integral
 from workbench.metrics.signal_choice import Choice
-from workbench.observers import ExtendedKalmanFilter, FullState, MomentumObserver, WithDisturbance
+from workbench.observers import ExtendedKalmanFilter, FullState
 from workbench.plants import CartPole, Manipulator
 from workbench.signals import Hold, Sines
 from workbench.study.provenance import Card, assumed
@@ -29,7 +29,12 @@ from workbench.study.provenance import Card, assumed
 CARD = Card(
     (
         assumed(
-            "period of sliding laws", 2.5e-4, "s", "4 kHz: a9 finds SMC quiet to 0.33 ms, a period late", 1e-4, 1e-3
+            "period of sliding laws",
+            HANDED_OVER,
+            "s",
+            "4 kHz: from near starts below the longest quiet period of a9, a period late",
+            1e-4,
+            1e-3,
         ),
         assumed("period of the arm", 1e-3, "s", "1 kHz, a usual rate of robot controllers, as in a9", 2.5e-4, 4e-3),
         assumed("period of the cart", 1e-2, "s", "100 Hz, as in the README", 2e-3, 2e-2),
@@ -42,14 +47,17 @@ CARD = Card(
     )
 )
 PERIODS = 10_000  # of a replay; set it to a million for the figures that a release states
-SETTLED = 0.25  # the part of a run after which errors count, so that they are none of the approach
-ERROR, TV = "RMSE, settled", "TV"
+SETTLED = 0.25  # the part of a run after which the settled errors count, so that they leave out the approach
+ERROR, SIZE, WHOLE, TV = "RMSE, settled", "mean |e|, settled", "RMSE, whole run", "TV"
+STATISTICS = (ERROR, SIZE, WHOLE)
+NEAR_START, FAR_START = "near", "far"
 SMC, TWISTING, PID, LQG, EKF = "SMC", "super-twisting", "PID", "LQG", "EKF and LQR"
 POSE = (0.5, -0.5)  # rad, where LQG holds the arm
+FAR_POSE, FAR_ANGLE = 0.5, 0.2  # rad, of the starts that are farther off
 SEED = 29
 
 
-def settled_rmse(signal: str | None, start: float) -> Integral:
+def settled_rmse(signal: str | None, start: float, name: str = ERROR) -> Integral:
     """sqrt(1 / (T - start) integral of e^2 dt), from `start` in s to the horizon T."""
 
     def g(t: ca.SX, e: ca.SX) -> ca.SX:
@@ -59,15 +67,33 @@ def settled_rmse(signal: str | None, start: float) -> Integral:
         return np.sqrt(np.maximum(integral, 0) / (horizon - start))
 
     about = f"the root of the mean square from {start:g} s on"
-    return Integral(ERROR, "", about, g, root, signal=Choice("error", signal), measure=str)
+    return Integral(name, "", about, g, root, signal=Choice("error", signal), measure=str)
+
+
+def settled_size(signal: str | None, start: float) -> Integral:
+    """1 / (T - start) integral of |e| dt, from `start` in s to the horizon T."""
+
+    def g(t: ca.SX, e: ca.SX) -> ca.SX:
+        return ca.if_else(t >= start, ca.fabs(e), 0)
+
+    def mean(integral: Any, horizon: float) -> Any:
+        return integral / (horizon - start)
+
+    about = f"the mean size from {start:g} s on"
+    return Integral(SIZE, "", about, g, mean, signal=Choice("error", signal), measure=str)
 
 
 @dataclass(frozen=True, eq=False)
 class Handed:
-    """A loop and its computer; `made` gives the loop for a period in s, as filters know theirs."""
+    """A loop and its computer; `made` gives the loop for a period in s, as filters know theirs.
+
+    `farther` gives the same loop from a start that is farther off, and `starts` says both starts in words.
+    """
 
     name: str
     made: Callable[[float], ClosedLoop]
+    farther: Callable[[float], ClosedLoop]
+    starts: tuple[str, str]
     period: float
     until: float  # s
     quantum: Mapping[str, float]
@@ -82,50 +108,54 @@ class Handed:
 
     @property
     def metrics(self) -> tuple[AbstractMetric, ...]:
-        """The error after the approach, and the total variation of the commands at the instants of the computer."""
-        return (settled_rmse(self.follows, SETTLED * self.until), total_variation(self.period))
+        """The error by three statistics, and the total variation of the commands at the instants of the computer."""
+        late = SETTLED * self.until
+        errors = (settled_rmse(self.follows, late), settled_size(self.follows, late))
+        return (*errors, settled_rmse(self.follows, 0.0, WHOLE), total_variation(self.period))
 
     def instruments(self, quantum: Mapping[str, float] | None = None) -> Instruments:
         """Its instruments, with steps of their own if told."""
         loop = self.made(self.period)
         return Instruments.of(loop.plant, quantum=self.quantum if quantum is None else quantum, limit=self.limit)
 
-    def computed(self, period: float | None = None, delay: float = 1, *, exact: bool = False) -> DigitalLoop:
-        """The loop in its computer, or in one with another period and delay, or with exact readings."""
+    def computed(
+        self, period: float | None = None, delay: float = 1, *, exact: bool = False, start: str = NEAR_START
+    ) -> DigitalLoop:
+        """The loop in its computer, or in one with another period and delay, with exact readings, or another start."""
         length = self.period if period is None else period
-        return DigitalLoop(self.made(length), length, self.instruments({} if exact else None), delay)
+        loop = (self.made if start == NEAR_START else self.farther)(length)
+        return DigitalLoop(loop, length, self.instruments({} if exact else None), delay)
 
-    def digital(self, *, exact: bool = False) -> Sampled:
-        """The loop as its computer runs it, or one with exact readings."""
-        return self.computed(exact=exact).ode(self.name)
+    def digital(self, *, exact: bool = False, start: str = NEAR_START) -> Sampled:
+        """The loop as its computer runs it, or one with exact readings or another start."""
+        return self.computed(exact=exact, start=start).ode(self.name)
 
 
-def arm(name: str, made: Callable[[float], ClosedLoop], given: str, period: str = "period of the arm") -> Handed:
-    """A law of the arm in its computer."""
+Made = Callable[[float], ClosedLoop]
+
+
+def arm(name: str, made: tuple[Made, Made], given: str, starts: tuple[str, str], period: str) -> Handed:
+    """A law of the arm in its computer, with its loop from the near start and from the far one."""
     most = float(CARD["limit of tau"])
     steps = {name: float(CARD[f"steps of {name}"]) for name in ("q", "qd")}
-    return Handed(name, made, float(CARD[period]), 10.0, steps, {"tau": (-most, most)}, "q", given)
+    return Handed(name, *made, starts, float(CARD[period]), 10.0, steps, {"tau": (-most, most)}, "q", given)
 
 
-def on_reference(loop: ClosedLoop) -> ClosedLoop:
-    """The loop of the first scenario whose arm starts where it is wanted, as a machine is driven there before."""
-    speed = np.multiply(PAPER["FS: reference amplitude"], PAPER["FS: reference frequency"])
-    return replace(loop, plant=replace(loop.plant, q=np.zeros(2), qd=speed))
+def rival_of(law: str) -> tuple[Made, Made]:
+    """A law of the paper by its name, from a start on the reference and from the paper's."""
+    return (lambda period: on_reference(rival("FS", law)), lambda period: rival("FS", law))
 
 
-def rival_of(law: str) -> Callable[[float], ClosedLoop]:
-    """A law of the paper by its name."""
-    return lambda period: on_reference(rival("FS", law))
+def proposed() -> tuple[Made, Made]:
+    """AOSMC-RGS with an observer of the momentum, from a start on the reference and from the paper's."""
+    return (lambda period: on_reference(momentum_loop()), lambda period: momentum_loop())
 
 
-def proposed(period: float) -> ClosedLoop:
-    """AOSMC-RGS, repaired, on readings of q and qd; an observer of the momentum stands for the true disturbance."""
-    observer = WithDisturbance(FullState(2), MomentumObserver(ARM, PAPER["l"]))
-    return on_reference(proposed_repaired("FS", observer))
+def arm_lqg(period: float, off: float = 0.1) -> ClosedLoop:
+    """LQG that holds the arm at a pose under the disturbance of the first scenario, designed for the period.
 
-
-def arm_lqg(period: float) -> ClosedLoop:
-    """LQG that holds the arm at a pose under the disturbance of the first scenario, designed for the period."""
+    Both joints start `off` rad from the pose.
+    """
     opened = open_loop(Manipulator(ARM, q=POSE))
     point = operating_point(opened, {"q": POSE, "qd": (0.0, 0.0)})
     model = linearize(opened, 0.0, point.x, u=point.u, at_rest=True).sample(period)
@@ -135,13 +165,13 @@ def arm_lqg(period: float) -> ClosedLoop:
     names = {"inputs": model.output_labels, "outputs": model.input_labels}
     turned = LinearSystem.of(-design.controller, **names)  # it is given the error, and has its own sign for y inside
     law = LinearLaw(turned, error=True, u0=point.u)
-    body = Manipulator(ARM, q=np.add(POSE, 0.1), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
+    body = Manipulator(ARM, q=np.add(POSE, off), qd=(0.0, 0.0), disturbance=plant("FS").disturbance)
     return ClosedLoop(body, FullState(2), law, Hold(POSE))
 
 
-def cart_pole(period: float) -> ClosedLoop:
-    """The cart-pole of the README behind its extended Kalman filter; the cart follows a sine."""
-    body = CartPole(phi=0.1)
+def cart_pole(period: float, phi: float = 0.1) -> ClosedLoop:
+    """The cart-pole of the README behind its extended Kalman filter; the cart follows a sine from a pole at `phi`."""
+    body = CartPole(phi=phi)
     upright = linearize(open_loop(body), 0.0, np.zeros(4), at_rest=True)
     gain = lqr(upright, np.diag([5000.0, 0.0, 100.0, 0.0]), [[1.0]]).K
     W, V = np.diag([0.0, 1e-2, 0.0, 1e-2]), 1e-6 * np.eye(2)
@@ -158,10 +188,14 @@ def by_key(key: str) -> Handed:
 @cache
 def handed() -> tuple[Handed, ...]:
     """The six of them."""
-    both, fast = "positions and velocities", "period of sliding laws"
+    both, fast, slow = "positions and velocities", "period of sliding laws", "period of the arm"
+    path = ("on the reference of the first scenario", "at the start that the paper states")
+    pose = ("0.1 rad off the pose", f"{FAR_POSE:g} rad off the pose")
     cart = Handed(
         EKF,
         cart_pole,
+        partial(cart_pole, phi=FAR_ANGLE),
+        ("pole at 0.1 rad", f"pole at {FAR_ANGLE:g} rad"),
         float(CARD["period of the cart"]),
         20.0,
         {name: float(CARD[f"steps of {name}"]) for name in ("x", "phi")},
@@ -170,10 +204,10 @@ def handed() -> tuple[Handed, ...]:
         "position and angle, exact model",
     )
     return (
-        arm(PROPOSED, proposed, f"{both}, exact model, D by an observer", fast),
-        arm(SMC, rival_of(SMC), f"{both}, exact model", fast),
-        arm(TWISTING, rival_of(TWISTING), f"{both}, exact model"),
-        arm(PID, rival_of(PID), f"{both}, no model"),
-        arm(LQG, arm_lqg, f"{both}, the linear model at the pose"),
+        arm(PROPOSED, proposed(), f"{both}, exact model, D by an observer", path, fast),
+        arm(SMC, rival_of(SMC), f"{both}, exact model", path, fast),
+        arm(TWISTING, rival_of(TWISTING), f"{both}, exact model", path, slow),
+        arm(PID, rival_of(PID), f"{both}, no model", path, slow),
+        arm(LQG, (arm_lqg, partial(arm_lqg, off=FAR_POSE)), f"{both}, the linear model at the pose", pose, slow),
         cart,
     )

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-import numpy as np
-
-from studies.b4_handover.loops import PERIODS, Handed, by_key, handed
-from studies.b4_handover.margins import scans
-from studies.b4_handover.operations import operations_finding
+from studies.a9_sampling.words import listed
+from studies.b4_handover.findings import FITTED, START_WORDS, allowed
+from studies.b4_handover.loops import FAR_START, NEAR_START, PERIODS, Handed, by_key, handed
+from studies.b4_handover.margins import BOTH
+from studies.b4_handover.operations import operations_by_target
+from studies.paper.card import PROPOSED
 from workbench.handover.replays import CLOCKS, Fit, TargetResult, fits, replay
-from workbench.handover.targets import TARGETS, USUAL
-from workbench.study import Itemize, Paragraph, Results, Section, Table, Verdict, Work
-from workbench.study.document.document import Cell, Column
+from workbench.handover.targets import TARGETS
+from workbench.study import Results, Work
+from workbench.study.document.finding import Finding, Variation
 
-SINGLY = ("gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # in single precision
+M4F = "cortex-m4f"
+SINGLY = ("gcc-O2", "clang-O2", "arm64", M4F, "cortex-m7")  # in single precision
 FEW = 1000  # periods of a replay in single precision, whose reference goes period by period
-SHOWN = ("gcc-O0", "gcc-O2", "clang-O2", "arm64", "cortex-m4f", "cortex-m7")  # whose instructions are told
-BOARDS = {key: clock for key, clock in CLOCKS.items() if key in USUAL}  # Hz
-STACK = 4096  # bytes, at most
-
+BOARDS = CLOCKS  # Hz, of the microcontrollers
+SINGLE_BOARDS = (M4F, "cortex-m7")
+CYCLES = (2, 4)  # an instruction, in place of one
 
 TargetResults = tuple[TargetResult, ...]
 
@@ -31,8 +32,8 @@ def replay_works() -> tuple[Work, Work]:
 
 
 def in_doubles(key: str) -> TargetResults:
-    """The replay of a loop on all targets."""
-    return replay(by_key(key).digital(), name=key, periods=PERIODS).results
+    """The replay of a loop on all targets, the library with a known fault among them."""
+    return replay(by_key(key).digital(), name=key, periods=PERIODS, targets=tuple(TARGETS)).results
 
 
 def in_singles(key: str) -> TargetResults:
@@ -52,169 +53,130 @@ def by_target(results: Results) -> dict[str, dict[str, TargetResult]]:
     return {name: {law: next(r for r in each if r.target == name) for law, each in by_law.items()} for name in names}
 
 
-def fit_of(results: Results, one: Handed, key: str) -> Fit | None:
-    """The count of a law at the clock of a microcontroller, on the longest period that sampling allows."""
-    count = by_target(results)[TARGETS[key].name][one.name].figures.instructions
-    return fits(count, scans(results).periods[one.key].threshold.largest, CLOCKS[key]) if count else None
+def fit_of(results: Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double") -> Fit | None:
+    """The count of a law at the clock of a microcontroller, on the longest period that sampling allows from a start."""
+    work = "replays" if precision == "double" else "single_replays"
+    each = replays(results, work)[one.name]
+    count = next((r.figures.instructions for r in each if r.target == TARGETS[key].name), None)
+    return fits(count, allowed(results, one, start), CLOCKS[key]) if count else None
 
 
-def machine_findings(results: Results) -> tuple[Verdict, ...]:
+def machine_findings(results: Results) -> tuple[Finding, ...]:
     """The findings of the replays."""
-    counted = any(fit_of(results, one, key) for one in handed() for key in BOARDS)
-    return (bits_finding(results), operations_finding(results), *([fit_finding(results)] if counted else []))
+    law = next(one for one in handed() if one.name == PROPOSED)
+    near, far = (fit_of(results, law, M4F, start) for start in BOTH)
+    return (bits_finding(results), *((fit_finding(results, near, far),) if near and far else ()))
 
 
-def bits_finding(results: Results) -> Verdict:
-    """The bits that differ."""
+def differing(results: Results, work: str = "replays", laws: tuple[str, ...] = ()) -> dict[str, list[str]]:
+    """The targets that ran, each with the laws of which a bit differs there."""
+    targets: dict[str, list[str]] = {}
+    for law, each in replays(results, work).items():
+        for result in each:
+            if result.ran and (not laws or law in laws):
+                targets.setdefault(short(result.target), []).extend([law] * (not result.equal))
+    return targets
+
+
+def differing_words(targets: Mapping[str, Sequence[str]]) -> str:
+    """The targets on which a bit differs."""
+    return listed(name for name, laws in targets.items() if laws)
+
+
+def bits_finding(results: Results) -> Finding:
+    """The targets on which each law has the bits of the portable arithmetic."""
     by_law = replays(results)
-    each = [(law, result) for law, of_law in by_law.items() for result in of_law]
-    ran = [(law, result) for law, result in each if result.ran]
-    other = [(law, result) for law, result in ran if not result.equal]
-    targets = {result.target for _, result in ran}
-    missing = sorted({result.target for _, result in each} - targets)
-    compared, differing = (sum(getattr(result, part) for _, result in ran) for part in ("bits", "differing"))
-    lost = "; ".join(f"{law} on {result.target}: {result.first}" for law, result in other)
-    return Verdict(
-        "holds" if ran and not other else "fails" if other else "open",
-        f"All {len(by_law)} laws have the bits of the portable arithmetic on all {len(targets)} targets that ran."
-        if ran and not other
-        else f"{len(ran) - len(other)} of {len(ran)} replays have the bits of the portable arithmetic.",
-        f"{compared:,} bits were compared, of commands and of the memory behind each period; {differing:,} of commands "
-        f"differ. {lost + '. ' if lost else ''}Not run: {', '.join(missing) or 'none'}.",
-        estimand=f"{PERIODS:,} periods of each law on each target, with the inputs of the loop that the portable "
-        "arithmetic closes: while commands are equal, a machine in the loop is in this one.",
+    targets = differing(results)
+    other = {name: laws for name, laws in targets.items() if laws}
+    equal = len(targets) - len(other)
+    each = [result for of_law in by_law.values() for result in of_law]
+    missing = sorted({short(one.target) for one in each} - set(targets))
+    bits = sum(one.bits for one in each if one.ran)
+    unlike = "; ".join(
+        f"on {name} {len(laws)} of {len(by_law)} laws differ ({listed(laws)})" for name, laws in other.items()
+    )
+    alone = operations_by_target(results)
+    variations = [Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
+    variations.append(Variation("laws in single precision", differing_words(differing(results, "single_replays"))))
+    variations.append(
+        Variation("single operations in place of laws", listed(short(name) for name, bad in alone.items() if bad))
+    )
+    return Finding(
+        "same_bits",
+        f"All {len(by_law)} laws have the same bits as the portable arithmetic on {equal} of {len(targets)} targets"
+        f"{'; ' + unlike if unlike else ''}.",
+        f"{bits:,} bits of commands and memories were compared. Not run: {listed(missing)}. Sines, cosines, "
+        "exponentials and powers are functions of our own in each law's C. On the Cortex-M4F with mended sums a rare "
+        "case of the sum is ours, too, as GCC's library rounds it wrongly.",
+        statistic="Bits of commands and of the memory behind each period. As all commands agree, a replay equals the "
+        "closed loop with that machine.",
+        sample=f"{PERIODS:,} periods of each law on each target, from the start near its own.",
         given="Each law's C in double precision, or its graph, with the same readings and references.",
-        reversal="One differing bit: a compiler that fuses or reorders, or a library of another rounding.",
+        chosen="The targets: those installed here. Our own functions for sine, cosine and others; our own sum on one "
+        "target.",
+        answer=differing_words(targets),
+        variations=tuple(variations),
+        untried="Other compilers, options that allow a compiler to fuse or reorder, and other libraries.",
+        settled=bool(targets),
     )
 
 
-def fit_finding(results: Results) -> Verdict:
-    """The count of instructions beside the period."""
-    rows = [(one, key, fit) for one in handed() for key in BOARDS if (fit := fit_of(results, one, key))]
-    worst, key, most = max(rows, key=lambda row: row[2].share)
+def unfit(results: Results, key: str, start: str, precision: str = "double", cycles: float = 1.0) -> tuple[str, str]:
+    """The laws that do not fit a microcontroller at a number of cycles an instruction, and the largest share."""
+    fitted = {one.name: fit for one in handed() if (fit := fit_of(results, one, key, start, precision))}
+    most = max(fitted, key=lambda name: fitted[name].share)
+    return (
+        listed(name for name, fit in fitted.items() if cycles * fit.share > 1),
+        f"{most} {100 * cycles * fitted[most].share:.2g} %",
+    )
+
+
+def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
+    """The count of instructions beside the longest period, by start; `near` and `far` are of AOSMC-RGS in doubles."""
+    law = next(one for one in handed() if one.name == PROPOSED)
+    single = fit_of(results, law, M4F, FAR_START, "single")
+    variations = [
+        Variation(
+            f"{short(TARGETS[key].name)}, {precision} precision, {START_WORDS[start]}",
+            *unfit(results, key, start, precision),
+        )
+        for precision, keys in (("double", BOARDS), ("single", SINGLE_BOARDS))
+        for key in keys
+        for start in BOTH
+        if (key, precision, start) != (M4F, "double", FAR_START) and fit_of(results, law, key, start, precision)
+    ]
+    variations += [
+        Variation(f"{cycles} cycles an instruction, {START_WORDS[start]}", *unfit(results, M4F, start, cycles=cycles))
+        for cycles in CYCLES
+        for start in BOTH
+    ]
     stacks = [r.figures.stack for each in replays(results).values() for r in each if r.figures.stack]
-    listed = "; ".join(
-        f"{short(TARGETS[each].name)} at {clock / 1e6:g} MHz: "
-        f"{', '.join(f'{one.name} {share(fit)}' for one, at, fit in rows if at == each)}"
-        for each, clock in BOARDS.items()
+    other = f"; in single precision {percent_of(single)}" if single else ""
+    return Finding(
+        "period_used",
+        f"In double precision {PROPOSED} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
+        f"{percent_of(near)} of its longest period from a start on the reference, {percent_of(far)} from the paper's "
+        f"start{other}.",
+        f"The longest periods are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not fit from "
+        f"the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} bytes.",
+        statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
+        f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period that sampling allows.",
+        sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
+        given="Double precision, which the Cortex-M4F has in software alone.",
+        chosen="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take more.",
+        fitted=FITTED,
+        answer=unfit(results, M4F, FAR_START)[0],
+        variations=tuple(variations),
+        untried="Cycles on a real board, and other work of the same processor.",
     )
-    return Verdict(
-        "found",
-        f"By the count of instructions {sum(fit.fits for *_, fit in rows)} of {len(rows)} pairs of law and "
-        f"microcontroller fit the longest period that sampling allows; the fullest is {worst.name} on "
-        f"{short(TARGETS[key].name)}, with {share(most)} of it.",
-        f"{listed}. The deepest stack that is known, of any target and level, takes {max(stacks):,} bytes.",
-        estimand="The mean count of a period under QEMU, at one instruction a cycle, over the longest period of the "
-        "scan. Instructions are no cycles: waits for memory, and divisions, take more.",
-        given="Double precision, which the Cortex-M4F has in software alone; gcc -O2.",
-        reversal="More than so many cycles an instruction, other work of the same processor, or another clock.",
-    )
+
+
+def percent_of(fit: Fit) -> str:
+    """The share of a period in per cent, with two digits or as a whole number."""
+    share = 100 * fit.share
+    return f"{share:.0f} %" if share >= 10 else f"{share:.2g} %"
 
 
 def short(name: str) -> str:
     """The name of a target without its compiler, where it has but one."""
     return name.split(",")[0]
-
-
-def share(fit: Fit) -> str:
-    """The share of a period in per cent."""
-    return f"{100 * fit.share:.2g} %"
-
-
-def machines_section(results: Results) -> Section:
-    """The tables of the targets."""
-    words = (
-        "Each law's C, unchanged, is compiled for a machine with a small program around it that reads the recorded "
-        "inputs and writes commands, flags and a digest of the memory; each machine starts with the memory at its "
-        "start and goes on from its own. The browser's engine runs the same graph as WebAssembly. Counts belong to the "
-        "compilers that are installed here. QEMU counts instructions and knows no cycles."
-    )
-    missing = [
-        f"{name}: {r.reason}" for name, laws in by_target(results).items() if (r := next(iter(laws.values()))).reason
-    ]
-    absent = (Paragraph("Not run here:"), Itemize(tuple(missing))) if missing else ()
-    return Section(
-        "The same bits on every machine",
-        (Paragraph(words), *absent, *(make(results) for make in (bits_table, counts_table, sizes_table, single_table))),
-    )
-
-
-def bits_table(results: Results) -> Table:
-    """A row for each target, over all laws."""
-    rows: list[tuple[Cell, ...]] = []
-    for name, laws in by_target(results).items():
-        ran = [result for result in laws.values() if result.ran]
-        parts = ("periods", "bits", "differing", "memories", "flags")
-        sums = (sum(getattr(result, part) for result in ran) for part in parts)
-        first = "; ".join(f"{law}: {result.first}" for law, result in laws.items() if result.first)
-        rows.append((short(name), *sums, first or "none") if ran else (short(name), *(None,) * 5, "not run"))
-    heads = ("periods", "bits compared", "differing in commands", "periods with another memory", "flags")
-    columns = (Column("target"), *(Column(head, align="right") for head in heads), Column("first difference"))
-    notes = (
-        f"Over all {len(handed())} laws. A flag is raised where a number is not finite. 64-bit ARM and both Cortex "
-        "under QEMU, by gcc -O2; V8, Chrome's engine, in Node.",
-    )
-    return Table("bits", "Bits of commands and memories, against the portable arithmetic.", columns, tuple(rows), notes)
-
-
-def counts_table(results: Results) -> Table:
-    """Instructions a period, by law and target."""
-    names = [TARGETS[key].name for key in SHOWN]
-    by = by_target(results)
-    rows = [(one.name, *(rounded(by[name][one.name].figures.instructions) for name in names)) for one in handed()]
-    columns = (Column("law"), *(Column(short(name), align="right") for name in names))
-    notes = (
-        "The mean: under Callgrind for this machine's compilers, under QEMU for the others, by gcc -O2. A Cortex-M4F "
-        "has no double precision in hardware, and calls routines of its compiler for each operation.",
-    )
-    return Table("counts", "Instructions a period.", columns, tuple(rows), notes)
-
-
-def single_table(results: Results) -> Table:
-    """The same in single precision: bits against NumPy's floats, and instructions."""
-    rows: list[tuple[Cell, ...]] = []
-    for law, each in replays(results, "single_replays").items():
-        ran = [result for result in each if result.ran]
-        differing = sum(result.differing + result.memories for result in ran)
-        counts = [rounded(result.figures.instructions) for result in each]
-        rows.append((law, sum(result.bits for result in ran), differing, *counts))
-    heads = [short(TARGETS[key].name) for key in SINGLY]
-    columns = (Column("law"), Column("bits compared", align="right"), Column("differing", align="right"))
-    notes = (
-        f"{FEW:,} periods of each law, over readings of the loop that doubles close, each from its own memory, against "
-        "NumPy's numbers of 32 bits. The columns of targets are instructions a period; a Cortex-M4F has these numbers "
-        "in hardware.",
-    )
-    all_columns = (*columns, *(Column(head, align="right") for head in heads))
-    return Table("single", "The laws in single precision.", all_columns, tuple(rows), notes)
-
-
-def sizes_table(results: Results) -> Table:
-    """Stack, code and data, and the share of the period, on the microcontrollers."""
-    rows: list[tuple[Cell, ...]] = []
-    for one in handed():
-        for key in BOARDS:
-            result = by_target(results)[TARGETS[key].name][one.name]
-            figures, fit = result.figures, fit_of(results, one, key)
-            own: Cell = 100 * result.fit.share if result.fit else None
-            longest: Cell = 100 * fit.share if fit else None
-            rows.append((one.name, short(TARGETS[key].name), figures.stack, figures.code, figures.data, own, longest))
-    columns = (
-        Column("law"),
-        Column("machine"),
-        *(Column(head, "bytes", "right") for head in ("stack", "code", "data")),
-        Column("of its period", "%", "right", digits=2),
-        Column("of the longest", "%", "right", digits=2),
-    )
-    clocks = " and ".join(f"{short(TARGETS[key].name)} at {clock / 1e6:g} MHz" for key, clock in BOARDS.items())
-    notes = (
-        f"Shares: the count of a period at one instruction a cycle, {clocks}, over the declared period and over the "
-        "longest that sampling allows. Stack: the deepest chain of calls from the step, as the compiler tells; at most "
-        f"{STACK:,} bytes are wanted. Code: with constants, at -O2; data: that changes, beside the state.",
-    )
-    return Table("sizes", "What each law takes of a microcontroller.", columns, tuple(rows), notes)
-
-
-def rounded(value: float | None) -> Cell:
-    """A count as a whole number."""
-    return None if value is None else int(np.round(value))

@@ -1,13 +1,39 @@
-"""The margins of the six loops: sweeps over what computers do, and scans over the period and the delay."""
+"""The margins of the six loops: sweeps over the effects of computers from two starts, and scans over the delay."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
 
 import numpy as np
 
-from studies.b4_handover.loops import ERROR, SEED, TV, Handed, by_key, handed
+from studies.a9_sampling.quiet_periods import (
+    MOMENTUM,
+    QUIET,
+    TRUTH,
+    QuietPeriod,
+    QuietSearch,
+    paper_searches,
+    quiet_period,
+)
+from studies.b4_handover.loops import (
+    CARD,
+    EKF,
+    ERROR,
+    FAR_START,
+    LQG,
+    NEAR_START,
+    PID,
+    SEED,
+    SMC,
+    TV,
+    TWISTING,
+    Handed,
+    by_key,
+    handed,
+)
+from studies.paper.card import PROPOSED
 from workbench.core import Sampled
 from workbench.handover.single.single_precision_loop import in_single_precision
 from workbench.loop import DigitalLoop
@@ -27,20 +53,23 @@ from workbench.validation.refusals import Array
 
 DRAWS = 16
 JITTER, MISSED = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods
-QUIET = 2.0  # times the total variation with the shortest period, at most, as in a9
 SHORTEST, RATIO, LONGEST = 1 / 4, 1.25, 40.0  # of the declared period: the scan over periods
 MOST_LATE = 40  # periods
 SUBSTEP = 2.5e-3  # s, at most, as in a9
+DESIGNED = (LQG, EKF)  # for their period, and so without a loop in continuous time
 NEAR = 0.01  # rad or m: starts differ by so much either way
 WAYS = ("double", "single", "exact")  # the computers that are swept
+BOTH = (NEAR_START, FAR_START)
+MEAN = "mean"
+OVER_DRAWS: Mapping[str, Callable[[Array], float]] = {MEAN: np.mean, "median": np.median, "largest": np.max}
 
 
-def loop_of(one: Handed, way: str) -> Sampled:
+def loop_of(one: Handed, way: str, start: str = NEAR_START) -> Sampled:
     """A loop with a computer that may be late: as declared, in single precision, or with exact readings."""
     if way == "single":
-        plain = one.digital()
+        plain = one.digital(start=start)
         return in_single_precision(plain, plain.law()).disturbed()
-    return one.digital(exact=way == "exact").disturbed()
+    return one.digital(exact=way == "exact", start=start).disturbed()
 
 
 def effects(one: Handed, way: str) -> tuple[ComputerEffect, ...]:
@@ -57,9 +86,9 @@ def effects_of(one: Handed) -> tuple[ComputerEffect, ...]:
     return computer_effects(one.digital().disturbed(), JITTER * one.period, MISSED)
 
 
-def starts(one: Handed) -> tuple[Factor, ...]:
-    """The initial positions, near those of the loop."""
-    states = one.made(one.period).plant.states
+def starts(one: Handed, start: str = NEAR_START) -> tuple[Factor, ...]:
+    """The initial positions, near those of the loop from one of its two starts."""
+    states = one.computed(start=start).loop.plant.states
     port = states.entries[0]  # of an arm q, of a cart x
     near = [(label, value) for label, value in zip(port.labels(), np.ravel(port.default), strict=True)]
     spread = ((label, Uniform(value - NEAR, value + NEAR)) for label, value in near)
@@ -67,42 +96,52 @@ def starts(one: Handed) -> tuple[Factor, ...]:
 
 
 def sweeps() -> tuple[Sweep, ...]:
-    """Each loop under each computer, with the same starts."""
+    """Each loop under each computer from each of its two starts, with the same draws about it."""
     made = []
     for one in handed():
-        for way in WAYS:
-            run = Run(loop_of(one, way), one.metrics, one.until, h=one.period, seed=SEED)
-            own = effects(one, way)
-            made.append(computer_sweep(f"{one.key}_{way}", run, own, starts(one), DRAWS))
+        for start in BOTH:
+            for way in WAYS:
+                run = Run(loop_of(one, way, start), one.metrics, one.until, h=one.period, seed=SEED)
+                named = sample_name(one, way, start)
+                made.append(computer_sweep(named, run, effects(one, way), starts(one, start), DRAWS))
     return tuple(made)
 
 
-def margins(results: Results, one: Handed, way: str = "double", metric: str = ERROR) -> ComputerMargins:
+def sample_name(one: Handed, way: str, start: str) -> str:
+    """The name of the sweep of a loop under a computer from a start."""
+    return f"{one.key}_{way}" if start == NEAR_START else f"{one.key}_{start}_{way}"
+
+
+def margins(
+    results: Results, one: Handed, way: str = "double", metric: str = ERROR, start: str = NEAR_START
+) -> ComputerMargins:
     """The margins of a loop, by the samples of its sweeps."""
-    return computer_margins(results.sample(f"{one.key}_{way}"), effects(one, way), metric)
+    return computer_margins(results.sample(sample_name(one, way, start)), effects(one, way), metric)
 
 
 @dataclass(frozen=True)
 class Loss:
-    """The mean growth over the draws, in parts, with twice its standard error; infinite if a run was lost."""
+    """The growth of an error in parts of it, with twice its standard error; infinite if a run diverged."""
 
     value: float
     error: float
 
     @staticmethod
-    def of(values: Array, base: Array) -> Loss:
-        """Of (draws, numbers) over those of the same draws without it, the worst of the numbers in each."""
+    def of(values: Array, base: Array, over: str = MEAN) -> Loss:
+        """Of (draws, numbers) over those of the same draws without it, the worst of the numbers in each draw."""
         ratios = worst_ratio(values, base)
         if np.isinf(ratios).any():
             return Loss(np.inf, 0.0)
-        return Loss(float(ratios.mean() - 1), float(2 * ratios.std(ddof=1) / np.sqrt(ratios.size)))
+        return Loss(float(OVER_DRAWS[over](ratios) - 1), float(2 * ratios.std(ddof=1) / np.sqrt(ratios.size)))
 
 
 @dataclass(frozen=True)
 class Losses:
-    """Of the error of a loop: from exact readings to those of the instruments, and from there by single precision, by
-    jitter, by missed periods, and by these three together; `noisier` is that of the commands' total variation, by the
-    three.
+    """The growths of the error of a loop, by what makes it grow.
+
+    `readings`: exact readings become those of the instruments. `single`, `jitter`, `missed`: from there on single
+    precision, jitter, and missed periods. `together`: these three at once; `noisier` is the growth of the total
+    variation of the commands by these three.
     """
 
     readings: Loss
@@ -113,18 +152,31 @@ class Losses:
     noisier: Loss
 
 
-def losses(results: Results, one: Handed) -> Losses:
-    """The losses of a loop at what is declared."""
-    double, single, exact = (margins(results, one, way) for way in WAYS)
+def losses(
+    results: Results,
+    one: Handed,
+    metric: str = ERROR,
+    start: str = NEAR_START,
+    joint: int | None = None,
+    over: str = MEAN,
+) -> Losses:
+    """The losses of a loop at the declared effects: by a metric, from a start, of one joint or the worst joint."""
+    double, single, exact = (margins(results, one, way, metric, start) for way in WAYS)
     clock = {each.effect.name: each.values[each.effect.levels.index(each.effect.declared)] for each in double.each[1:]}
-    busy = [margins(results, one, way, TV) for way in ("double", "single")]
+    busy = [margins(results, one, way, TV, start) for way in ("double", "single")]
+
+    def loss(values: Array, base: Array) -> Loss:
+        kept = slice(None) if joint is None else slice(min(joint, values.shape[1] - 1), None)
+        kept = kept if joint is None else slice(kept.start, kept.start + 1)
+        return Loss.of(values[:, kept], base[:, kept], over)
+
     return Losses(
-        Loss.of(double.without, exact.without),
-        Loss.of(single.without, double.without),
-        Loss.of(clock["jitter"], double.without),
-        Loss.of(clock["missed periods"], double.without),
-        Loss.of(single.declared, double.without),
-        Loss.of(busy[1].declared, busy[0].without),
+        loss(double.without, exact.without),
+        loss(single.without, double.without),
+        loss(clock["jitter"], double.without),
+        loss(clock["missed periods"], double.without),
+        loss(single.declared, double.without),
+        Loss.of(busy[1].declared, busy[0].without, over),
     )
 
 
@@ -147,9 +199,9 @@ class Scan:
 
 @dataclass(frozen=True, eq=False)
 class Scans:
-    """The scan of each loop by its key, over the period with exact readings, and over the delay with its own."""
+    """The scans over the period of the loops of `DESIGNED`, by key and start; over the delay of all loops, by key."""
 
-    periods: dict[str, Scan]
+    periods: dict[tuple[str, str], Scan]
     delays: dict[str, Scan]
 
 
@@ -157,27 +209,51 @@ def scans(results: Results) -> Scans:
     """All scans."""
     periods, delays = (map(Scan.of, results.work(name)) for name in ("periods", "delays"))
     keys = [one.key for one in handed()]
-    return Scans(dict(zip(keys, periods, strict=True)), dict(zip(keys, delays, strict=True)))
+    return Scans(dict(zip(designed(), periods, strict=True)), dict(zip(keys, delays, strict=True)))
 
 
-def scan_works() -> tuple[Work, Work]:
-    """The scans of all loops."""
+def quiet_periods(results: Results) -> dict[tuple[str, str], QuietPeriod]:
+    """The longest quiet periods of the laws of the paper's arm, a period late, by their names and starts."""
+    found = results.work("quiet")
+    return {(each.search.law, each.search.start): each for each in found if each.search.limit is None}
+
+
+def searches() -> tuple[QuietSearch, ...]:
+    """The searches of a9 that are about the laws that are handed over here, and these with a limited torque."""
+    ours = {(PROPOSED, MOMENTUM), *((law, TRUTH) for law in (SMC, TWISTING, PID))}
+    shared = [one for one in paper_searches() if one.scenario == "FS" and one.delay and (one.law, one.observer) in ours]
+    limited = [replace(one, limit=float(CARD["limit of tau"])) for one in shared if one.law in (PROPOSED, SMC)]
+    return (*shared, *limited)
+
+
+def designed() -> tuple[tuple[str, str], ...]:
+    """The loops whose law is designed for its period and has no continuous time, with their starts."""
+    return tuple((one.key, start) for one in handed() if one.name in DESIGNED for start in BOTH)
+
+
+def scan_works() -> tuple[Work, ...]:
+    """The searches over the period, and the scans over the period and the delay."""
     keys = tuple(one.key for one in handed())
-    return Work("periods", over_periods, keys, seconds=8.0), Work("delays", over_delays, keys, seconds=8.0)
+    return (
+        Work("quiet", quiet_period, searches(), seconds=10.0),
+        Work("periods", over_periods, designed(), seconds=8.0),
+        Work("delays", over_delays, keys, seconds=8.0),
+    )
 
 
-def over_periods(key: str) -> LargestSetting:
+def over_periods(item: tuple[str, str]) -> LargestSetting:
     """Longer and longer periods, from a quarter of the declared one on; commands are a period late in each."""
-    one = by_key(key)
+    one = by_key(item[0])
     count = int(np.log(LONGEST / SHORTEST) / np.log(RATIO))
     periods = [one.period * SHORTEST * RATIO**i for i in range(count + 1)]
-    return growth(periods_of(key), periods, {ERROR: KEPT, TV: QUIET})
+    return growth(periods_of(*item), periods, {ERROR: KEPT, TV: QUIET})
 
 
-def periods_of(key: str) -> LoopLimits:
+def periods_of(key: str, start: str = NEAR_START) -> LoopLimits:
     """The runs of a loop with other periods."""
     limits = {ERROR: 1.0, TV: 1.0}  # until those of the first run are known
-    return LoopLimits(partial(with_period, key), partial(metrics_of, key), limits, by_key(key).until, SUBSTEP, SEED)
+    loop = partial(with_period, key, start)
+    return LoopLimits(loop, partial(metrics_of, key), limits, by_key(key).until, SUBSTEP, SEED)
 
 
 def over_delays(key: str) -> LargestSetting:
@@ -195,9 +271,9 @@ def growth(looked_at: LoopLimits, settings: list[float], most: dict[str, float])
     return largest_setting(replace(looked_at, limits=limits), settings, ratio=None, patience=2)
 
 
-def with_period(key: str, period: float) -> DigitalLoop:
+def with_period(key: str, start: str, period: float) -> DigitalLoop:
     """A loop with exact readings and another period."""
-    return by_key(key).computed(period, exact=True)
+    return by_key(key).computed(period, exact=True, start=start)
 
 
 def with_delay(key: str, delay: float) -> DigitalLoop:
@@ -206,5 +282,5 @@ def with_delay(key: str, delay: float) -> DigitalLoop:
 
 
 def metrics_of(key: str, period: float) -> tuple[AbstractMetric, ...]:
-    """The error of a loop, and the total variation of its commands at the instants of a period."""
+    """The settled error of a loop, and the total variation of its commands at the instants of a period."""
     return by_key(key).metrics[0], total_variation(period)

@@ -1,4 +1,4 @@
-"""The single operations of each target, on operands where a rounding is hard: are they those of IEEE 754?"""
+"""The single operations of each target on operands that are hard to round, compared with IEEE 754."""
 
 from __future__ import annotations
 
@@ -14,7 +14,8 @@ from workbench.handover.memory_digest import BASIS
 from workbench.handover.recording import record
 from workbench.handover.replays import TargetResult, compare
 from workbench.handover.targets import TARGETS
-from workbench.study import Results, Verdict, Work
+from workbench.study import Results, Table, Work
+from workbench.study.document.document import Column
 from workbench.validation.refusals import Array
 
 PAIRS = 40_000
@@ -58,20 +59,27 @@ def operations_of(key: str) -> TargetResult:
     return compare(TARGETS[key], c_code(own, "operations"), rows)
 
 
-def operations_finding(results: Results) -> Verdict:
-    """The targets whose operations are rounded as IEEE 754 says."""
-    ran = {one.target: one for one in results.work("operations") if one.ran}
-    other = {name: one for name, one in ran.items() if not one.equal}
-    named = "; ".join(f"{name}: {one.differing:,} bits, first in {one.first}" for name, one in other.items())
-    return Verdict(
-        "fails" if other else "holds" if ran else "open",
-        f"The single operations of {', '.join(other)} are not those of IEEE 754."
-        if other
-        else f"The single operations of all {len(ran)} targets that ran are those of IEEE 754.",
-        f"{named + '. ' if named else ''}A law can have the bits of the portable arithmetic only where its sums, "
-        "products, reciprocals and roots are rounded to the nearest number.",
-        estimand=f"Bits of {', '.join(NAMES)} over {PAIRS:,} pairs of operands, half of them with a power of two, up "
-        f"to {FARTHEST} binary digits apart.",
-        given="Double precision, in software where a processor has none: then the compiler's library rounds.",
-        reversal="Another library for double precision in software, which rounds every operation.",
+def operations_by_target(results: Results) -> dict[str, int]:
+    """By target that ran, the number of bits that differ from IEEE 754."""
+    return {one.target: one.differing for one in results.work("operations") if one.ran}
+
+
+def operations_table(results: Results) -> Table:
+    """The targets whose operations are not rounded as IEEE 754 requires."""
+    rows = [
+        (one.target.split(",")[0], one.bits, one.differing, one.first or "none")
+        for one in results.work("operations")
+        if one.ran
+    ]
+    columns = (
+        Column("target"),
+        *(Column(head, align="right") for head in ("bits compared", "bits that differ")),
+        Column("first difference"),
     )
+    notes = (
+        f"{', '.join(NAMES)} of {PAIRS:,} pairs of operands, up to {FARTHEST} binary digits apart; half of the pairs "
+        "have a power of two. A law has the bits of the portable arithmetic only where each of these is rounded to the "
+        "nearest number.",
+    )
+    caption = "Single operations in double precision on each target, compared with IEEE 754."
+    return Table("operations", caption, columns, tuple(rows), notes)

@@ -2,34 +2,66 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from studies.b4_handover.findings import CLOCK, all_losses, findings
-from studies.b4_handover.loops import CARD, ERROR, SETTLED, handed
-from studies.b4_handover.machines import machine_findings, machines_section
-from studies.b4_handover.margins import DRAWS, NEAR, QUIET, Loss, margins, scans
+from studies.a9_sampling.quiet_periods import ends
+from studies.b4_handover.findings import (
+    CLOCK,
+    PATHS,
+    START_WORDS,
+    all_losses,
+    amount,
+    clock_finding,
+    error_of,
+    longest_period,
+    loss_finding,
+    percent,
+)
+from studies.b4_handover.loops import CARD, ERROR, FAR_START, NEAR_START, SETTLED, TV, handed
+from studies.b4_handover.machine_tables import machines_section
+from studies.b4_handover.machines import M4F, differing, fit_of, machine_findings, percent_of
+from studies.b4_handover.margins import BOTH, DRAWS, NEAR, QUIET, Loss, margins, quiet_periods, scans
+from studies.paper.card import PROPOSED
 from workbench.study import Figure, Paragraph, Results, Section, Table
-from workbench.study.document.document import Cell, Code, Column, Measured, Panel, Series
+from workbench.study.document.document import Cell, Code, Column, Measured, Page, Panel, Series
+from workbench.study.evidence import Threshold
 from workbench.study.evidence.computer_margins import KEPT, STANDS, computer_table
 
 
-def sections(results: Results) -> Sequence[Section]:
+def sections(results: Results) -> Page:
     """The whole page."""
-    return (
-        Section("What was found", (periods_figure(results), *machine_findings(results), *findings(results))),
-        handed_section(),
-        machines_section(results),
-        margins_section(results),
-        periods_section(results),
-        losses_section(results),
+    return Page(
+        answer(results),
+        (
+            *machine_findings(results),
+            longest_period(results),
+            loss_finding(results),
+            clock_finding(results),
+        ),
+        (
+            Section("Chattering over the period, from two starts", (periods_figure(results),)),
+            periods_section(results),
+            machines_section(results),
+            losses_section(results),
+            margins_section(results),
+            handed_section(),
+        ),
     )
 
 
-def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
-    return tuple(str(one.statement) for one in (*machine_findings(results), *findings(results)))
+def answer(results: Results) -> str:
+    """The answer of the page in one line."""
+    targets = differing(results)
+    equal = sum(not laws for laws in targets.values())
+    law = next(one for one in handed() if one.name == PROPOSED)
+    fitted = [fit_of(results, law, M4F, start) for start in (NEAR_START, FAR_START)]
+    near, far = (percent_of(fit) if fit else "an unknown part" for fit in fitted)
+    grown = percent(all_losses(results)[PROPOSED].together)
+    return (
+        f"Six laws keep their bits on {equal} of {len(targets)} targets. A Cortex-M4F in doubles spends {near} of the "
+        f"longest quiet period of {PROPOSED} on it, {far} from the paper's start. Single precision and an imperfect "
+        f"clock raise its error by {grown}."
+    )
 
 
 def handed_section() -> Section:
@@ -52,14 +84,17 @@ def handed_section() -> Section:
     )
     words = (
         "Each law leaves with its observer, limits, memory and the queue of a command that is a period late, for the "
-        "period that is stated; what is wanted comes in at each instant. The first four drive the arm of the paper "
-        "along its first scenario from a start on the reference, LQG holds it at a pose under the same disturbance, "
-        "and EKF and LQR balance a cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1, with the true "
-        "disturbance, which no instrument gives, replaced by an observer of the momentum."
+        "period that is stated. It reads its reference at each instant. The first four laws drive the arm of the paper "
+        "along its first scenario. LQG holds the arm at a pose under the same disturbance. EKF and LQR balance a "
+        "cart-pole that follows a sine. AOSMC-RGS is the repaired law of a1. An observer of the momentum replaces the "
+        "true disturbance, which no instrument gives."
     )
     given = "; ".join(f"{one.name}: {one.given}" for one in handed())
+    starts = "; ".join(f"{one.name}: {one.starts[0]}, and {one.starts[1]}" for one in handed())
     caption = "What is handed over, and to which computer."
-    handed_table = Table("handed", caption, columns, tuple(rows), (f"Given: {given}.",))
+    handed_table = Table(
+        "handed", caption, columns, tuple(rows), (f"Given: {given}.", f"Starts, near and far: {starts}.")
+    )
     return Section(
         "What is handed over", (Paragraph(words), handed_table, CARD.table("assumed", "card", "What is assumed."))
     )
@@ -67,27 +102,34 @@ def handed_section() -> Section:
 
 def margins_section(results: Results) -> Section:
     """Each effect by itself."""
-    own = [(one.name, margins(results, one)) for one in handed()]
     caption = (
-        "What the computer may do to each law: the loss at what is declared, and how far each effect may go before a "
-        f"run has more than {KEPT:g} and {STANDS:g} times the error."
+        "Each effect of the computer by itself, from {}: the growth of the error at the declared level, and the "
+        f"largest level up to which no run has more than {KEPT:g} and {STANDS:g} times its error."
     )
+    tables = [
+        computer_table(
+            f"margins{'' if start == NEAR_START else '_far'}",
+            caption.format(START_WORDS[start]),
+            [(one.name, margins(results, one, start=start)) for one in handed()],
+        )
+        for start in BOTH
+    ]
     late = {key: scan.threshold for key, scan in scans(results).delays.items()}
-    table = computer_table("margins", caption, own)
     delays = Table(
         "delays",
-        "The periods from reading to command, of which one is declared.",
-        (Column("loop"), Column("error kept up to", "periods", "right"), Column("no longer at", "periods", "right")),
+        "The longest delay from reading to command, from starts near each loop's own; one period is declared.",
+        (Column("loop"), Column("error kept up to", "periods", "right"), Column("not kept at", "periods", "right")),
         tuple((one.name, int(late[one.key].largest), finite(late[one.key].next)) for one in handed()),
         (f"Kept: at most {KEPT:g} times the error with one period. One run each; no period is shortened for a delay.",),
     )
     words = (
-        "An instant comes late by a delay that is uniform up to the jitter, fresh each time, while law and reference "
-        "count on the nominal time; in a missed period nothing is done, and command and memory stay. Readings grow "
-        f"coarser from the declared steps on. Each level has {DRAWS} runs from starts within {NEAR:g} of the loop's "
-        "own, each held against the run of the same start without the effect."
+        "With jitter, each instant comes late by a new random delay, uniform up to the stated level; law and reference "
+        "use the nominal time. In a missed period the computer does nothing, and command and memory stay. Readings "
+        f"become coarser in multiples of the declared steps. Each level has {DRAWS} runs from starts within {NEAR:g} "
+        "rad or m of the near or the far start. Each run is compared with the run of the same start without the effect."
     )
-    return Section("The law's margin for what the computer does", (Paragraph(words), ladders(results), table, delays))
+    blocks = (Paragraph(words), ladders(results), *tables, delays)
+    return Section("How much of each effect the laws stand", blocks)
 
 
 def finite(value: float) -> Cell:
@@ -112,52 +154,75 @@ def ladders(results: Results) -> Figure:
             series.append(Series(one.name, scale * np.array(held.effect.levels), y, style))
         panels.append(Panel("error, times", tuple(series), label, xscale="log", yscale="log"))
     caption = (
-        f"The error after the approach over that without the effect, the worst of {DRAWS} runs and of the joints; a "
-        "line ends where a run diverges."
+        f"The settled error over its value without the effect, the worst of {DRAWS} runs near each loop's own start "
+        "and of the joints. A line ends where a run diverges."
     )
     return Figure("ladders", caption, tuple(panels), columns=3)
 
 
 def periods_figure(results: Results) -> Figure:
-    """Error and total variation over the period."""
+    """Total variation over the period, from both starts."""
     panels = []
-    for label, kind, bound in (("error, times", "error", KEPT), ("total variation, times", "TV", QUIET)):
+    for start in BOTH:
         series = []
         for style, one in enumerate(handed()):
-            found = scans(results).periods[one.key]
-            y = getattr(found, kind)
-            series.append(
-                Series(one.name, 1e3 * np.array(found.threshold.values), np.where(np.isinf(y), np.nan, y), style)
-            )
-        ends = np.array([0.05, 30.0])
-        series.append(Series("allowed", ends, np.full(2, bound), "bound"))
-        panels.append(Panel(label, tuple(series), "period [ms]", xscale="log", yscale="log"))
+            found = quiet_periods(results).get((one.name, PATHS[start]))
+            if found:
+                y = QUIET * found.found.worst(TV)
+                x = 1e3 * np.array(found.found.threshold.values)
+            else:
+                scan = scans(results).periods[one.key, start]
+                x, y = 1e3 * np.array(scan.threshold.values), np.asarray(scan.TV)
+            series.append(Series(one.name, x, np.where(np.isinf(y), np.nan, y), style))
+        series.append(Series("allowed", np.array([0.025, 30.0]), np.full(2, QUIET), "bound"))
+        axes = "total variation, times", tuple(series), "period [ms]"
+        panels.append(Panel(*axes, xscale="log", yscale="log", title=START_WORDS[start]))
     caption = (
-        "Error and total variation of the commands over the period, both over those of a quarter of the declared "
-        "period, with exact readings and commands that are a period late."
+        "Total variation of the commands over the period, with exact readings and commands a period late. It is shown "
+        "as a multiple of its value in continuous time; for LQG, and for EKF and LQR, of its value at a quarter of the "
+        "declared period."
     )
     return Figure("periods", caption, tuple(panels), columns=2)
 
 
 def periods_section(results: Results) -> Section:
-    """The longest period that sampling allows."""
+    """The longest period that sampling allows, by start."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
-        found = scans(results).periods[one.key].threshold
-        after: Cell = 1e3 * found.next if np.isfinite(found.next) else "not met"
-        rows.append((one.name, 1e3 * one.period, 1e3 * found.largest, after, found.largest / one.period))
+        cells: list[Cell] = []
+        for start in BOTH:
+            found = quiet_periods(results).get((one.name, PATHS[start]))
+            low, high = ends(found) if found else bracket(scans(results).periods[one.key, start].threshold)
+            gain: Cell = found.K if found else None
+            cells += [gain, 1e3 * low, 1e3 * high if np.isfinite(high) else "none tried"]
+        rows.append((one.name, 1e3 * one.period, *cells))
     columns = (
         Column("law"),
-        *(Column(head, "ms", "right", digits=3) for head in ("declared", "allowed up to", "not allowed at")),
-        Column("room", "times", "right", digits=3),
+        Column("declared", "ms", "right", digits=3),
+        *(
+            column
+            for start in ("near", "far")
+            for column in (
+                Column(f"largest K, {start}", "N m", "right", digits=2),
+                Column(f"allowed up to, {start}", "ms", "right", digits=3),
+                Column(f"not allowed at, {start}", "ms", "right", digits=3),
+            )
+        ),
     )
     notes = (
-        f"Allowed: error at most {KEPT:g} and total variation at most {QUIET:g} times those of a quarter of the "
-        "declared period, at periods that rise by a quarter from one to the next, up to the first that is not; one run "
-        "each.",
+        f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the search "
+        f"of a9. LQG, and EKF and LQR: error at most {KEPT:g} and total variation at most {QUIET:g} times their values "
+        "at a quarter of the declared period, at periods that rise by a quarter. Near and far: the starts below the "
+        "table of what is handed over.",
     )
-    table = Table("periods_table", "The longest period that sampling allows.", columns, tuple(rows), notes)
+    caption = "The longest period that sampling allows from the near and from the far start."
+    table = Table("periods_table", caption, columns, tuple(rows), notes)
     return Section("The longest period", (table,))
+
+
+def bracket(threshold: Threshold) -> tuple[float, float]:
+    """The two ends of a search."""
+    return threshold.largest, threshold.next
 
 
 def shown(loss: Loss) -> Cell:
@@ -166,20 +231,33 @@ def shown(loss: Loss) -> Cell:
 
 
 def losses_section(results: Results) -> Section:
-    """The end of the page: what is lost by leaving double precision and a perfect clock."""
-    rows = []
+    """The growth of the error without double precision and a perfect clock, from both starts."""
+    tables = [losses_table(results, start) for start in BOTH]
+    return Section("What single precision and an imperfect clock cost", tuple(tables))
+
+
+def losses_table(results: Results, start: str) -> Table:
+    """The growth of the error of each loop from a start."""
+    rows: list[tuple[Cell, ...]] = []
     for one in handed():
-        own, base = all_losses(results)[one.name], margins(results, one).without.mean(axis=0)
-        unit = one.made(one.period).plant.outputs[one.follows].unit
+        own = all_losses(results, start=start)[one.name]
+        error, _, unit = error_of(results, one.name, start=start)
+        more = error * own.together.value
+        growth = amount(more, unit).replace("-", "\N{MINUS SIGN}") if np.isfinite(more) else "lost"
         parts = (own.readings, own.single, own.jitter, own.missed, own.together, own.noisier)
-        rows.append((one.name, f"{base.max():.3g} {unit}", *map(shown, parts)))
+        rows.append((one.name, amount(error, unit), growth, *map(shown, parts)))
     heads = ("readings", "single", "jitter", "missed", "all three", "TV, all three")
-    columns = (Column("law"), Column(ERROR, align="right"), *(Column(head, "%", "right") for head in heads))
-    notes = (
-        f"In per cent of the error, from {100 * SETTLED:.0f} % of the run on, the worst joint; the mean over {DRAWS} "
-        "starts, paired, with twice its standard error. Readings: from exact ones to those with steps. The others are "
-        f"held against double precision and a perfect clock with the same readings: single precision; {CLOCK}; all "
-        "three. TV: the total variation of the commands.",
+    columns = (
+        Column("law"),
+        Column(ERROR, align="right"),
+        Column("growth, all three", align="right"),
+        *(Column(head, "%", "right") for head in heads),
     )
-    table = Table("losses", "What is lost without double precision and a perfect clock.", columns, tuple(rows), notes)
-    return Section("What is lost without double precision and a perfect clock", (table,))
+    notes = (
+        f"Growth of the error from {100 * SETTLED:.0f} % of the run on, at the worst joint: the mean over {DRAWS} "
+        "starts, with twice its standard error. Readings: from exact readings to those with steps. The other columns "
+        f"compare with double precision and a perfect clock at the same readings: single precision; {CLOCK}; all three "
+        "together. TV: the total variation of the commands.",
+    )
+    name = "losses" if start == NEAR_START else f"losses_{start}"
+    return Table(name, f"The growth of the settled error, from {START_WORDS[start]}.", columns, tuple(rows), notes)

@@ -1,0 +1,228 @@
+"""The findings of a9, each with the variations of its answer over laws, starts, delays and periods."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
+from studies.a9_sampling.loops import MS, NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
+from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
+from studies.a9_sampling.quiet_periods import FACTORS, QUIET, ends, in_ms
+from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
+from studies.paper.card import MARGIN, PROPOSED
+from studies.paper.linearization import SEVEN
+from workbench.study.document.finding import Finding, Variation
+
+PAIR = {"euler": "Euler", "cayley": "Cayley"}
+ROUGH = {"late": (True, False), "noisy": (False, True), "late and noisy": (True, True)}  # with a delay, with noise
+LOST_ABOVE = (1.5, 2.0, 5.0)  # times the RMSE of continuous time: other meanings of a lost run
+MARGINS = (0.0, 0.05)  # in place of `MARGIN`
+CELLS = tuple((scenario, period) for scenario in SCENARIOS for period in APART)
+
+
+def findings(evidence: Evidence) -> tuple[Finding, ...]:
+    """All findings."""
+    return (
+        chattering(evidence),
+        longest_period(evidence),
+        rule_of_thumb(evidence),
+        lost_runs(evidence),
+        published_order(evidence),
+    )
+
+
+def answer(evidence: Evidence) -> str:
+    """The answer of the page in one line."""
+    late, near = base(evidence), reference(evidence)
+    change = worst_change(evidence)[1]
+    return (
+        f"A computer of {MS} changes the RMSE of the paper's laws by at most {100 * change:.1f} %, but makes all laws "
+        f"with a boundary layer and a gain K chatter. {PROPOSED} is quiet up to {in_ms(ends(late))} ms, or "
+        f"{in_ms(ends(near))} ms from a start on the reference."
+    )
+
+
+# Chattering
+
+
+def quiet_laws(
+    evidence: Evidence, now: Scores, factor: float = QUIET, scenarios: tuple[str, ...] = SCENARIOS
+) -> tuple[str, ...]:
+    """The laws whose total variation is at most `factor` times that of continuous time."""
+    return tuple(law for law in SEVEN if evidence.growth(TV, law, now, scenarios) <= factor)
+
+
+def computers() -> Iterator[tuple[str, float, str, bool, bool]]:
+    """All computers of the study in words, with period, stepping of AOSMC-RGS, delay and noise."""
+    for way, name in PAIR.items():
+        stepping = f", {PROPOSED} by {name} steps" if way != "euler" else ""
+        for period in PERIODS:
+            yield f"{1e3 * period:g} ms{stepping}", period, way, False, False
+            yield f"{1e3 * period:g} ms, noisy{stepping}", period, way, False, True
+        for delay, noisy in ((True, False), (True, True)):
+            yield f"{MS}, late{' and noisy' * noisy}{stepping}", REALISTIC, way, delay, noisy
+
+
+def chattering(evidence: Evidence) -> Finding:
+    """The laws that chatter in a computer."""
+    now = evidence.at(TV, REALISTIC)
+    quiet = quiet_laws(evidence, now)
+    growth = {law: evidence.growth(TV, law, now) for law in SEVEN}
+    loudest, (place, change, error) = max(growth, key=growth.__getitem__), worst_change(evidence)
+    law, scenario, joint = place
+    variations = [
+        Variation(words, listed(quiet_laws(evidence, evidence.at(TV, *how))))
+        for words, *how in computers()
+        if how != [REALISTIC, "euler", False, False]
+    ]
+    variations += [
+        Variation(f"at most {factor:g} times", listed(quiet_laws(evidence, now, factor))) for factor in FACTORS
+    ]
+    variations += [Variation(f"{one} alone", listed(quiet_laws(evidence, now, scenarios=(one,)))) for one in SCENARIOS]
+    return Finding(
+        "chattering",
+        f"In a computer of {MS} only {listed(quiet)} keep the total variation of their torque within {QUIET:g} times "
+        f"its value in continuous time; {loudest} has {rounded(growth[loudest])} times that value.",
+        f"The RMSE (43) hides it: it changes by at most {100 * change:.2f} %, with an error of {100 * error:.2f} % "
+        f"({law}, {scenario}, joint {joint + 1}).",
+        statistic="Total variation in the computer over the same in continuous time, the largest of both joints and "
+        "scenarios.",
+        sample=f"{len(SEVEN)} laws, two scenarios, one run each with exact readings and no delay. Noisy: the mean of "
+        f"{NOISY} runs.",
+        given=GIVEN,
+        chosen=f"{CHOSEN} The limit of {QUIET:g} times. Memories step by explicit Euler.",
+        fitted=FITTED,
+        answer=listed(quiet),
+        variations=tuple(variations),
+        untried="A wider boundary layer, or smaller gains, with which fewer laws chatter.",
+    )
+
+
+def worst_change(evidence: Evidence) -> tuple[tuple[str, str, int], float, float]:
+    """The law, scenario and joint whose RMSE changes most at `REALISTIC`, with the change and its error, in parts."""
+    still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC)
+    change = {(law, *at): abs(now(law, *at)[0] / still(law, *at)[0] - 1) for law in SEVEN for at in PLACES}
+    place = max(change, key=change.__getitem__)
+    return place, change[place], now(*place)[1] / still(*place)[0]
+
+
+# Lost runs
+
+
+def blame(
+    evidence: Evidence, above: float = np.inf, cells: Iterable[tuple[str, float]] | None = None
+) -> tuple[int, ...]:
+    """Of the runs that Euler loses: those lost by the integrator, by the law, and unsettled."""
+    chosen = [(scenario, period) for scenario in SCENARIOS for period in APART] if cells is None else list(cells)
+    each = [evidence.causes(*cell, above) for cell in chosen]
+    flow, law, unsettled = (sum(getattr(one, by) for one in each) for by in ("by_integrator", "by_law", "unsettled"))
+    return flow, law, unsettled
+
+
+def blame_words(integrator: int, law: int, unsettled: int) -> str:
+    """The answer to the question what loses the runs."""
+    if unsettled:
+        return "unsettled"
+    if integrator and law:
+        return "both"
+    return "the integrator" if integrator else "the law" if law else "no run is lost"
+
+
+def lost_runs(evidence: Evidence) -> Finding:
+    """The runs that diverge, and what loses them."""
+    counts = blame(evidence)
+    total = sum(counts)
+    causes = [evidence.causes(*cell) for cell in CELLS]
+    kept = sum(int((one.lost["cayley34"] == 0).sum()) for one in causes)
+    others = (
+        sum(int(evidence.found(law, at, T).lost.sum()) for law in SEVEN for at in SCENARIOS for T in PERIODS) - total
+    )
+    runs = len(SEVEN) * len(SCENARIOS) * len(PERIODS) * (1 + NOISY)
+    variations = [
+        Variation(f"judged by {WAYS[way]} alone", *judged_by(evidence, way)) for way in WAYS if way != "euler"
+    ]
+    variations += [
+        Variation(f"{scenario}, {1e3 * period:g} ms", blame_words(*blame(evidence, cells=[(scenario, period)])))
+        for scenario, period in CELLS
+        if sum(blame(evidence, cells=[(scenario, period)]))
+    ]
+    for above in LOST_ABOVE:
+        by = blame(evidence, above)
+        words = f"lost: more than {above:g} times the RMSE of continuous time"
+        variations.append(Variation(words, blame_words(*by), f"{by[0]}, {by[1]} and {by[2]} of {sum(by)} runs"))
+    worst = ", ".join(f"{factor:.2f} by {words}".replace("inf", "diverged") for words, factor in longest_rmse(evidence))
+    return Finding(
+        "lost_runs",
+        f"Explicit Euler loses {total} of {runs} runs, all of {PROPOSED} at {apart()}; {kept} of them stay finite "
+        f"where (34) alone takes a Cayley step, and finer steps keep {counts[0]}."
+        if not others
+        else f"Explicit Euler loses {total + others} of {runs} runs, {total} of them of {PROPOSED}.",
+        f"If finer steps keep a run finite, the integrator lost it, otherwise the law. Finite is not accurate: at "
+        f"{1e3 * max(APART):g} ms the RMSE over its value in continuous time is {worst}.",
+        statistic=f"Counts of runs that diverge. RMSE: the largest of {len(PLACES)} joints and scenarios, exact "
+        "readings.",
+        sample=f"{len(SEVEN)} laws, two scenarios, {len(PERIODS)} periods up to {1e3 * max(PERIODS):g} ms, no delay: "
+        f"one run with exact readings and {NOISY} with noise. {PROPOSED} at {apart()}: four ways to step.",
+        given=f"{PROPOSED}: positions, the true disturbance and the exact model.",
+        chosen=CHOSEN,
+        fitted=FITTED,
+        answer=blame_words(*counts),
+        variations=tuple(variations),
+        untried="A delay at these periods, longer periods.",
+        settled=total > 0 and not counts[2],
+    )
+
+
+def judged_by(evidence: Evidence, way: str) -> tuple[str, str]:
+    """The answer if only this way of stepping is beside Euler, with its counts."""
+    lost = np.concatenate([evidence.causes(at, T).lost[way] for at in SCENARIOS for T in APART])
+    return blame_words(int((lost == 0).sum()), int(lost.sum()), 0), f"{int((lost == 0).sum())} of {lost.size} finite"
+
+
+def longest_rmse(evidence: Evidence) -> Iterator[tuple[str, float]]:
+    """By way of stepping, the RMSE of AOSMC-RGS at the longest period over its value in continuous time."""
+    for way, words in WAYS.items():
+        yield words, evidence.growth(RMSE, PROPOSED, evidence.at(RMSE, max(APART), way))
+
+
+def apart() -> str:
+    """The periods at which all ways of stepping were run."""
+    return " and ".join(f"{1e3 * period:g}" for period in APART) + " ms"
+
+
+# The published order
+
+
+def published_order(evidence: Evidence) -> Finding:
+    """The pairs of the published tables that hold in continuous time, and in a computer."""
+    still, now = evidence.still(RMSE), evidence.at(RMSE, REALISTIC, delay=True, noisy=True)
+    before, after = printed(still), printed(now)
+    kept = len(before["below"] & after["below"])
+    variations = [
+        Variation(words, f"{len(before['below'] & printed(evidence.at(RMSE, *how))['below'])}")
+        for words, *how in computers()
+        if how != [REALISTIC, "euler", True, True]
+    ]
+    for margin in MARGINS:
+        one, other = printed(still, margin), printed(now, margin)
+        words = f"apart by more than {100 * margin:g} %"
+        held = len(one["below"] & other["below"])
+        variations.append(Variation(words, f"{held}", f"{len(one['below'])} in continuous time"))
+    total = sum(map(len, before.values()))
+    return Finding(
+        "published_order",
+        f"Of {total} pairs of laws in the published tables {len(before['below'])} have the printed order in continuous "
+        f"time, and {kept} of these keep it in a computer of {MS} with delay and noise.",
+        f"In continuous time {len(before['above'])} pairs have the opposite order and {len(before['undecided'])} are "
+        f"too close to call; in the computer {len(after['above'])} and {len(after['undecided'])}.",
+        statistic=f"Order of two laws by RMSE (43), if they differ by more than {100 * MARGIN:g} % and both errors.",
+        sample=f"{total} pairs of six laws, both joints and scenarios; with noise the mean of {NOISY} runs.",
+        given=GIVEN,
+        chosen=f"{CHOSEN} The margin of {100 * MARGIN:g} %; the numbers of all rivals, which the paper does not state.",
+        fitted=FITTED,
+        answer=f"{kept}",
+        variations=tuple(variations),
+        untried="Other numbers of the rivals (a6).",
+    )
