@@ -167,7 +167,7 @@ def effect(one: Comparison, without: str) -> str:
     """The effect of a part on the cost of AOSMC-RGS, in words."""
     if one.alike(PROPOSED, without):
         return "no difference"
-    return {"below": "lower cost with it", "above": "higher cost with it"}.get(
+    return {"below": "lower cost with (34)", "above": "higher cost with (34)"}.get(
         one.order(PROPOSED, without), "undecided"
     )
 
