@@ -1,1 +1,1 @@
-"""Twelve laws given the same, tuned alike and compared in scenarios where none was tuned."""
+"""Twelve laws with the same measurements, tuned alike and compared in scenarios where none was tuned."""

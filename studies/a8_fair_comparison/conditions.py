@@ -24,7 +24,7 @@ from workbench.validation.refusals import Array
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s
 NOISE_Q, NOISE_QD = 1e-4, 5e-3  # rad, rad/s
-LIMIT = (100.0, 50.0)  # N m, three times what gravity takes at most
+LIMIT = (100.0, 50.0)  # N m, three times the largest torque of gravity
 LEVEL = 2.0  # s, that a level of a square wave lasts
 
 
@@ -93,16 +93,40 @@ TRAINING = (  # both ends of the masses that are drawn: a light arm answers a to
 HELD_OUT = (
     Scenario("paper", "the paper's first scenario, with the right masses", FIRST, CARD["FS: q(0)"]),
     Scenario("fast", "a faster motion", FAST, (0.0, 0.0)),
-    Scenario("payload", "a slower motion, 1 kg in the hand", SLOW, (0.0, 0.5), mass=(1.0, 2.0)),
+    Scenario("payload", "a slower motion, a payload of 1 kg", SLOW, (0.0, 0.5), mass=(1.0, 2.0)),
     Scenario(
         "friction", "a slower motion, ten times the friction", SLOW, (0.0, 0.5), viscous=(1.0, 1.0), coulomb=(2.0, 2.0)
     ),
-    Scenario("jumps", "other jumps than the paper's", SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)),
-    Scenario("push", "five times the disturbance, three times as fast", FIRST, (0.5, 0.5), push=5.0, pace=3.0),
-    Scenario("noise", "three times the noise, positions in steps of 1 mrad", SLOW, (0.0, 0.5), noise=3.0, quantum=1e-3),
-    Scenario("quiet", "a tenth of the noise", SLOW, (0.0, 0.5), noise=0.1),
-    Scenario("limit", "a torque of at most 35 and 12 N m", FIRST, (0.5, 0.5), limit=(35.0, 12.0)),
-    Scenario("slow", "a computer of 4 ms, whose torque comes a period late", FIRST, (0.5, 0.5), slow=4),
+    Scenario(
+        "jumps", "a square wave with other jumps than in the paper", SquareWave((1.2, -0.8), 1 / LEVEL), (0.0, 0.0)
+    ),
+    Scenario(
+        "push",
+        "the paper's first motion, five times the disturbance at three times its frequency",
+        FIRST,
+        (0.5, 0.5),
+        push=5.0,
+        pace=3.0,
+    ),
+    Scenario(
+        "noise",
+        "a slower motion, three times the noise, positions in steps of 1 mrad",
+        SLOW,
+        (0.0, 0.5),
+        noise=3.0,
+        quantum=1e-3,
+    ),
+    Scenario("quiet", "a slower motion, a tenth of the noise", SLOW, (0.0, 0.5), noise=0.1),
+    Scenario(
+        "limit", "the paper's first motion, a torque of at most 35 and 12 N m", FIRST, (0.5, 0.5), limit=(35.0, 12.0)
+    ),
+    Scenario(
+        "slow",
+        "the paper's first motion, a period of 4 ms, and a torque that acts one period late",
+        FIRST,
+        (0.5, 0.5),
+        slow=4,
+    ),
 )
 
 
@@ -140,7 +164,7 @@ HALF = 0.5  # of the time, that counts as late
 
 
 def metrics(scenario: Scenario) -> tuple[AbstractMetric, ...]:
-    """Those of a run: late is the second half of each level of a square wave, and of the whole run otherwise.
+    """The metrics of a run: late is the second half of each level of a square wave, and of the whole run otherwise.
 
     The torque is sampled as often as the computer changes it.
     """
@@ -166,10 +190,10 @@ class Term:
 
 
 TERMS = (
-    Term("RMSE", "rad", 0.5, "the whole run with its first error"),
-    Term(LATE, "rad", 0.005, "what is left once the first error is gone: a quarter of a degree"),
-    Term("TV", "N m/s", 300.0, "chattering: about three times what the wanted motion itself takes"),
-    Term("effort", "N m", 50.0, "torque: twice what gravity takes"),
+    Term("RMSE", "rad", 0.5, "error over the whole run, with the start"),
+    Term(LATE, "rad", 0.005, "error after the start: a quarter of a degree"),
+    Term("TV", "N m/s", 300.0, "chattering: about three times the value for the wanted motion itself"),
+    Term("effort", "N m", 50.0, "torque: twice the torque against gravity"),
 )
 
 

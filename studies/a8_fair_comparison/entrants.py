@@ -1,4 +1,4 @@
-"""The laws of a8 with the numbers that are tuned, and all that they are given: laws given the same are compared."""
+"""The laws of a8 with the numbers that are tuned, and their measurements: laws with the same ones are compared."""
 
 from __future__ import annotations
 
@@ -71,8 +71,8 @@ def two(field: str, low: float, high: float, unit: str, at: tuple[str, str] = EA
     return tuple(one(f"controller.{field}", low, high, unit, (at[j],), f"{field}_{j + 1}") for j in (0, 1))
 
 
-LAYER = "s stays within so wide a layer, where the gain over phi alone counts"
-LAG = "with so long a lag the gain follows no rule, and with so short a one it follows at once"
+LAYER = "s stays within such a wide layer, where only the ratio of gain and phi counts"
+LAG = "with such a long lag the gain follows no rule, and with such a short one it follows at once"
 ORDER = "the law asks for 1 < gamma < 2"
 GAIN = (1.0, 500.0)  # N m, of a switching torque
 STIFF, DAMPED = (5.0, 2000.0), (0.5, 200.0)  # N m/rad, N m s/rad
@@ -184,7 +184,7 @@ def gains(path: str) -> tuple[Sought, Sought]:
     )
 
 
-PASSES = "the filter passes what it reads on"
+PASSES = "the filter passes its input on"
 LUENBERGER = Luenberger(ARM, CARD["L1"], CARD["L2"], q_hat=(0.0, 0.0), integrator="cayley")
 ALL_GAINS = (*gains("observer.state"), one("observer.disturbance.l", 1.0, 100.0, "1/s"))
 READINGS = Given("readings", "raw readings", "positions and velocities as read", FullState(2))
@@ -215,7 +215,7 @@ class Entrant:
 
     @property
     def name(self) -> str:
-        """That of the law: within a table all laws are given the same."""
+        """The name of the law: within a table all laws have the same measurements."""
         return self.law.name
 
     @property

@@ -1,36 +1,42 @@
-"""The evidence of a8: the cost of each law draw by draw, judged by its mean and by all that could turn a verdict."""
+"""The evidence of a8: the cost of each law draw by draw, judged by its mean and by all that could change an answer."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, Entrant
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSED, READINGS, Entrant
 from workbench.loop import DigitalLoop
 from workbench.study import Results, Work
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
+    Comparison,
     Judgement,
     Mean,
     Median,
     Paired,
+    Pooled,
     Quantile,
     Standings,
     Success,
     Tail,
     judge,
+    leave_one_out,
     paired,
+    pool,
 )
 from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
+from workbench.study.evidence.pooling import WAYS, Way
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
 
 Samples = Mapping[str, Sample]  # by the names of laws
-ABLATED = ("paper", "payload")  # the scenarios in which AOSMC-RGS loses its parts
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
 ASKED = Mean()
 OTHERS = (Median(), Quantile(0.9), Tail(0.9), Success(ACCEPTABLE))
@@ -40,9 +46,10 @@ CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonfe
 RESAMPLES, SEED = 4000, 88
 DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
 CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
-AS_TUNED = "as tuned, fewer laws"
+NUMBERS = {3: "three", 4: "four"}  # how many laws contend, in words
+PLAIN = "ASMC"  # adaptive sliding mode without a Riccati equation
+WEIGHED = (BOTH.key, READINGS.key)  # what is given to the laws that are judged with other weights, too
 WEIGHTS = {
-    "as tuned for": (1.0, 1.0, 1.0, 1.0),
     "error alone": (1.0, 1.0, 0.0, 0.0),
     "late error four times": (1.0, 4.0, 1.0, 1.0),
     "chattering four times": (1.0, 1.0, 4.0, 1.0),
@@ -114,58 +121,82 @@ def judge_laws(values: Paired, others: Sequence[Median | Quantile | Tail | Succe
     return judge(values, ASKED, others, confidence=CONFIDENCE, margin=MARGIN, resamples=RESAMPLES, seed=SEED)
 
 
+def judge_means(values: Paired) -> Judgement:
+    """Laws by the mean alone."""
+    return judge_laws(values, ())
+
+
 @dataclass(frozen=True)
 class Evidence:
     """All judgements, made once from the runs."""
 
     runs: Mapping[str, Mapping[str, Samples]]  # by the key of what a law is given, and by scenario
     cost: Mapping[str, Standings]  # by the same key
-    together: Mapping[str, Judgement]  # the cost of each draw, the mean over the scenarios
-    again: Mapping[str, Mapping[str, Standings]]  # by key and by what was done: the laws of least training cost
-    weighted: Mapping[str, Standings]  # behind both observers, tuned for the first weights
+    pooled: Mapping[str, Mapping[Way, Pooled]]  # by key: all scenarios together, and without each
+    again: Mapping[str, Mapping[str, Standings]]  # by key and by what was changed for the laws of least training cost
+    weighted: Mapping[str, Mapping[str, Standings]]  # by key of WEIGHED: the cost with other weights of its terms
     causes: Mapping[tuple[str, str, str], Causes]  # of lost runs, by scenario, law and words of what it is given
-    parts: Mapping[str, tuple[Judgement, ...]]  # by scenario: the cost and each metric, without each part
+    parts: Parts
+
+
+@dataclass(frozen=True)
+class Parts:
+    """AOSMC-RGS beside itself without each of its parts, and beside plain ASMC, over all scenarios."""
+
+    frozen: Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
+    retuned: Mapping[Way, Pooled]  # tuned again without the part
+    by_term: tuple[Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
 
 def evidence(results: Results) -> Evidence:
     """All judgements of the runs."""
-
-    def samples(scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
-        return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
-
-    def standings(laws: Sequence[Entrant], kind: str = "") -> Standings:
-        return Standings({s.name: judge_laws(cost_of(samples(s, laws, kind))) for s in HELD_OUT})
-
-    tuned = {one.key: results.tuned(one.key) for entrants in ENTRANTS.values() for one in entrants}
-    kinds = {AS_TUNED: ""} | {words: kind for kind, (words, _) in AGAIN.items()}
-    runs = {key: {s.name: samples(s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
-    ours = runs[BOTH.key]
+    runs = {key: {s.name: samples(results, s, entrants) for s in HELD_OUT} for key, entrants in ENTRANTS.items()}
+    cost = {key: {s: cost_of(held) for s, held in by.items()} for key, by in runs.items()}
     return Evidence(
         runs,
-        {key: standings(entrants) for key, entrants in ENTRANTS.items()},
-        {key: judge_laws(mean_cost(held)) for key, held in runs.items()},
+        {key: Standings({s: judge_laws(one) for s, one in by.items()}) for key, by in cost.items()},
+        {key: {way: leave_one_out(by, judge_means, way) for way in WAYS} for key, by in cost.items()},
+        {key: with_other_numbers(results, key, runs[key]) for key in ENTRANTS},
         {
-            key: {words: standings(contenders(entrants, tuned), kind) for words, kind in kinds.items()}
-            for key, entrants in ENTRANTS.items()
-        },
-        {
-            words: Standings({s: judge_laws(weighted(held, weights), ()) for s, held in ours.items()})
-            for words, weights in WEIGHTS.items()
+            key: {
+                words: Standings({s: judge_means(weighted(held, weights)) for s, held in by.items()})
+                for words, weights in WEIGHTS.items()
+            }
+            for key, by in runs.items()
+            if key in WEIGHED
         },
         dict(zip(losses(results), results.work("causes"), strict=True)),
-        {s.name: without_parts(results, s, ours[s.name][PROPOSED]) for s in HELD_OUT if s.name in ABLATED},
+        without_parts(results, runs[BOTH.key]),
     )
 
 
-def mean_cost(runs: Mapping[str, Samples]) -> Paired:
-    """The mean over the scenarios of each draw, which is the same in all of them."""
-    costs = [cost_of(held) for held in runs.values()]
-    mean = np.mean([one.values for one in costs], axis=0)
-    errors = np.mean([one.errors for one in costs], axis=0)
-    laws = costs[0].laws
-    values = dict(zip(laws, np.where(np.isinf(mean), np.nan, mean).T, strict=True))
-    off = dict(zip(laws, map(float, errors), strict=True))
-    return paired(values, metric="cost", errors=off, note=costs[0].note)
+def samples(results: Results, scenario: Scenario, laws: Sequence[Entrant], kind: str = "") -> dict[str, Sample]:
+    """The runs of laws in a scenario, by the names of the laws."""
+    return {law.name: results.sample(name_of(scenario, f"{law.key}{kind}")) for law in laws}
+
+
+def with_other_numbers(results: Results, key: str, runs: Mapping[str, Samples]) -> dict[str, Standings]:
+    """The laws of least training cost with other numbers, beside the other laws as tuned, and by themselves.
+
+    Among fewer laws there are fewer comparisons, with narrower intervals, so that laws alone are a change of their own.
+    """
+    some = contenders(ENTRANTS[key], {one.key: results.tuned(one.key) for one in ENTRANTS[key]})
+    count = NUMBERS[len(some)]
+    found = {}
+    for words, kind in {"": "", **{words: kind for kind, (words, _) in AGAIN.items()}}.items():
+        changed = {s.name: samples(results, s, some, kind) for s in HELD_OUT}
+        if kind:
+            beside = {
+                name: {law: changed[name].get(law, one) for law, one in held.items()} for name, held in runs.items()
+            }
+            found[f"{words} for {count} laws"] = standings(beside)
+        found[", ".join(filter(None, (words, f"{count} laws alone")))] = standings(changed)
+    return found
+
+
+def standings(runs: Mapping[str, Samples]) -> Standings:
+    """Laws by their mean costs in each scenario."""
+    return Standings({name: judge_means(cost_of(held)) for name, held in runs.items()})
 
 
 @dataclass(frozen=True)
@@ -205,9 +236,31 @@ def cause_of(lost: LostRuns) -> Causes:
     return causes_in_sweep(sweep(name_of(scenario, lost.entrant), loop, scenario), np.array(lost.runs), ways)
 
 
-def without_parts(results: Results, scenario: Scenario, proposed: Sample) -> tuple[Judgement, ...]:
-    """AOSMC-RGS beside itself less each of its parts: the cost first, then each of its terms."""
-    parts = PROPOSAL.loop(scenario, results.tuned(PROPOSAL.key).best).ablations()
-    held = {PROPOSED: proposed} | {part: results.sample(name_of(scenario, part)) for part in parts}
-    terms = (cost_of(held, (replace(term, acceptable=1.0),), term.metric, term.unit) for term in TERMS)
-    return tuple(judge_laws(values, ()) for values in (cost_of(held), *terms))
+def without_parts(results: Results, runs: Mapping[str, Samples]) -> Parts:
+    """AOSMC-RGS beside itself without each of its parts, over all scenarios."""
+    less = {**{part: part for part in PARTS}, STEADY: STEADY}
+    again = {part: one.key for part, one in RETUNED.items()}
+
+    def beside(others: Mapping[str, str], *laws: str) -> dict[str, Samples]:
+        """The laws as they are judged above, with other runs, by scenario."""
+        return {
+            s.name: {law: runs[s.name][law] for law in laws}
+            | {name: results.sample(name_of(s, key)) for name, key in others.items()}
+            for s in HELD_OUT
+        }
+
+    frozen, retuned = (
+        {name: cost_of(held) for name, held in beside(others, PROPOSED, PLAIN).items()} for others in (less, again)
+    )
+    alone = beside(again, PROPOSED)
+    costs: list[Callable[[Samples], Paired]] = [cost_of, *(partial(term_of, term=term) for term in TERMS)]
+    return Parts(
+        leave_one_out(frozen, judge_means),
+        {way: leave_one_out(retuned, judge_means, way) for way in WAYS},
+        tuple(judge_means(pool({name: of(held) for name, held in alone.items()})).by[ASKED.words] for of in costs),
+    )
+
+
+def term_of(held: Samples, term: Term) -> Paired:
+    """A term of the cost in its own unit."""
+    return cost_of(held, (replace(term, acceptable=1.0),), term.metric, term.unit)

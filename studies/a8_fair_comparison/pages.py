@@ -1,69 +1,53 @@
-"""The page of a8: pictures and findings first, then what they rest on."""
+"""The page of a8: its answer and its findings, the cost in each scenario, what changes an answer, and what parts are "
+"worth.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from studies.a8_fair_comparison import conditions, findings
-from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, TERMS, both
-from studies.a8_fair_comparison.entrants import (
-    BOTH,
-    ENTRANTS,
-    FILTER,
-    GIVEN,
-    OBSERVER,
-    PROPOSAL,
-    PROPOSED,
-    READINGS,
-    Given,
-)
-from studies.a8_fair_comparison.evidence import ASKED, CONFIDENCE, FAMILY, Evidence, evidence
-from workbench.notation.formula import symbol
-from workbench.study.document.document import Column, Figure, Measured, Paragraph, Phrase, Reference, Section, Table
-from workbench.study.document.phrases import raised
-from workbench.study.evidence import ablation_table, statistics_table
-from workbench.study.evidence.law_tables import information_table
-from workbench.study.pictures import budget_curves, pareto_fronts, standings_figure
+from studies.a8_fair_comparison import changes, findings
+from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
+from studies.a8_fair_comparison.conditions import HELD_OUT
+from studies.a8_fair_comparison.conditions_section import conditions_section
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, LAWS, OBSERVER, PROPOSED, READINGS, Given
+from studies.a8_fair_comparison.evidence import ASKED, MARGIN, PLAIN, Evidence, evidence
+from studies.a8_fair_comparison.tuning_section import trust, tuning
+from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
+from workbench.study.evidence import ablation_table, change_without, level_of
+from workbench.study.evidence.comparison_tables import BOLD, HALF
+from workbench.study.pictures import standings_figure
 from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results
-from workbench.study.tuning import Tuned
-from workbench.study.uncertainty.factors import Space
-from workbench.validation.refusals import Array
 
-TURNED = (
-    "Each law as it was tuned behind both observers, in the first held-out scenario with one draw of the noise. In the "
-    "page of this report the conditions that are drawn are knobs."
+KNOBS = (
+    "Each law as it was tuned behind both observers, in the first held-out scenario with one draw of the noise. On the "
+    "page of this report, the conditions that are drawn are knobs."
 )
 
 
-def sections(results: Results) -> Sequence[Section]:
+def sections(results: Results) -> Page:
     held = evidence(results)
-    return (
-        answer(held),
-        dependence(held),
-        conditions_section(),
-        parts(held),
-        tuning(results),
-        trust(results),
-        loops_section("The laws, to be turned", TURNED, results.outcomes),
-    )
-
-
-def answer(held: Evidence) -> Section:
-    return Section(
-        "What was found",
-        (
-            standings(held, BOTH),
-            short(standings(held, READINGS)),
-            *(findings.winner(held, given) for given in reversed(GIVEN)),
+    return Page(
+        answer=findings.answer(held),
+        findings=(
+            findings.winner(held, BOTH),
+            findings.winner(held, READINGS),
+            findings.pooled_cost(held),
             findings.proposed(held),
-            findings.diverged(held),
-            findings.parts_matter(held),
-            short(standings(held, FILTER)),
-            short(standings(held, OBSERVER)),
+            findings.riccati(held),
+        ),
+        sections=(
+            Section("Cost in each scenario", (standings(held, BOTH), short(standings(held, READINGS)))),
+            changed(held),
+            together(held),
+            parts(held),
+            Section("Other measurements", (short(standings(held, FILTER)), short(standings(held, OBSERVER)))),
+            conditions_section(),
+            tuning(results),
+            trust(results, held),
+            loops_section("The laws with knobs", KNOBS, results.outcomes),
         ),
     )
 
@@ -72,9 +56,10 @@ def standings(held: Evidence, given: Given) -> Figure:
     judgements = held.cost[given.key].judgements
     return standings_figure(
         f"standings_{given.key}",
-        f"Cost of the laws in each held-out scenario, all given {given.words}.",
+        f"Cost of the laws in each scenario. Every law has {given.words}.",
         {scenario: one.by for scenario, one in judgements.items()},
         ASKED.words,
+        (),
     )
 
 
@@ -83,200 +68,148 @@ def short(shown: Figure) -> Figure:
     return replace(shown, caption=shown.numbers.caption)
 
 
-def dependence(held: Evidence) -> Section:
-    """The laws over all scenarios together by each statistic, and with other weights of the cost."""
-    weights = Table(
-        "weights",
-        f"In how many held-out scenarios each law has the least {findings.MEASURE}, with other weights of the terms.",
-        (Column("weights"), Column("best in")),
-        tuple((words, findings.counts(one)) for words, one in held.weighted.items()),
-        ("The runs are those of laws tuned for the first row. Open: no law is significantly best.",),
+def changed(held: Evidence) -> Section:
+    """The number of scenarios in which each law is best, by what was done otherwise."""
+    words = (
+        "A row has the number of scenarios in which a law has the lowest cost, beyond its interval and "
+        f"{100 * MARGIN:g} %. The last column has the law that is lowest in more than half of them. Where all "
+        "scenarios are judged together there are no numbers, and it has the law that is significantly lowest."
     )
-    together = (
-        statistics_table(
-            f"together_{given.key}", f"Cost over all scenarios together, given {given.words}.", held.together[given.key]
-        )
-        for given in GIVEN
+    care = (
+        "Other searches and budgets were run for the three laws with the least cost in tuning, and for AOSMC-RGS. Each "
+        "of these changes has two rows. In the first the other laws stay as tuned, and all 66 pairs of laws are "
+        "compared, so that the row shows the search alone. In the second these few laws are compared alone. There are "
+        "then fewer pairs, the intervals are narrower, and more scenarios are decided."
     )
-    return Section("What the verdicts depend on", (*together, weights))
+    tables = (table for given in GIVEN for table in (changes_table(held, given), without_table(held, given)))
+    return Section("What changes the answer", (Paragraph(words), Paragraph(care), *tables))
 
 
-def conditions_section() -> Section:
-    """All that is the same for all laws, and what each is given."""
-    first = HELD_OUT[0]
-    loop = PROPOSAL.loop(first)
-    equation = loop.ode()
-    drawn = Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
-    return Section(
-        "What is the same for all laws",
-        (
-            Paragraph(
-                "A law's model has the paper's masses and lengths; the arm has others, and friction, which no model "
-                "knows. AOSMC-RGS is repaired as in a1. In place of (24), which needs the unknown D, stands an "
-                "observer of the momentum, which can be built; D_hat is added to the torque of every law behind it. "
-                "The first estimate of (10) is the arm's start, as a first reading without noise gives it. PID alone "
-                "has no model. Memories move by explicit Euler, but for three that are stiff: (34) and observer (10) "
-                "move by a Cayley step, the filter of the velocity and the leak of the network exactly."
-            ),
-            information(),
-            scenarios(),
-            drawn.table("drawn", "What is drawn anew in each of the runs of a held-out scenario, shown for the first."),
-            Table(
-                "objective",
-                "The terms of the cost: each metric, both joints together, over what is called acceptable.",
-                (Column("metric"), Column("acceptable", align="right"), Column("unit"), Column("what it stands for")),
-                tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
-            ),
-            Paragraph(
-                (
-                    "The cost is the sum of the terms: one objective for all, linear, so that no law gains by giving "
-                    "up motion for a still torque. What is acceptable is our choice; ",
-                    Reference("weights"),
-                    " shows who is best under others.",
-                )
-            ),
-        ),
+def changes_table(held: Evidence, given: Given) -> Table:
+    """One row a change, one column a law that is best in a scenario by one of them."""
+    whole = {f"all scenarios together, {way}" for way in held.pooled[given.key]}
+    rows = [changes.base(held, given.key), *changes.changes(held, given.key)]
+    rows = [row for row in rows if row.counts is not None or row.words in whole]
+    laws = [law.name for law in LAWS if any(law.name in (row.counts or {}) for row in rows)]
+    columns = (
+        Column("what is changed"),
+        *(Column(law, align="right") for law in laws),
+        Column("undecided", align="right"),
+        Column("lowest in most"),
     )
-
-
-def information() -> Table:
-    entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
-    others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
-    entrants |= {f"{one.name}, {one.given.name}": one for one in others}
-    return information_table(
-        "information",
-        "Who is given what: all laws behind both observers, and two of them behind the rest.",
-        {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
-        {name: len(one.tuned) for name, one in entrants.items()},
-    )
-
-
-def scenarios() -> Table:
-    usual = HELD_OUT[0]
-    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
-    rows = [(one.name, "training", one.words) for one in conditions.TRAINING]
-    rows += [(one.name, "held out", one.words) for one in HELD_OUT]
     return Table(
-        "scenarios",
-        "The scenarios.",
-        (Column("name"), Column("for"), Column("what is wanted, and what is unusual")),
+        f"changes_{given.key}",
+        f"Scenarios in which each law has the lowest cost. Every law has {given.words}.",
+        columns,
+        tuple((row.words, *counts_of(row, laws), row.answer) for row in rows),
+    )
+
+
+def without_table(held: Evidence, given: Given) -> Table:
+    """The law that is significantly lowest over all scenarios but one, by each way to pool."""
+    pools = held.pooled[given.key]
+    rows = [("none", *(one.answer for one in pools.values()))]
+    rows += [(s.name, *(one.answers[s.name] for one in pools.values())) for s in HELD_OUT]
+    return Table(
+        f"without_{given.key}",
+        f"The law with the lowest cost over all scenarios but one. Every law has {given.words}.",
+        (Column("scenario left out"), *map(Column, pools)),
+        tuple(rows),
+    )
+
+
+def counts_of(row: changes.Change, laws: Sequence[str]) -> tuple[int | None, ...]:
+    """The scenarios of each law and the undecided ones; none where all scenarios are judged together."""
+    if row.counts is None:
+        return (None,) * (len(laws) + 1)
+    return (*(row.counts.get(law, 0) for law in laws), row.scenarios - sum(row.counts.values()))
+
+
+def together(held: Evidence) -> Section:
+    words = (
+        "Costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
+        "with the largest costs. The ratio to the best of each scenario and the geometric mean do not depend on the "
+        "unit of a scenario. The last columns name the scenario with the largest part of a law's sum, and the mean "
+        "without the scenario that dominates for most laws."
+    )
+    return Section("All scenarios together", (Paragraph(words), *(together_table(held, given) for given in GIVEN)))
+
+
+def together_table(held: Evidence, given: Given) -> Table:
+    by = held.pooled[given.key]
+    total = by[changes.SUM]
+    name, _ = changes.heaviest(total)
+    comparisons = [one.whole.by[ASKED.words] for one in by.values()] + [total.without[name].by[ASKED.words]]
+    heads = (*by, f"{changes.SUM} without '{name}'")
+    rows = []
+    for law in comparisons[0].paired.laws:
+        parts = {scenario: share[law] for scenario, share in total.shares.items() if law in share}
+        largest = max(parts, key=lambda scenario: parts[scenario]) if parts else None
+        part = 100 * parts[largest] if largest else None
+        rows.append((law, *(level_of(one, law) for one in comparisons), largest, part))
+    columns = (
+        Column("law"),
+        *(Column(head, align="right") for head in heads),
+        Column("largest part"),
+        Column("of the sum", "%", "right", digits=2),
+    )
+    whole = comparisons[0]
+    notes = (f"{BOLD} In brackets is {HALF}; {whole.holds}.", whole.paired.said)
+    return Table(
+        f"together_{given.key}", f"Cost over all scenarios. Every law has {given.words}.", columns, tuple(rows), notes
+    )
+
+
+def parts_table(held: Evidence) -> Table:
+    """One row a part: the change of the pooled cost without it, with the numbers of the whole law and tuned again."""
+    frozen, retuned = held.parts.frozen.whole.by[ASKED.words], held.parts.retuned[changes.BASE].whole.by[ASKED.words]
+    steady = (STEADY, RICCATI)
+    rows = [
+        (
+            f"without {part}",
+            change_without(frozen, part, PROPOSED),
+            change_without(frozen, STEADY, PROPOSED) if part in steady else None,
+            change_without(retuned, part, PROPOSED),
+            len(RETUNED[part].tuned),
+        )
+        for part in PARTS
+    ]
+    plain = change_without(retuned, PLAIN, PROPOSED)
+    rows.append((f"plain {PLAIN}", None, None, plain, len(ENTRANTS[BOTH.key][1].tuned)))
+    return Table(
+        "parts",
+        f"Change of the geometric mean of the cost over all scenarios, as {PROPOSED} loses one of its parts.",
+        (
+            Column("law"),
+            Column("numbers of the whole law", "%", "right"),
+            Column("P at its steady value", "%", "right"),
+            Column("tuned again", "%", "right"),
+            Column("numbers tuned", align="right"),
+        ),
         tuple(rows),
         (
-            f"Unless said otherwise: the model's masses, {limit} N m of torque, a period of "
-            f"{1e3 * conditions.PERIOD:g} ms, friction of {viscous} N m s/rad and {coulomb} N m, the paper's "
-            f"disturbance, and normal noise of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s, fresh at "
-            "each reading. 'A slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster motion' "
-            f"0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
+            f"A positive change says that the part lowers the cost. Bold: significant. In brackets is {HALF}; "
+            f"{retuned.holds}.",
+            retuned.paired.said,
         ),
     )
 
 
 def parts(held: Evidence) -> Section:
+    """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
-        "AOSMC-RGS as tuned, less one part at a time, without tuning it again: a law is not better or worse for a part "
-        "alone, but for the part at these numbers. Without its state observer it takes the noisy readings; without its "
-        "boundary layer it switches once a period."
+        f"A law that loses a part with the numbers of the whole law is not tuned for what is left. So each law without "
+        f"a part is tuned again, with the same budget for each of its numbers. The tuned P(0) is a start pulse: (34) "
+        f"takes it within milliseconds to a steady value that is more than a thousand times smaller. To keep P at P(0) "
+        f"therefore makes K grow without end, and says nothing about (34). The second column keeps P at the steady "
+        f"value for K(0) at the posture in which a scenario starts. In a3 P(0) is near the steady value, so that P "
+        f"kept at P(0) has another effect there: it changes the error by a few percent. Without the state observer "
+        f"the law takes the noisy readings; without the disturbance estimate it is {PROPOSED} behind observer (10)."
     )
-    tables = (
-        ablation_table(
-            f"parts_{key}",
-            f"AOSMC-RGS less each of its parts, scenario '{key}'.",
-            [one.by[ASKED.words] for one in judgements],
-            PROPOSED,
-        )
-        for key, judgements in held.parts.items()
+    by_term = ablation_table(
+        "parts_by_term",
+        "The same change of the cost and of each of its terms, each law without a part tuned again.",
+        held.parts.by_term,
+        PROPOSED,
     )
-    return Section("What makes the difference", (Paragraph(words), *tables))
-
-
-def trust(results: Results) -> Section:
-    return Section(
-        "How far to trust this",
-        (
-            Paragraph(
-                f"Intervals are those of chance in the draws. Those of a scenario hold at once with "
-                f"{100 * CONFIDENCE:g} %, so that all of a statistic and of what is given do in all {len(HELD_OUT)} "
-                f"scenarios with {100 * FAMILY:g} %, about: of a skewed sample of 160 draws 99.5 % held 98.7 % in a "
-                "trial. The draws are the same in all scenarios, so that these are not as many independent trials. "
-                "Intervals do not hold the chance of a search, which may end far from another of the same law, nor "
-                "the choice of objective, scenarios and ranges. Errors of the step are the largest of the runs that "
-                "were run again, one of sixteen: the arm is integrated by RK4 once a period, and there twice. The laws "
-                "were tuned for two masses; a tuning over draws would make all of them more robust, at many times the "
-                "cost. Not tuned were the nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC, those of a1."
-            ),
-            *(tuned_numbers(results, given) for given in GIVEN),
-        ),
-    )
-
-
-NOTE = (
-    "Here and in the tables below. Least cost: the mean over both training scenarios and the training noises of all "
-    "searches; in brackets its error by the step. Of each search: its least cost under its own noise."
-)
-
-
-def tuning(results: Results) -> Section:
-    shown = {one.name: results.tuned(one.key) for one in ENTRANTS[BOTH.key]}
-    note = next(iter(shown.values())).note
-    budget = budget_curves(
-        "budget",
-        "The least cost so far, all laws behind both observers. Bands: between the searches.",
-        {name: curves(one) for name, one in shown.items()},
-        f"Of {next(iter(shown))}: {note}",
-        "cost",
-    )
-    late_error, chattering = (
-        lambda runs, metric=metric: np.mean([both(sample, metric) for sample in runs.values()], axis=0)
-        for metric in (LATE, "TV")
-    )
-    front = pareto_fronts(
-        "front_chattering",
-        "Error against chattering in the training scenarios: points of the searches that none beats in both.",
-        {name: one.measures(late_error, chattering) for name, one in shown.items()},
-        "The runs of the figure above",
-        "late RMSE [rad]",
-        "TV [N m/s]",
-    )
-    tables = (searches(results, given, (NOTE,) if given == GIVEN[0] else ()) for given in GIVEN)
-    return Section("Tuning with the same budget", (budget, front, *tables))
-
-
-def searches(results: Results, given: Given, notes: tuple[str, ...]) -> Table:
-    rows = []
-    for entrant in ENTRANTS[given.key]:
-        tuned = results.tuned(entrant.key)
-        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:.4g}" for best in tuned.bests)
-        physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
-        rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
-    heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
-    columns = (*heads, Column("of each search"), Column("doubts, and limits"))
-    return Table(f"searches_{given.key}", f"The searches of all laws given {given.words}.", columns, tuple(rows), notes)
-
-
-def tuned_numbers(results: Results, given: Given) -> Table:
-    rows = []
-    for entrant in ENTRANTS[given.key]:
-        best = results.tuned(entrant.key).best
-        for one in entrant.tuned:
-            spread, tuned = f"{one.low:g} to {one.high:g}", f"{best[one.name]:.7g}"
-            rows.append((entrant.name, letter(one.name), raised(one.unit), spread, tuned))
-    heads = tuple(map(Column, ("law", "number", "unit", "begins within", "as tuned")))
-    note = (
-        "Sought on a scale of logarithms, from where a search begins to a thousandth of its lower and a thousand times "
-        "its upper end, where no physical limit comes before."
-    )
-    notes = (note,) if given == GIVEN[0] else ()
-    return Table(f"numbers_{given.key}", f"The numbers as tuned, given {given.words}.", heads, tuple(rows), notes)
-
-
-def letter(name: str) -> Phrase:
-    """A number's name as it is printed: K(0) by its letter too."""
-    stem, bracket, rest = name.partition("(")
-    return (symbol(stem), bracket + rest) if bracket else name if name == "lag" else symbol(name)
-
-
-def curves(one: Tuned) -> tuple[Array, Array]:
-    """The evaluations, and the best so far of each search; one that ended early stays where it was."""
-    longest = max(one.searches, key=lambda search: len(search.bests)).spent
-    bests = [np.append(s.bests, np.full(len(longest) - len(s.bests), s.bests[-1])) for s in one.searches]
-    return longest, np.stack(bests)
+    return Section("What each part of AOSMC-RGS is worth", (Paragraph(words), parts_table(held), by_term))

@@ -1,0 +1,71 @@
+"""AOSMC-RGS without each of its parts: as the whole law was tuned, with P at its steady value, and tuned again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from studies.a3_riccati_gains.path import inertia
+from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
+from studies.a8_fair_comparison.entrants import AOSMC, BOTH, ENTRANTS, OBSERVER, PROPOSAL, PROPOSED, Entrant, Given, Law
+from workbench.design.riccati import care
+from workbench.loop import DigitalLoop
+from workbench.observers import FullState, WithDisturbance
+from workbench.validation.refusals import Array
+
+RICCATI = "Riccati equation"
+PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())
+STEADY = f"{RICCATI}, P at its steady value"
+UNUSED = {  # the numbers of the whole law that nothing reads once a part is gone
+    "state observer": ("L1", "L2"),
+    "adaptation of K": ("P(0)", "Q", "R"),
+    RICCATI: ("Q", "R"),
+    "boundary layer": ("phi",),
+}
+
+
+def retuned(part: str) -> Entrant:
+    """AOSMC-RGS without a part, to be tuned by itself: behind observer (10) alone it is an entrant as it stands."""
+    if part == "disturbance estimate":
+        return next(one for one in ENTRANTS[OBSERVER.key] if one.name == PROPOSED)
+    observers = BOTH.observer.without()
+    block = AOSMC if part in observers else AOSMC.without()[part]
+    given = BOTH if part not in observers else momentum_alone()
+    tuned = tuple(one for one in PROPOSAL.law.tuned if one.name not in UNUSED.get(part, ()))
+    return Entrant(Law(f"without {part}", block, tuned, counts_on_d=True), given)
+
+
+def momentum_alone() -> Given:
+    """Positions and velocities as they are read, and the observer of the momentum."""
+    observer = BOTH.observer
+    if not isinstance(observer, WithDisturbance):
+        raise TypeError("The observers of the whole law must have the observer of the momentum among them.")
+    number = tuple(one for one in BOTH.tuned if one.name == "l")
+    return Given(
+        "momentum", "raw readings and D_hat", "raw readings, D_hat", replace(observer, state=FullState(2)), number
+    )
+
+
+RETUNED: Mapping[str, Entrant] = {part: retuned(part) for part in PARTS}
+NEW = tuple(one for one in RETUNED.values() if one.name != PROPOSED)  # those that are not entrants by themselves
+
+
+def as_tuned(scenario: Scenario, numbers: Mapping[str, float]) -> dict[str, DigitalLoop]:
+    """The whole law with these numbers, less one part at a time; without (34) P stays at P(0), or at its steady value.
+
+    The steady value solves (34) with P' = 0 for K(0) at the posture in which the scenario starts.
+    """
+    whole = PROPOSAL.loop(scenario, numbers)
+    less = whole.ablations()
+    frozen = less[RICCATI].loop.controller
+    still = replace(less[RICCATI].loop, controller=replace(frozen, P=steady_gain(scenario, numbers)))
+    return less | {STEADY: replace(whole, loop=still)}
+
+
+def steady_gain(scenario: Scenario, numbers: Mapping[str, float]) -> Array:
+    """P (2, 2) in N m/rad that solves (34) with P' = 0 for K(0), at the posture in which a scenario starts."""
+    law = PROPOSAL.loop(scenario, numbers).loop.controller
+    A = -np.linalg.solve(inertia(np.array([scenario.start]))[0], law.K)
+    return care(A, np.diag(law.Lambda), law.Q, law.R).X

@@ -1,0 +1,113 @@
+"""All that a8 has computed otherwise, in one list: each change with its answer, and none is left out by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from studies.a8_fair_comparison.conditions import HELD_OUT
+from studies.a8_fair_comparison.evidence import ASKED, OTHERS, Evidence
+from workbench.study.document.finding import Variation
+from workbench.study.evidence import Comparison, Judgement, Pooled, Standings
+from workbench.study.evidence.pooling import Way
+
+SCENARIOS = len(HELD_OUT)
+MEASURE = f"{ASKED.words} cost"
+NOBODY = "no law"
+BASE: Way = "geometric mean"
+SUM: Way = "arithmetic mean"
+
+
+@dataclass(frozen=True)
+class Change:
+    """One thing that is done otherwise: its words, and the scenarios in which each law is then best, or one answer."""
+
+    words: str
+    answer: str
+    counts: Mapping[str, int] | None = None  # scenarios by law; None where all scenarios are judged together
+    scenarios: int = SCENARIOS
+    detail: str = ""
+
+    @property
+    def variation(self) -> Variation:
+        """The change as a variation of the finding which law is best in most scenarios."""
+        return Variation(self.words, self.answer, self.detail)
+
+
+def tally(standings: Standings, words: str = ASKED.words, without: str = "") -> dict[str, int]:
+    """The number of scenarios in which each law is best by a statistic, most first; laws that never are left out."""
+    wins = {law: sum(s != without for s in where) for law, where in standings.wins[words].items()}
+    return {law: count for law, count in sorted(wins.items(), key=lambda pair: -pair[1]) if count}
+
+
+def champion(counts: Mapping[str, int], scenarios: int) -> str:
+    """The law that is best in more than half of the scenarios, or `NOBODY`."""
+    return next((law for law, count in counts.items() if 2 * count > scenarios), NOBODY)
+
+
+def counted(counts: Mapping[str, int], scenarios: int) -> str:
+    """A tally in words."""
+    undecided = scenarios - sum(counts.values())
+    words = [f"{law} in {n}" for law, n in counts.items()] + [f"undecided in {undecided}"] * bool(undecided)
+    return ", ".join(words)
+
+
+def counted_change(words: str, standings: Standings, statistic: str = ASKED.words, without: str = "") -> Change:
+    """A change of which each scenario is judged by itself."""
+    scenarios = len(standings.judgements) - bool(without)
+    counts = tally(standings, statistic, without)
+    answer = champion(counts, scenarios)
+    first = next(iter(counts.items()), None)
+    detail = (
+        f"{counts[answer]} of {scenarios}" if answer in counts else f"{first[0]} in {first[1]}" if first else "none"
+    )
+    return Change(words, answer, counts, scenarios, detail)
+
+
+def pooled_change(words: str, judgement: Judgement) -> Change:
+    """A change by which scenarios are judged together."""
+    one = judgement.by[ASKED.words]
+    return Change(words, one.best or NOBODY, detail=leading(one, 2))
+
+
+def base(evidence: Evidence, key: str) -> Change:
+    """The question as it was declared before the runs."""
+    return counted_change(f"{MEASURE}, as declared", evidence.cost[key])
+
+
+def changes(evidence: Evidence, key: str) -> Iterator[Change]:
+    """All that the study has computed otherwise for the laws with the same measurements."""
+    cost = evidence.cost[key]
+    for other in OTHERS:
+        yield counted_change(f"{other.words} in place of the mean", cost, other.words)
+    for words, standings in evidence.again[key].items():
+        yield counted_change(f"{words}{compared_pairs(standings, cost)}", standings)
+    for way, pooled in evidence.pooled[key].items():
+        yield pooled_change(f"all scenarios together, {way}", pooled.whole)
+    for words, standings in evidence.weighted.get(key, {}).items():
+        yield counted_change(f"weights: {words}", standings)
+    for scenario in cost.judgements:
+        yield counted_change(f"without scenario '{scenario}'", cost, without=scenario)
+    for way, pooled in evidence.pooled[key].items():
+        for scenario, judgement in pooled.without.items():
+            yield pooled_change(f"all but '{scenario}' together, {way}", judgement)
+
+
+def compared_pairs(fewer: Standings, all_laws: Standings) -> str:
+    """A remark on the number of comparisons, where fewer laws are judged than in the base."""
+    sizes = [len(next(iter(one.judgements.values())).paired.laws) for one in (fewer, all_laws)]
+    few, many = (n * (n - 1) // 2 for n in sizes)
+    return "" if few == many else f" ({few} pairs in place of {many}: narrower intervals)"
+
+
+def leading(one: Comparison, most: int = 3) -> str:
+    """The laws with the least levels, with these levels."""
+    order = sorted(one.paired.laws, key=lambda law: one.level.value[one.paired.place(law)])
+    return ", ".join(f"{law} {one.level.value[one.paired.place(law)]:.3g}" for law in order[:most])
+
+
+def heaviest(pooled: Pooled) -> tuple[str, dict[str, float]]:
+    """The scenario that is more than half of the sum for the most laws, and its part of the sum of each law."""
+    return max(
+        pooled.shares.items(), key=lambda pair: (sum(2 * part > 1 for part in pair[1].values()), sum(pair[1].values()))
+    )

@@ -1,0 +1,85 @@
+"""The section of a8 on all that is the same for all laws: measurements, scenarios, draws and the cost."""
+
+from __future__ import annotations
+
+from studies.a8_fair_comparison import conditions
+from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL
+from workbench.study.document.document import Column, Paragraph, Reference, Section, Table
+from workbench.study.evidence.law_tables import information_table
+from workbench.study.uncertainty.factors import Space
+
+
+def conditions_section() -> Section:
+    """All that is the same for all laws, and what each is given."""
+    first = HELD_OUT[0]
+    loop = PROPOSAL.loop(first)
+    equation = loop.ode()
+    drawn = Space(conditions.uncertain(first, loop), equation.parameters, equation.states)
+    return Section(
+        "What is the same for all laws",
+        (
+            Paragraph(
+                "The model of a law has the paper's masses and lengths. The arm has other masses and lengths, and "
+                "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the repairs of "
+                "a1. Observer (24) needs the unknown D, and cannot be built; an observer of the momentum takes its "
+                "place. Its estimate D_hat is added to the torque of every law behind it. The first estimate of (10) "
+                "is the arm's start, as a first reading without noise gives it."
+            ),
+            Paragraph(
+                "The computer integrates memories by explicit Euler, except for the stiff ones. Equation (34) and "
+                "observer (10) take a Cayley step. The filter of the velocity and the leak of the network are "
+                "integrated exactly."
+            ),
+            information(),
+            scenarios(),
+            drawn.table("drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."),
+            Table(
+                "objective",
+                "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",
+                (Column("metric"), Column("acceptable", align="right"), Column("unit"), Column("what it stands for")),
+                tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
+            ),
+            Paragraph(
+                (
+                    "The cost is the sum of the terms, the same for all laws. It is linear, so that no law gains by "
+                    "giving up motion for a still torque. The acceptable values are our choice; ",
+                    Reference(f"changes_{BOTH.key}"),
+                    " has the results with other weights.",
+                )
+            ),
+        ),
+    )
+
+
+def information() -> Table:
+    entrants = {one.name: one for one in ENTRANTS[BOTH.key]}
+    others = (one for given in GIVEN if given != BOTH for one in ENTRANTS[given.key] if one.name in ("SMC", "PID"))
+    entrants |= {f"{one.name}, {one.given.name}": one for one in others}
+    return information_table(
+        "information",
+        "The measurements and the model of each law behind both observers, and of two laws behind the others.",
+        {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
+        {name: len(one.tuned) for name, one in entrants.items()},
+    )
+
+
+def scenarios() -> Table:
+    usual = HELD_OUT[0]
+    limit, viscous, coulomb = (f"{a:g} and {b:g}" for a, b in (conditions.LIMIT, usual.viscous, usual.coulomb))
+    rows = [(one.name, "tuning", one.words) for one in conditions.TRAINING]
+    rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
+    return Table(
+        "scenarios",
+        "The scenarios. No law is tuned in a scenario of the comparison.",
+        (Column("name"), Column("used for"), Column("wanted motion and what is unusual")),
+        tuple(rows),
+        (
+            f"Usual values, where a row names no other: the model's masses, {limit} N m of torque, a period of "
+            f"{1e3 * conditions.PERIOD:g} ms, friction of {viscous} N m s/rad and {coulomb} N m, the paper's "
+            f"disturbance, and normal noise of {conditions.NOISE_Q:g} rad and {conditions.NOISE_QD:g} rad/s, drawn "
+            "anew at each reading. 'A slower motion' has amplitudes of 0.6 and 0.8 rad at 1.5 and 2.2 rad/s, 'a faster "
+            "motion' "
+            f"0.9 and 0.6 rad at 3.5 and 5 rad/s. A run takes {conditions.HORIZON:g} s.",
+        ),
+    )
