@@ -8,14 +8,24 @@ import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
 from workbench.core import Dynamics
-from workbench.notation import text
 from workbench.notation.formula import Formula, Relation, entry_symbol, symbol
 from workbench.notation.reader import formula_of
 from workbench.printed.entry_comparison import EntryVerdict, compare
 from workbench.proofs.bounds import shown
 from workbench.proofs.properties import PropertyVerdict, eigenvalues_along, positive_definite, skew, symmetric
 from workbench.robots import paper_arm
-from workbench.study.document.document import Equation, Figure, Panel, Paragraph, Section, Series, Verdict
+from workbench.study.document.document import (
+    Equation,
+    Figure,
+    Finding,
+    Page,
+    Panel,
+    Paragraph,
+    Section,
+    Series,
+    Variation,
+    Verdict,
+)
 from workbench.study.document.phrases import Code, Column, Strong, Table
 from workbench.study.study import Results, Study
 
@@ -88,7 +98,57 @@ def eigenvalues() -> tuple[Figure, Verdict]:
     return Figure("eigenvalues_of_m", caption, (panel,)), Verdict(OUTCOME[DEFINITE.kind], statement, bounds)
 
 
-def sections(results: Results) -> list[Section]:
+def entry_finding() -> Finding:
+    """The wrong entries of (2) to (4), each judged by itself and by the torque that it gives."""
+    wrong = tuple(_place(entry) for entry in WRONG)
+    by_torque = tuple(_place(entry) for entry in ENTRIES if entry in WRONG and entry.same_torque != "proved")
+    return Finding(
+        "wrong_entry",
+        f"Of the {len(ENTRIES)} printed entries of (2) to (4), {len(ENTRIES) - len(WRONG)} are right; wrong is "
+        f"{' and '.join(wrong)}.",
+        "Each right entry is proved equal to the derived one for all states and parameters, by exact rational "
+        "arithmetic. The wrong one is shown below at a state that anyone can replay.",
+        statistic="The difference of a printed entry and a derived one, as an identity.",
+        sample="All entries of M, C and G.",
+        given="Point masses at the ends of massless links, and the angles of the paper.",
+        chosen="C by Christoffel symbols.",
+        answer=", ".join(wrong),
+        variations=(Variation("entries of C judged by the torque C qd", ", ".join(by_torque) or "none"),),
+    )
+
+
+def _place(entry: EntryVerdict) -> str:
+    return f"{entry.label} of {EQUATION[entry.matrix]}"
+
+
+def skewness_finding() -> Finding:
+    """Assumption 3 for the printed arm, the repaired one and the derived one."""
+    answers = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
+    return Finding(
+        "assumption_3",
+        f"Assumption 3, that M' - 2C is skew-symmetric, {answers[PRINTED.name]} for (3) as printed and "
+        f"{answers[REPAIRED.name]} with C[1,2] repaired.",
+        verdict(SKEW[PRINTED.name], "").evidence,
+        statistic="The symmetric part of M' - 2C.",
+        sample="Proved for all states and parameters, or refuted at one state.",
+        given="M as printed, which is right.",
+        answer=answers[PRINTED.name],
+        variations=tuple(Variation(arm, answer) for arm, answer in answers.items() if arm != PRINTED.name),
+    )
+
+
+def answer_line() -> str:
+    """The answer of the page in one line."""
+    right = len(ENTRIES) - len(WRONG)
+    skew = {arm: "holds" if judged.kind == "proved" else "fails" for arm, judged in SKEW.items()}
+    return (
+        f"{right} of the {len(ENTRIES)} printed entries of (2) to (4) are right. Wrong is "
+        f"{' and '.join(map(_place, WRONG))}: with it Assumption 3 {skew[PRINTED.name]}, with the right entry it "
+        f"{skew[REPAIRED.name]}."
+    )
+
+
+def page(results: Results) -> Page:
     """The findings, the entries behind them, and the derived matrices."""
     del results
     skewness = (verdict(judged, f"Assumption 3: M' - 2C is skew-symmetric ({arm}).") for arm, judged in SKEW.items())
@@ -100,52 +160,35 @@ def sections(results: Results) -> list[Section]:
     )
     entries = Table(
         "printed_entries",
-        "Each entry of the paper's equations (2) to (4), judged against the derived one.",
+        "Each printed entry of the equations (2) to (4), compared with the derived entry.",
         (Column("entry"), Column("paper"), Column("printed"), Column("verdict")),
         rows,
         ("same: proved, an identity in all states and all parameters.",),
     )
     about = Paragraph(
-        "Point masses at the ends of massless links; the first angle is measured from the downward vertical, the "
-        "second from the line of the first link. These equations are printed from the expressions that every "
-        "simulation of this arm runs."
+        "The arm has point masses at the ends of massless links. The first angle is measured from the downward "
+        "vertical, the second from the line of the first link. All simulations of this arm use the expressions from "
+        "which these equations are printed."
     )
     matrices = (
         Equation(Relation(symbol(letter), "=", formula(getattr(DERIVED, letter))), name=f"derived_{letter.lower()}")
         for letter in "MCG"
     )
-    return [
-        Section("Findings", (picture, *wrong, bounds, *symmetry, *skewness)),
+    sections = (
+        Section("The claims", (picture, *wrong, bounds, *symmetry, *skewness)),
         Section("The printed matrices, entry by entry", (entries,)),
-        Section("The arm, derived", (about, *matrices)),
-    ]
-
-
-def headlines(results: Results) -> list[str]:
-    """The findings, one a line."""
-    del results
-    wrong = [
-        f"Equation {EQUATION[e.matrix]} is wrong in {e.label}: printed {text.emit(formula(e.printed))}, "
-        f"right {text.emit(formula(e.right))} (witness: {e.witness}; {e.printed_value:.6g} for {e.right_value:.6g})"
-        for e in WRONG
-    ]
-    same = sum(entry.kind == "same" for entry in ENTRIES)
-    return [
-        *wrong,
-        f"{same} of {len(ENTRIES)} entries of (2), (3), (4) are proved right in all states and for all parameters",
-        *(f"Assumption 3 ({arm}): {judged.kind}: {judged.evidence}" for arm, judged in SKEW.items()),
-        f"Assumption 2 (nominal parameters): {DEFINITE.kind}, {DEFINITE.evidence}; greatest {DEFINITE.alpha2:.6g}",
-    ]
+        Section("The derived arm", (about, *matrices)),
+    )
+    return Page(answer_line(), (entry_finding(), skewness_finding()), sections)
 
 
 study = Study(
     name="a0_two_link_arm",
     title="The two-link arm: are the printed equations right?",
-    question="Which entries of the paper's equations (2) to (4) are right, what should the wrong ones be, and do "
+    question="Which entries of the equations (2) to (4) are right, which entries should replace the wrong ones, and do "
     "Assumptions 2 and 3 hold?",
-    method="The arm is derived from its energies; each printed entry is compared with the derived one by exact "
-    "rational arithmetic on trigonometric polynomials, which proves an identity in all states and all parameters, and "
-    "each difference shown at a state that anyone can replay. The eigenvalues of M are sought over the whole torus.",
-    sections=sections,
-    headlines=headlines,
+    method="The arm is derived from its energies. Each printed entry is compared with the derived one by exact "
+    "rational arithmetic on trigonometric polynomials, which proves an identity in all states and all parameters. A "
+    "difference is shown at a state that anyone can replay. The eigenvalues of M are bounded over the whole torus.",
+    sections=page,
 )

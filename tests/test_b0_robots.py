@@ -1,10 +1,12 @@
 """The roads that the study of the catalogue holds our arms against."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
 
-from studies.b0_robots import measurements
+from studies.b0_robots import measurements, study
 from workbench.core import Dynamics
 from workbench.robots import CATALOGUE, PlanarArm, named
 from workbench.robots.arm_catalogue import planar
@@ -48,3 +50,30 @@ def test_sympy_derives_the_same_chain(method):
         np.testing.assert_allclose(found["at"][letter], ours, rtol=0, atol=1e-13)
     bias = np.array(found["at"]["C"]) @ chain.values(2)[1] + found["at"]["G"]
     np.testing.assert_allclose(found["at"]["bias"], bias, rtol=0, atol=1e-13)
+
+
+def test_the_bar_beside_sympy_is_reached_by_long_chains_alone(monkeypatch):
+    short = measurements.Chain(2, 0.004, (0.08, 0.13), (0.1, 0.15), 1e-16)
+    long = measurements.Chain(6, 0.03, (0.6, 7.0), (3.1, 9.8), 4e-16)
+    monkeypatch.setattr(study, "chains", lambda: (short, long))
+    (finding,) = study.sympy_findings()
+    assert (finding.answer, finding.kind) == ("reached", "depends")
+    assert {one.words: one.answer for one in finding.variations} == {
+        "2 links": "missed",
+        "Kane, M, C and G": "reached",
+        "Lagrange, M, C and G": "reached",
+        "Kane, M and the bias, less than ours": "missed",
+        "Lagrange, M and the bias, less than ours": "reached",
+    }
+    monkeypatch.setattr(study, "chains", lambda: (replace(short, matrices=(None, None)),))
+    assert study.sympy_findings() == ()
+
+
+def test_errors_are_rounding_of_every_arm_or_named(monkeypatch):
+    arm = measurements.Robot("pelican", 2, 11, (1,) * 6, 1e-3, 1e-3, 0.01, 2e-16, 5e-16)
+    panda = replace(arm, name="panda", differentiated=0.4, by_mujoco=1e-6)
+    monkeypatch.setattr(study, "robots", lambda: (arm, panda))
+    finding = study.error_finding()
+    assert finding.answer == "below 1e-13"
+    assert [one.words for one in finding.reversals] == ["panda, MuJoCo"]
+    assert (study.time_finding().answer, study.time_finding().kind) == ("missed", "depends")

@@ -27,9 +27,13 @@ def test_what_is_marched_alone_are_the_rows_that_the_ledger_keeps():
 
 
 def test_bars_are_reached_or_missed_as_the_figures_say():
-    assert [one.kind for one in study.verdicts(FAST)] == ["holds", "holds", "holds"]
+    assert [one.answer for one in study.findings(FAST)] == ["reached"] * 3
     slow = replace(FAST, wall=11.0, memory=1.2, turns=((9.4, 10), (9.3, 10), (9.6, 10)))
-    assert [one.kind for one in study.verdicts(slow)] == ["fails", "fails", "fails"]
-    assert study.verdicts(replace(FAST, turns=((9.9, 10), (9.8, 10), (9.4, 10))))[2].kind == "open"
+    assert [one.answer for one in study.findings(slow)] == ["missed"] * 3
+    assert [one.kind for one in study.findings(slow)] == ["found", "found", "depends"]  # one turn reaches its bar
+    (turn,) = study.findings(replace(FAST, turns=((9.9, 10), (9.8, 10), (9.4, 10))))[2].reversals
+    assert (turn.words, turn.answer, turn.detail) == ("turn 3", "missed", "6.0%")
+    assert "11.0 s and 1.20 GB" in study.answer(slow)
+    assert study.answer(slow).startswith("On one machine in one run")
     # where others use the machine too, the clock decides nothing
-    assert study.verdicts(replace(slow, others=3.0))[0].kind == "open"
+    assert study.findings(replace(slow, others=3.0))[0].kind == "open"

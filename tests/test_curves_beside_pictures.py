@@ -92,7 +92,8 @@ def laws(count, style=0):
 
 
 def drawn(outcomes):
-    return traces("f", "", outcomes, "e", 0, "e", [Window(0.0, 1.0)]).panels[0].series
+    panels = traces("f", "", outcomes, "e", 0, "e", [Window(0.0, 1.0)]).panels
+    return panels[0].series if len(panels) == 1 else [panel.series[0] for panel in panels]
 
 
 def test_the_head_of_a_result_says_law_scenario_signal_unit_and_run():
@@ -120,6 +121,23 @@ def test_bars_and_points_of_results_say_law_scenario_metric_unit_and_run_one_by_
     cloud = columns(Figure("f", "", (Panel("up", (points("", outcomes, "RMSE", "RMSE"),), "across"),)))
     assert [*cloud] == ["across, of", "across", "up, of", "up"]
     assert cloud["up, of"] == of
+
+
+def test_many_laws_have_a_panel_each_before_the_range_of_all_on_an_axis_cut_where_a_window_ends():
+    outcomes = laws(4)
+    windows = [Window(0.0, 0.2), Window(0.2, 1.0)]
+    figure = traces("f", "", outcomes, "e", 0, "e", windows, reference="e")
+    assert [panel.title for panel in figure.panels] == [f"law {k}" for k in range(4)]
+    assert {(panel.xlim, panel.xcut) for panel in figure.panels} == {((0.0, 1.0), 0.2)}
+    every = np.array([outcome.signal("e", 0) for outcome in outcomes])
+    for panel, outcome in zip(figure.panels, outcomes, strict=True):
+        law, wanted, band = panel.series
+        assert np.array_equal(law.y, outcome.signal("e", 0))
+        assert wanted.style == "reference"
+        assert np.array_equal(band.low, every.min(axis=0))
+        assert np.array_equal(band.high, every.max(axis=0))
+    apart = traces("f", "", outcomes, "e", 0, "e", [Window(0.0, 0.2), Window(0.5, 1.0)])  # nothing to join
+    assert [len(panel.series) for panel in apart.panels] == [4, 4]
 
 
 def test_two_laws_in_one_figure_never_share_a_style():

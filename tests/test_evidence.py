@@ -1,11 +1,15 @@
 """Paired comparisons: what their intervals hold, what a failed run does, and who is best."""
 
+import csv
+import io
+
 import numpy as np
 import pytest
 from samples import made_sample
 from scipy import stats
 
-from workbench.study.document.phrases import Emphasis
+from workbench.report.table_text import grid, to_csv
+from workbench.study.document.phrases import Emphasis, Measured, Missing
 from workbench.study.evidence import (
     Intervals,
     Mean,
@@ -262,8 +266,7 @@ def test_bold_follows_from_significance():
 def test_tables_say_what_failed():
     held = paired(with_failed("good", 150), metric="error", unit="rad", note="seed 3")
     table = comparison_table("t", "c", (compare(held), compare(held, Mean())))
-    lost = "infinite: 150 of 200 runs failed"
-    assert table.rows[0][1:] == (lost, lost, 150)
+    assert table.rows[0][1:] == (np.inf, np.inf, 150)  # numbers alone: the last column says why
     assert [column.header for column in table.columns[1:3]] == ["median error", "mean error"]
     assert any("good in 150" in str(note) for note in table.notes)
     assert "seed 3" in table.notes
@@ -278,15 +281,23 @@ def test_an_ablation_says_what_a_block_is_worth():
     values = {"whole": np.abs(LAWS["good"]) + 1, "adaptation": 2 * (np.abs(LAWS["good"]) + 1)}
     held = paired(values | {"nothing": values["whole"]}, metric="error")
     table = ablation_table("t", "c", (compare(held),), "whole")
-    assert [row[0] for row in table.rows] == ["whole", "without adaptation", "without nothing"]
-    assert isinstance(table.rows[1][1], Emphasis)
-    assert table.rows[2][1] == "+0 % (+0 to +0)"
+    assert [row[0] for row in table.rows] == ["without adaptation", "without nothing"]
+    assert table.columns[1].unit == "%"
+    assert table.rows[0][1].cell.value == pytest.approx(100)  # twice as much is 100 % more
+    assert isinstance(table.rows[0][1], Emphasis)
+    assert table.rows[1][1] == Measured(0.0, 0.0, ends=(0.0, 0.0))
 
 
-def test_a_change_by_orders_is_told_in_times():
-    values = {"whole": np.abs(LAWS["good"]) + 1, "layer": 300 * (np.abs(LAWS["good"]) + 1)}
-    table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
-    assert " times (" in table.rows[1][1].cell
+def test_a_wide_interval_stays_a_number_in_the_files():
+    """Its ends are printed on the page; a CSV has them in columns of their own, and no words among the numbers."""
+    lost = np.where(np.arange(200) < 3, 400.0, 1.0)
+    table = comparison_table("t", "c", (compare(paired({"a": lost, "b": np.ones(200)}, metric="error"), Mean()),))
+    head, wide, exact = csv.reader(io.StringIO(to_csv(table)))
+    assert head[1:4] == ["error", "error (from)", "error (to)"]
+    value, low, high = map(float, wide[1:4])
+    assert (value, low < value < high) == (pytest.approx(lost.mean()), True)
+    assert list(map(float, exact[1:4])) == [1.0, 1.0, 1.0]
+    assert f"{value:.3g} ({low:.3g} to " in str(grid(table)[0][1].content)
 
 
 def sample(design=None, drawn=None, **changes):
@@ -329,7 +340,7 @@ def test_a_step_beyond_the_stability_limit_is_said_beside_a_comparison():
 def test_nothing_is_so_many_percent_of_zero():
     values = {"whole": np.zeros(30), "adaptation": np.ones(30)}
     table = ablation_table("t", "c", (compare(paired(values, metric="error")),), "whole")
-    assert table.rows[1][1] == "not known"
+    assert table.rows[0][1] == Missing("not known")
 
 
 @pytest.mark.parametrize(

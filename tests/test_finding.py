@@ -54,6 +54,11 @@ def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations(
     assert same.change.startswith("The answer stays the same in each of 7 variations: without scenario 0;")
     assert same.change.endswith("; 4 more.")
     assert replace(BEST, variations=(), answer="").change == "No variation was computed."
+    assert (
+        replace(BEST, variations=OTHERS[:1]).change
+        == "The answer stays the same in the one variation: without scenario 0."
+    )
+    assert replace(BEST, variations=(MEDIAN,)).change.startswith("The answer changes in the one variation: to SMC by")
 
 
 def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
@@ -85,7 +90,7 @@ def test_the_answer_and_the_boxes_come_before_the_question_and_need_no_script():
     assert text.index('<p class="answer">PID is best.</p>') < text.index('id="finding-best"') < text.index("Question")
     assert "<script" not in text
     assert '<a href="../a6_unstated_choices/index.html#finding-row_of_fs">' in text
-    assert re.search(r'<p class="legend"><span class="word depends">depends</span>: ', text)
+    assert re.search(r'<p class="legend"><span class="word depends">depends</span> ', text)
 
 
 def test_a_sentence_may_refer_to_a_finding_by_its_name():

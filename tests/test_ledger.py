@@ -1,10 +1,10 @@
-"""The ledger: findings that say what they rest on, and hypotheses linked to claims."""
+"""The ledger: rulings that say what they rest on, and hypotheses linked to claims."""
 
 from dataclasses import replace
 
 import pytest
 
-from workbench.claims.claim_ledger import Finding, Ledger, Line
+from workbench.claims.claim_ledger import Ledger, Line, Quantifier, Ruling
 from workbench.core import Claim
 
 RIGHT = Claim("model", "the model is right", "(1)")
@@ -12,18 +12,18 @@ BOUND = Claim("bound", "D is bounded", "(8)")
 LEMMA = Claim("lemma", "V falls", "(21)", (RIGHT,))
 THEOREM = Claim("theorem", "e tends to zero", "(23)", (LEMMA, BOUND))
 
-PROVED = Finding("proved", "by normal form")
-REFUTED = Finding("refuted", "at q = 1", "f(1)")
+PROVED = Ruling("proved", "by normal form")
+REFUTED = Ruling("refuted", "at q = 1", "f(1)")
 
 
-def ledger(**findings: Finding) -> Ledger:
+def ledger(**rulings: Ruling) -> Ledger:
     claims = {claim.name: claim for claim in (RIGHT, LEMMA, THEOREM)}
-    return Ledger.of([(claims[name], lambda finding=finding: finding) for name, finding in findings.items()])
+    return Ledger.of([(claims[name], lambda ruling=ruling: ruling) for name, ruling in rulings.items()])
 
 
 def test_each_claim_is_checked_in_order():
     found = ledger(model=PROVED, theorem=REFUTED)
-    assert [(line.claim.name, line.finding.kind) for line in found] == [("model", "proved"), ("theorem", "refuted")]
+    assert [(line.claim.name, line.ruling.kind) for line in found] == [("model", "proved"), ("theorem", "refuted")]
     assert len(found) == 2
     assert found.count("refuted") == 1
 
@@ -49,27 +49,27 @@ def test_two_lines_of_one_name_are_refused():
 
 def test_a_refutation_without_a_witness_is_refused():
     with pytest.raises(ValueError, match="needs a line of Python"):
-        Finding("refuted", "it fails")
+        Ruling("refuted", "it fails")
 
 
 def test_a_verdict_without_evidence_is_refused():
     with pytest.raises(ValueError, match="must say on what the verdict rests"):
-        Finding("proved", "")
+        Ruling("proved", "")
 
 
 def test_samples_belong_to_what_is_not_refuted():
     with pytest.raises(ValueError, match="belongs to that verdict alone"):
-        Finding("proved", "by 5 samples", samples=5)
+        Ruling("proved", "by 5 samples", samples=5)
     with pytest.raises(ValueError, match="belongs to that verdict alone"):
-        Finding("not refuted", "never seen")
-    assert Finding("not refuted", "by search", samples=1200).verdict == "not refuted in 1,200 samples"
+        Ruling("not refuted", "never seen")
+    assert Ruling("not refuted", "by search", samples=1200).verdict == "not refuted in 1,200 samples"
 
 
-def test_a_verdict_is_one_of_seven():
+def test_a_verdict_is_one_of_eight():
     with pytest.raises(
-        ValueError, match="must be one of 'proved', 'refuted', 'does not hold under', 'not refuted', .*; got 'true'"
+        ValueError, match="must be one of 'proved', 'refuted', 'does not hold under', 'depends on', .*; got 'true'"
     ):
-        Finding("true", "it is so")
+        Ruling("true", "it is so")
 
 
 def test_a_check_must_find_something():
@@ -78,47 +78,64 @@ def test_a_check_must_find_something():
 
 
 def test_a_condition_is_named_where_a_claim_fails_under_it():
-    under = Finding("does not hold under", "3 is above 2", "f(1)", under="the numbers of a1")
+    under = Ruling("does not hold under", "3 is above 2", "f(1)", under="the numbers of a1")
     assert under.verdict == "does not hold under: the numbers of a1"
     with pytest.raises(ValueError, match="names the condition of 'does not hold under', which needs one"):
-        Finding("does not hold under", "3 is above 2", "f(1)")
+        Ruling("does not hold under", "3 is above 2", "f(1)")
     with pytest.raises(ValueError, match="needs a line of Python"):
-        Finding("does not hold under", "3 is above 2", under="the numbers of a1")
+        Ruling("does not hold under", "3 is above 2", under="the numbers of a1")
     with pytest.raises(ValueError, match="got 'the numbers of a1' with 'proved'"):
-        Finding("proved", "by normal form", under="the numbers of a1")
-    held = Finding("not refuted", "1 is below 2", samples=20, under="the numbers of a1")
+        Ruling("proved", "by normal form", under="the numbers of a1")
+    held = Ruling("not refuted", "1 is below 2", samples=20, under="the numbers of a1")
     assert held.verdict == "not refuted in 20 samples, under: the numbers of a1"
 
 
 def test_a_claim_that_cannot_be_checked_says_what_is_unstated():
-    assert Finding("not checkable as published", "no gain is printed", unstated="all gains").verdict == (
+    assert Ruling("not checkable as published", "no gain is printed", unstated="all gains").verdict == (
         "not checkable as published"
     )
     with pytest.raises(ValueError, match="names what the source does not state"):
-        Finding("not checkable as published", "no gain is printed")
+        Ruling("not checkable as published", "no gain is printed")
     with pytest.raises(ValueError, match="got 'all gains' with 'refuted'"):
-        Finding("refuted", "it fails", "f(1)", unstated="all gains")
+        Ruling("refuted", "it fails", "f(1)", unstated="all gains")
 
 
 def test_an_ill_posed_claim_says_why_and_needs_no_witness():
-    assert Finding("ill-posed", "a 2 x 1 matrix times a 2 x 1 matrix").verdict == "ill-posed"
+    assert Ruling("ill-posed", "a 2 x 1 matrix times a 2 x 1 matrix").verdict == "ill-posed"
     with pytest.raises(ValueError, match="must say on what the verdict rests"):
-        Finding("ill-posed", "")
+        Ruling("ill-posed", "")
 
 
-@pytest.mark.parametrize("finding", [REFUTED, Finding("does not hold under", "3 > 2", "f(1)", under="a1")])
-def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(finding):
+@pytest.mark.parametrize("ruling", [REFUTED, Ruling("does not hold under", "3 > 2", "f(1)", under="a1")])
+def test_a_witness_that_was_not_seen_to_keep_a_hypothesis_is_no_witness(ruling):
     margin = Claim("gain", "K > delta", "(40)", (), lambda y: y["K"])
     lemma = Claim("lemma", "V falls", "(40)", (margin,))
     theorem = Claim("theorem", "e tends to zero", "(41)", (lemma,))
     with pytest.raises(
         ValueError, match="'theorem' must keep every hypothesis of the claim.*\\['gain'\\] have margins"
     ):
-        Line(theorem, finding)
-    assert Line(theorem, replace(finding, kept=("gain",))).finding.kept == ("gain",)
-    assert Line(theorem, PROVED).finding is PROVED
+        Line(theorem, ruling)
+    assert Line(theorem, replace(ruling, kept=("gain",))).ruling.kept == ("gain",)
+    assert Line(theorem, PROVED).ruling is PROVED
 
 
 def test_a_hypothesis_that_fails_under_a_condition_has_fallen():
-    lines = (Line(RIGHT, Finding("does not hold under", "3 > 2", "f(1)", under="a1")), Line(LEMMA, PROVED))
+    lines = (Line(RIGHT, Ruling("does not hold under", "3 > 2", "f(1)", under="a1")), Line(LEMMA, PROVED))
     assert Ledger(lines).fallen("lemma") == ("model",)
+
+
+def test_a_claim_is_not_refuted_over_a_range_that_its_reader_chose():
+    ours, narrower = Quantifier("all Q and R", "reader"), Quantifier("Q = R = I", "reader", within=True)
+    with pytest.raises(ValueError, match="'model' is refuted only if it fails over the range of its source"):
+        Line(RIGHT, REFUTED, "the model is right", (ours,))
+    depends = Ruling("depends on", "true for one pair, false for another", "f(1), f(2)", on="Q and R")
+    assert Line(RIGHT, depends, "", (ours,)).ruling.verdict == "depends on Q and R"
+    for allowed in (narrower, Quantifier("all states", "source")):
+        assert Line(RIGHT, REFUTED, "", (allowed,)).quantifiers == (allowed,)
+
+
+def test_what_depends_on_numbers_names_them_and_has_a_witness():
+    with pytest.raises(ValueError, match="names the numbers on which the truth of a claim depends"):
+        Ruling("depends on", "true for one pair", "f(1)")
+    with pytest.raises(ValueError, match="needs a line of Python"):
+        Ruling("depends on", "true for one pair", on="Q and R")

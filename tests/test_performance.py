@@ -19,7 +19,9 @@ from studies.performance.measurements import Effort, Row
 from studies.performance.peers import Peer, casadi_cvodes
 from studies.performance.workload import rows_of, run
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.study.document.document import Strong
+from workbench.study import Results
+from workbench.study.document.document import Figure, Panel, Series, Strong
+from workbench.study.writeup import document
 
 TINY = Effort(
     horizon=0.01,
@@ -98,9 +100,30 @@ def test_the_report_tells_of_every_row():
         ("absent peer", None, None, "≥ 14 x", None, "not measured"),
         ("memory", None, "0.25 GB", "≤ 1 GB", None, "reached"),
     )
+    peers, bars = study.findings(rows)
+    assert (peers.answer, [one.answer for one in peers.variations]) == (
+        "the engine is faster",
+        ["the engine is faster"],
+    )
+    assert "1 of 2 bars" in bars.statement
+    assert "slow peer (4.5 x, bar ≥ 10 x)" in bars.statement
+    assert study.answer(rows).endswith("and 1 of 2 bars are reached; missed: slow peer.")
+    assert study.answer(rows[2:]).endswith("and 1 of 1 bars are reached.")
     (panel,) = speed_figure(rows).panels
     assert "slow peer" in [series.label for series in panel.series]
     assert "absent peer" not in [series.label for series in panel.series]
+
+
+def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machine(monkeypatch):
+    rows = (Row("slow peer", 10.0, 4.5, runs_per_s=3.0, error=1e-3), Row("memory", 1.0, 0.25, "GB", at_most=True))
+    monkeypatch.setattr(study, "rows", lambda: rows)
+    for name in ("precision", "flat", "compile"):
+        empty = Figure(name, "", (Panel("rate", (Series("", np.arange(2.0), np.arange(2.0)),)),))
+        monkeypatch.setattr(study, f"{name}_figure", lambda *arguments, empty=empty: empty)
+    page = document(study.study, Results(), "")
+    assert [one.name for one in page.findings] == ["faster_than_peers", "bars_reached"]
+    assert str(page.answer).startswith("On one machine in one run ")
+    assert len(str(page.answer).split()) <= 40
 
 
 def test_a_peer_is_imported_by_its_own_file_alone_and_only_when_it_runs():

@@ -164,12 +164,18 @@ def test_the_printed_arm_has_two_links():
 
 def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
     from studies.a0_two_link_arm import study
+    from workbench.notation import text
 
-    first, second, *_ = study.headlines(None)
-    assert "Equation (3) is wrong in C[1,2]: printed m_2*(l_2^2 + l_1*l_2*cos(q_2))" in first
-    assert "right -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)" in first
-    assert second.startswith("9 of 10 entries")
-    assert [type(block).__name__ for block in study.sections(None)[0].blocks[:2]] == ["Figure", "Verdict"]
+    page = study.sections(None)
+    wrong, skewness = page.findings
+    assert (wrong.answer, skewness.answer) == ("C[1,2] of (3)", "fails")
+    assert page.answer.startswith("9 of the 10 printed entries of (2) to (4) are right")
+    claims, entries, _ = page.sections
+    assert [type(block).__name__ for block in claims.blocks[:2]] == ["Figure", "Verdict"]
+    equation = next(block for block in claims.blocks if getattr(block, "name", "") == "right_c12")
+    assert text.emit(equation.lines[0]) == "C_12 = -m_2*l_1*l_2*(qd_1 + qd_2)*sin(q_2)"
+    printed = {row[0]: text.emit(row[2]) for row in entries.blocks[0].rows}
+    assert printed["C[1,2]"] == "m_2*(l_2^2 + l_1*l_2*cos(q_2))"
 
 
 def test_a_sheet_is_compared_with_the_arm_it_was_read_for():

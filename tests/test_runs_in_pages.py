@@ -79,8 +79,8 @@ ENGINE = {  # what simulates, by module and name
 STUDIES = [  # but a2, whose page takes the names of claims from the table of their checks
     *("a0_two_link_arm", "a1_paper_tables.study", "a3_riccati_gains.study"),
     *("a4_observer_gains.study", "a5_linear_analysis.study", "a6_unstated_choices.study", "a7_sensitivity.study"),
-    *("a8_fair_comparison.study", "a9_sampling.study", "b1_chattering", "b3_any_plant.study", "b4_handover.study"),
-    "own_study",
+    *("a8_fair_comparison.study", "a9_sampling.study", "b1_chattering.study", "b3_any_plant.study"),
+    *("b4_handover.study", "own_study"),
 ]
 
 

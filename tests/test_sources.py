@@ -24,6 +24,7 @@ from workbench.study.document.document import (
     Section,
     Table,
 )
+from workbench.study.document.figure import Band
 from workbench.study.document.phrases import bare
 from workbench.study.document.source import Source
 from workbench.study.evidence import compare, paired, same_draws
@@ -134,8 +135,9 @@ def test_every_maker_of_pictures_and_tables_of_cases_gives_its_marks_a_source(re
         traces("t", "T.", held, "omega", 0, "omega", [window], reference="omega_ref"),
         components("c", "C.", held[0], [("omega", "omega", 0), ("i", "plant.i", 0)], "signals", [window]),
     )
-    for figure in figures:
-        assert all(series.sources is not None for panel in figure.panels for series in panel.series)
+    series = [mark for figure in figures for panel in figure.panels for mark in panel.series]
+    assert all(mark.sources is not None for mark in series if not isinstance(mark, Band))  # the range of all laws
+    assert sum(isinstance(mark, Band) for mark in series) == len(held) == 4
     laws = {o.case.law: o for o in held}
     published = Published("Table 1", "RMSE", 0, dict.fromkeys(laws, 0.2), 3)
     tables = side_by_side("s", "S.", held), against_published("a", "A.", published, laws)

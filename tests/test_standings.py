@@ -73,10 +73,25 @@ def test_of_successes_which_are_shown_in_percent_the_largest_is_the_lightest():
 def test_the_statistic_that_was_asked_for_leads_and_it_alone_has_intervals():
     both = {"mean": comparison(estimand=Mean(), PID=1.0, SMC=2.0), "median": comparison(PID=1.0, SMC=2.0)}
     figure = standings_figure("f", "c", {"s": both}, "median")
-    assert [str(panel.title).split(":")[0] for panel in figure.panels] == ["median", "mean"]
+    assert [str(panel.title).split(",")[0] for panel in figure.panels] == ["median", "mean"]
     assert [tiles(figure, k).lines for k in range(2)] == [2, 1]
     assert figure.lead
     assert "60 draws" in words(figure.caption)
+
+
+def test_a_statistic_that_is_not_drawn_stays_among_the_numbers():
+    both = {"mean": comparison(estimand=Mean(), PID=1.0, SMC=2.0), "median": comparison(PID=1.0, SMC=2.0)}
+    figure = standings_figure("f", "c", {"s": both}, "median", ())
+    assert len(figure.panels) == 1
+    assert {row[0] for row in figure.numbers.rows} == {"mean", "median"}
+    with pytest.raises(LookupError, match="'mode'.*statistics"):
+        standings_figure("f", "c", {"s": both}, "median", ("mode",))
+
+
+def test_each_panel_has_the_names_of_its_columns(monkeypatch):
+    """Five panels in three rows: a reader of one needs no other."""
+    found = [word for word, _ in told(full(), monkeypatch)]
+    assert found.count("payload") == 5
 
 
 def test_the_numbers_of_the_figure_are_all_levels_with_their_intervals():

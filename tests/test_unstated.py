@@ -2,7 +2,7 @@
 
 import pytest
 
-from studies.a6_unstated_choices import loops
+from studies.a6_unstated_choices import draws, loops
 from studies.paper.card import CARD, LAWS
 from studies.paper.unstated import CHOICES, Choice, concerning, left_out, varied
 
@@ -19,7 +19,7 @@ def test_each_number_that_the_card_assumes_for_a_law_of_the_paper_is_in_the_list
 
 
 def test_each_factor_of_a6_varies_exactly_one_choice_of_the_list():
-    for factor in loops.NAMES:
+    for factor in draws.NAMES:
         owners = [choice for choice in varied([factor]) if choice.law in (*LAWS, "rivals", "")]
         shared = {choice.name.partition(": ")[2] for choice in owners}
         # ASMC, Fuzzy-ASMC and RBF-ASMC share their first gain and its rate
@@ -37,7 +37,7 @@ def test_the_readings_that_a6_draws_are_the_options_of_the_list():
 
 
 def test_a_choice_is_varied_or_left_out_and_never_both():
-    inside, outside = varied(loops.NAMES), left_out(loops.NAMES)
+    inside, outside = varied(draws.NAMES), left_out(draws.NAMES)
     assert set(inside) | set(outside) == set(CHOICES)
     assert not set(inside) & set(outside)
     assert {"torque limit", "sat of (29)"} <= {choice.name for choice in outside}

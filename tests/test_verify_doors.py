@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from equations import decay
 
-from workbench.claims.claim_ledger import Finding, Ledger
+from workbench.claims.claim_ledger import Ledger, Ruling
 from workbench.claims.claim_margins import Box, SignalsOf, slope_of, watching
 from workbench.claims.counterexample import CounterExample
 from workbench.claims.falsify import Budget, Hunt
@@ -40,8 +40,8 @@ REFUSED = [
     (lambda: Box.of(ODE, {"x": 1.0}), r"`Box.of\(ranges=...\)` must be a mapping"),
     (lambda: Box.of(ODE, {"x": (0.0, None)}), r"must give \(low, high\) for 'x'"),
     (lambda: Box.of(ODE, {"x": (0.0, 1.0)}).rows(np.zeros(3)), r"`Box.rows\(theta=...\)` must be a matrix"),
-    (lambda: Finding("proved", "seen", samples=1.5), r"`Finding\(samples=...\)` must be a whole number; got 1.5"),
-    (lambda: Ledger.of([(NONE, lambda: True)]), "`The check of 'it holds'` must be a `Finding`; got True"),
+    (lambda: Ruling("proved", "seen", samples=1.5), r"`Ruling\(samples=...\)` must be a whole number; got 1.5"),
+    (lambda: Ledger.of([(NONE, lambda: True)]), "`The check of 'it holds'` must be a `Ruling`; got True"),
     (lambda: CounterExample.read("\0"), "must be a path that a file can have"),
     (lambda: CounterExample.read("x" * 5000), "must be a path that a file can have"),
     (lambda: evolve(lambda u: u, 1, 4, 1, np.random.default_rng(1)), "must be a `Judged`; got an array"),

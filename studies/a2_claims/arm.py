@@ -9,7 +9,7 @@ from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import plant
-from workbench.claims.claim_ledger import Finding
+from workbench.claims.claim_ledger import Ruling
 from workbench.core import Claim
 from workbench.proofs.bounds import disturbance_bounds, shown
 from workbench.proofs.interval import guarantee
@@ -21,19 +21,21 @@ PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 def entries(matrix: str, name: str, statement: str) -> Checked:
     """Every printed entry of a matrix beside the derived one."""
 
-    def check() -> Finding:
+    def check() -> Ruling:
         mine = [entry for entry in ENTRIES if entry.matrix == matrix]
         if all(entry.kind == "same" for entry in mine):
-            return Finding("proved", f"Each of the {len(mine)} entries has the normal form of the derived one.")
+            return Ruling("proved", f"Each of the {len(mine)} entries has the normal form of the derived one.")
         wrong = [entry for entry in mine if entry.kind == "differs"]
         if not wrong:
-            return Finding("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
+            return Ruling("not refuted", "; ".join(entry.evidence for entry in mine), samples=len(mine))
         entry, seen = wrong[0], wrong[0].witness
         matrices = f"matrices({literal(seen.q)}, {literal(seen.qd)})[1]"
-        return Finding(
+        torques = [arm.matrices(seen.q, seen.qd)[1] @ np.array(seen.qd) for arm in (PRINTED, ARM)]
+        return Ruling(
             "refuted",
             f"{entry.label} is {entry.printed_value:.6g} where {entry.right_value:.6g} is right, at {seen}; "
-            f"the other {len(mine) - len(wrong)} entries are proved right.",
+            f"the other {len(mine) - len(wrong)} entries are proved right. There C qd is {row(torques[0])} N m and "
+            f"should be {row(torques[1])}: (3) is not another factor of the right torque.",
             f"printed.{matrices}, derived.{matrices}",
         )
 
@@ -43,12 +45,12 @@ def entries(matrix: str, name: str, statement: str) -> Checked:
 def skew_symmetric(arm: str, found: PropertyVerdict, claim: Claim) -> Checked:
     """Assumption 3 for one arm."""
 
-    def check() -> Finding:
+    def check() -> Ruling:
         if found.kind == "proved":
-            return Finding("proved", "The normal form of M' - 2C plus its transpose is zero.")
+            return Ruling("proved", "The normal form of M' - 2C plus its transpose is zero.")
         if found.witness is None:
-            return Finding("not checkable", found.evidence)
-        return Finding(
+            return Ruling("not checkable", found.evidence)
+        return Ruling(
             "refuted",
             f"M' - 2C plus its transpose has an entry of {np.abs(found.residual).max():.4g} kg m^2/s at "
             f"{found.witness}.",
@@ -66,32 +68,32 @@ SKEW_DERIVED = Claim("Assumption 3, derived C", "M' - 2C is skew-symmetric, with
 
 
 @judges("Assumption 1", "The initial states lie in a bounded set.", "(5), (6)")
-def bounded_start() -> Finding:
+def bounded_start() -> Ruling:
     sizes = ", ".join(f"|q(0)| = {np.linalg.norm(CARD[f'{s}: q(0)']):.4g} rad ({s})" for s in ("FS", "SS"))
-    return Finding("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
+    return Ruling("proved", f"Two points lie in a bounded set: {sizes}, qd(0) = 0 in both.")
 
 
 @judges("Assumption 2", "M is symmetric, and alpha1 I <= M(q) <= alpha2 I for all q, alpha1 > 0.", "(7)", inertia.claim)
-def definite() -> Finding:
+def definite() -> Ruling:
     low, high = DEFINITE.beyond
     if not (SYMMETRIC[ARM.name].kind == SYMMETRIC[PRINTED.name].kind == DEFINITE.kind == "proved" and low and high):
-        return Finding("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
-    return Finding(
+        return Ruling("not refuted", DEFINITE.evidence, samples=DEFINITE.samples)
+    return Ruling(
         "proved",
         f"Symmetric by normal form; on the whole torus {shown(low, 1)} <= alpha1 <= {shown(DEFINITE.alpha1, -1)} "
         f"and {shown(DEFINITE.alpha2, 1)} <= alpha2 <= {shown(high, -1)} kg m^2 ({guarantee()}).",
     )
 
 
-def bounded_disturbance() -> Finding:
+def bounded_disturbance() -> Ruling:
     """Assumption 4, for the two scenarios, over the period 2 pi s of both."""
     bounds, t = [], ca.SX.sym("t")
     for scenario in ("FS", "SS"):
         size, slope = disturbance_bounds(plant(scenario).disturbance.at(t), t, PERIOD)
         if size.beyond is None or slope.beyond is None:
-            return Finding("not checkable", f"{scenario}: {size.why}; {slope.why}")
+            return Ruling("not checkable", f"{scenario}: {size.why}; {slope.why}")
         bounds.append(f"|D| <= {shown(size.beyond, -1)} N m and |D'| <= {shown(slope.beyond, -1)} N m/s ({scenario})")
-    return Finding(
+    return Ruling(
         "proved",
         f"{' and '.join(bounds)}, by interval arithmetic over {PERIOD} s, which is more than the period 2 pi s of D, "
         f"with the amplitudes {row(CARD['FS: disturbance amplitude'])} N m ({guarantee()}).",

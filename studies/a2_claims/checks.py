@@ -1,6 +1,7 @@
 """The kinds of check: a claim bound to the function that judges it, an identity, and a search for a run.
 
-Both sides of equations (22), (30), (31), (34), (35) and (41) stand here over symbols that any state may replace.
+Both sides of equations (22), (30), (31), (34), (35) and (41) stand here over symbols that any state may replace,
+those of the paper's substitutions in `derivations`.
 """
 
 from collections.abc import Callable, Iterable
@@ -10,9 +11,10 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
+from studies.a2_claims.derivations import Sides, derivations
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer
-from workbench.claims.claim_ledger import Check, Finding
+from workbench.claims.claim_ledger import Check, Ruling
 from workbench.core import AbstractArm, Claim, Dynamics, Entry, Layout, Signals, block
 from workbench.plants import Manipulator
 from workbench.proofs.identity import judge_equal
@@ -20,7 +22,6 @@ from workbench.study.provenance import written
 from workbench.validation.refusals import Array
 
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
-Sides = tuple[ca.SX, ca.SX]
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")
 SYMBOLS = {name: Layout((Entry(name, np.zeros(2)),)).symbols() for name in NAMES}
 K = ca.SX.sym("K", 2, 2)
@@ -86,8 +87,10 @@ def _sides() -> dict[str, Sides]:
         "(30), along (35)": (first, by_35),
         "(30), second line": (ca.substitute(first, tau, law), second),
         "(30), repaired": (ca.substitute(by_35, tau, repaired) + C @ (e2 + LAMBDA @ e1), -K @ s + D_hat - D),
+        # M times (31), with sat(s / phi) replaced by s and D_hat = D in the second line of (30)
+        "(31)": (ca.substitute(second, D_hat, D), -K @ s + M @ (LAMBDA @ e2)),
         # sat(s / phi) = s / phi within the layer, for which (31) has s
-        "(31)": (-K @ s, -K @ (s / PHI)),
+        "(31), replacement": (-K @ s, -K @ (s / PHI)),
         # x1~ = 0 and the arm at rest: x2~^T P2 x2~' is odd in x2~ if M x2~' is even in it
         "(22)": (observer_rate(unit, q, qd_hat, weight), observer_rate(unit, q, -qd_hat, weight)),
         # s = 0 and e1 != 0: the surface asks for e2 = -Lambda e1, the minimiser of (32) for u = 0
@@ -104,7 +107,7 @@ def _sides() -> dict[str, Sides]:
     }
 
 
-SIDES = _sides()
+SIDES = _sides() | derivations()
 
 
 def both(name: str, **values: float | tuple[float, ...]) -> tuple[Array, Array]:
@@ -130,23 +133,26 @@ def judges(name: str, statement: str, source: str, *below: Claim) -> Callable[[C
     return lambda check: Checked(Claim(name, statement, source, below), check)
 
 
-def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> Finding:
-    """The finding of a witness against the claim, where its numbers break it."""
-    if not broken:
-        return Finding("not refuted", "The run or state that was to break it does not.", samples=1)
-    return Finding("refuted", evidence, witness, kept=kept)
+def refutation(broken: bool, evidence: str, witness: str, kept: tuple[str, ...] = ()) -> Ruling:
+    """The ruling of a witness against the claim, where its numbers break it."""
+    return Ruling("refuted", evidence, witness, kept=kept) if broken else unbroken()
 
 
-def identity_finding(name: str) -> Finding:
-    """The finding of an equation's normal forms."""
+def unbroken() -> Ruling:
+    """The ruling where a witness does not break the claim."""
+    return Ruling("not refuted", "The run or state that was to break it does not.", samples=1)
+
+
+def identity_ruling(name: str) -> Ruling:
+    """The ruling of an equation's normal forms."""
     if (judged := judge_equal(*SIDES[name])).kind == "proved":
-        return Finding("proved", "Equal normal forms: an identity in all states, gains and parameters.")
-    return Finding("not checkable", judged.evidence)
+        return Ruling("proved", "Equal normal forms: an identity in all states, gains and parameters.")
+    return Ruling("not checkable", judged.evidence)
 
 
 def identity(name: str, statement: str, source: str) -> Checked:
     """An equation that is to be an identity in all its symbols."""
-    return Checked(Claim(name, statement, source), lambda: identity_finding(name))
+    return Checked(Claim(name, statement, source), lambda: identity_ruling(name))
 
 
 def inequality(
@@ -155,7 +161,7 @@ def inequality(
     """An equation whose sides differ at a plain state; `{0}` and `{1}` of the evidence are the sides there."""
     witness = ", ".join(f"{letter}={literal(value)}" for letter, value in values.items())
 
-    def check() -> Finding:
+    def check() -> Ruling:
         left, right = both(name, **values)
         differ = judge_equal(*SIDES[name]).kind == "refuted" and not np.allclose(left, right, rtol=1e-9, atol=0)
         return refutation(differ, evidence.format(row(left), row(right)), f'both("{name}", {witness})')

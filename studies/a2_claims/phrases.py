@@ -46,7 +46,7 @@ def _formula(match: re.Match[str]) -> Formula:
         letter = replace(letter, accent="tilde")
     if match["prime"]:
         letter = replace(letter, dots=letter.dots + 1)
-    exponents = {"^T": Symbol("T"), "^-1": Number(Fraction(-1))}
+    exponents: dict[str, Formula] = {"^T": Symbol("T"), "^-1": Number(Fraction(-1))}
     return Power(letter, exponents[match["power"]]) if match["power"] else letter
 
 

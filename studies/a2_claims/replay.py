@@ -28,7 +28,7 @@ from workbench.claims.claim_margins import SignalsOf, derivative, violation, wat
 from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
 from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE
 from workbench.core import Dynamics, Entry, Layout, Ode, rk4
-from workbench.core.claim import Declared
+from workbench.core.claim import Claim, Declared
 from workbench.design.riccati import care
 from workbench.metrics import late_error, measure
 from workbench.metrics.step_metrics import Peak
@@ -41,6 +41,7 @@ from workbench.study.study import Results, Study
 from workbench.validation.refusals import Array
 
 FINE = 1e-3 / 12  # s, of the law as repaired
+PAIRS = [(Q, R) for Q in (0.01, 1.0, 1000.0) for R in (0.1, 1.0, 1000.0)]  # N m/(rad s), of Q I and R I in (40)
 printed, derived = Dynamics.of(PRINTED_ARM, "as printed"), Dynamics.of(ARM, "derived")
 
 
@@ -141,6 +142,24 @@ def v2_rate(Q: float, R: float) -> tuple[float, float, float]:
     x = ode.states.pack({"plant.q": np.zeros(2), "plant.qd": path, "observer.state.qd_hat": path})[0]
     wanted = [derivative(ode, V2(y)), ca.norm_2(y["s"]), gain_left(y)]
     return tuple(map(float, ca.Function("rate", [ode.t, ode.x, ode.p], wanted)(0, x, ode.parameters.default)))
+
+
+def v2_along(Q: float, R: float) -> tuple[float, float]:
+    """The largest V2' + c |s| [W] within 8 s of the printed law, C derived, and its change by half of the step.
+
+    The estimates obey (35) and start on the desired path of the first scenario; c is lambda_min(K) - |D - D_hat| at
+    each instant, and the weights are Q I and R I.
+    """
+    ode = with_weights(searches.on_path(), Q, R).ode()
+
+    def margin(y: SignalsOf) -> ca.SX:
+        s, M = y["s"], ARM.mass_matrix(y["plant.q"])
+        V2_rate = derivative(ode, ca.dot(s, M @ s) / 2 + ca.trace(y["controller.P"]) / 2)
+        return -V2_rate - gain_left(y) * ca.norm_2(s)
+
+    claim = Declared(Claim("(40)", "V2' <= -c |s|.", "(40)", margin=margin))
+    found = measure(watching(ode, [claim]), (violation(claim.claim),), until=8.0, h=STEP)
+    return found.scores[0].pair
 
 
 def compared() -> Results:

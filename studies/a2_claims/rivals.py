@@ -2,7 +2,7 @@
 
 from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
 from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
-from workbench.claims.claim_ledger import Finding
+from workbench.claims.claim_ledger import Ruling
 from workbench.core import Claim
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Results
@@ -35,18 +35,19 @@ METRICS = (
     ("faster settling", "settles faster than each rival", "abstract, section 5", "settling time", MOTIONS),
     ("lower control effort", "needs less control effort than each rival", "abstract", "effort", TORQUES),
 )
+ALSO_AS_PUBLISHED = "better disturbance rejection", "observer accuracy"
 REJECTION = "better disturbance rejection", "rejects disturbances better than each rival", "abstract, sections 5, 6"
 
 
 def as_published(name: str, words: str, source: str, evidence: str) -> Checked:
     """A comparison as published."""
-    finding = Finding("not checkable as published", evidence, unstated=UNSTATED)
-    return Checked(Claim(name, f"AOSMC-RGS {words}.", source), lambda: finding)
+    ruling = Ruling("not checkable as published", evidence, unstated=UNSTATED)
+    return Checked(Claim(name, f"AOSMC-RGS {words}.", source), lambda: ruling)
 
 
 @judges("observer accuracy", "(10) estimates the states with minimal estimation errors.", "section 5")
-def accuracy() -> Finding:
-    return Finding(
+def accuracy() -> Ruling:
+    return Ruling(
         "not checkable as published",
         "Figures 9 and 17 show the estimation errors of (10) alone. 'Minimal' names no measure, no bound and no other "
         "observer to compare with.",
@@ -57,7 +58,7 @@ def accuracy() -> Finding:
 def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
     """The proposed law, repaired, beside each rival by one metric, at each joint and in each scenario."""
 
-    def check() -> Finding:
+    def check() -> Ruling:
         stood: list[str] = []
         above: list[str] = []
         for scenario in ("FS", "SS"):
@@ -77,8 +78,8 @@ def ranking(results: Results, name: str, source: str, metric: str) -> Checked:
         )
         witness = f'beside("{metric}")'
         if above:
-            return Finding("does not hold under", f"{tally}. The first above: {above[0]}.", witness, under=OF_A1)
-        return Finding("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
+            return Ruling("does not hold under", f"{tally}. The first above: {above[0]}.", witness, under=OF_A1)
+        return Ruling("not refuted", f"{tally}.", witness, samples=len(stood), under=OF_A1)
 
     statement = f"{REPAIRED} its {metric} is below that of each rival."
     return Checked(Claim(f"{name}, numbers of a1", statement, source), check)

@@ -15,18 +15,18 @@ from workbench.design import linear
 from workbench.design.linear import Equilibria, LyapunovExponents, frequency_response, linearize, sensitivity
 from workbench.loop import open_loop
 from workbench.plants import Manipulator
-from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
+from workbench.study.document.document import Block, Figure, Panel, Paragraph, Section, Series
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.study import Results
 from workbench.study.work import Work
 from workbench.validation.refusals import Array
 
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
+SAME = ("Fuzzy-ASMC", "RBF-ASMC")  # close to ASMC along the path
 DRAWN = (PROPOSED, "RBF-ASMC", "PID", "SMC")
 FREQUENCIES = np.geomspace(0.01, 1e5, 300)
 SEED = 1
 BOX = {"q": (-1.0, 4.0), "qd": (-5.0, 5.0)}
-LATE = "late K"
 STIFFER = 4.0  # of an observer, to see what its gain is to blame for
 
 
@@ -66,13 +66,18 @@ class Law:
 
 
 def loops_at_rest(law: Law) -> dict[str, AtRest]:
-    """The loop of a law at rest by pose, at the level of SS with its late gain, and with a stiffer observer by pose."""
+    """The loop of a law at rest by pose, with its learned gain by pose, and with a stiffer observer by pose."""
     found = {pose: at_rest(law.name, pose) for pose in POSES}
     if law.K is not None:
-        found[LATE] = at_rest(law.name, LEVEL, law.K)
+        found |= {late(pose): at_rest(law.name, pose, law.K) for pose in POSES}
     if law.name == PROPOSED:
         found |= {stiffer(pose): at_rest(law.name, pose, stiffer=STIFFER) for pose in POSES}
     return found
+
+
+def late(pose: str) -> str:
+    """The name of the loop at a pose with the gain at the end of the first scenario."""
+    return f"{pose}, learned gain"
 
 
 def stiffer(pose: str) -> str:
@@ -125,21 +130,43 @@ def along_path(results: Results) -> Figure:
     """The disk margin, the slowest and the fastest frozen pole over time."""
     margins, slow, fast = [], [], []
     for law, path in paths(results).items():
+        if law in SAME:
+            continue
         style = STYLES[law]
         margins.append(Series(law, path.sparse, path.alpha, style))
         margins.append(Series(law, path.sparse, path.alpha, style, look="marks"))
-        slow.append(Series(law, path.t, path.largest, style))
-        fast.append(Series(law, path.t, -path.least, style))
+        later = path.t > 0.0  # the axis is logarithmic
+        slow.append(Series(law, path.t[later], path.largest[later], style))
+        fast.append(Series(law, path.t[later], -path.least[later], style))
     panels = (
         Panel("disk margin", tuple(margins), ylim=(0.0, 2.05), title="margin"),
-        Panel("largest real part [1/s]", tuple(slow), title="slowest pole"),
-        Panel("decay of the fastest [1/s]", tuple(fast), yscale="log", title="fastest pole"),
+        Panel("largest real part [1/s]", tuple(slow), xscale="log", title="slowest pole"),
+        Panel("decay of the fastest [1/s]", tuple(fast), xscale="log", yscale="log", title="fastest pole"),
     )
     caption = (
-        "The disk margin at the torques, every second within the layer, with the adaptive gains held, and the poles of "
-        "the whole loop, every 0.1 s, frozen along the first scenario. A gain that is free leaves a pole at 0."
+        "Margins and poles of the linear loops, frozen along the first scenario: the disk margin at the torques every "
+        "second within the layer, with the adaptive gains held, and the poles of the whole loop every 0.1 s. An "
+        "adaptive gain that is not held leaves a pole at 0. Poles are over logarithmic time, as they move at the "
+        "start. Fuzzy-ASMC and RBF-ASMC are close to ASMC and not drawn."
     )
     return Figure("frozen", caption, panels, columns=3)
+
+
+def path_table(results: Results) -> Table:
+    """The largest frozen poles, the time within the layer, and the least disk margin there."""
+    rows = []
+    for law, path in paths(results).items():
+        inside = None if law == "PID" else 100 * path.share
+        rows.append((law, float(path.largest.max()), path.within, inside, float(np.nanmin(path.alpha))))
+    columns = (
+        Column("law"),
+        Column("largest real part", "1/s", "right", digits=3),
+        Column("the same within the layer", "1/s", "right", digits=3),
+        Column("time within the layer", "%", "right", digits=3),
+        Column("least disk margin within the layer", "", "right", digits=3),
+    )
+    notes = ("PID has no layer: its numbers are over the whole run.",)
+    return Table("path", "The frozen loops along the first scenario.", columns, tuple(rows), notes)
 
 
 def responses_figure(results: Results) -> Figure:
@@ -154,13 +181,13 @@ def responses_figure(results: Results) -> Figure:
         yscale, line = ("linear", -180.0) if name.startswith("phase") else ("log", 1.0)
         panels.append(Panel(name, tuple(series), "frequency [rad/s]", xscale="log", yscale=yscale, hlines=(line,)))
     caption = (
-        "The loop gain at one torque while the other loop is closed, and the largest singular values of sensitivity S "
+        "The loop gain at one torque with the other loop closed, and the largest singular values of sensitivity S "
         "and complementary sensitivity T, at rest at the level of the second scenario. ASMC and Fuzzy-ASMC lie on SMC."
     )
     return Figure("responses", caption, tuple(panels), columns=2)
 
 
-def arm_section(results: Results) -> Section:
+def arm_blocks(results: Results) -> tuple[Block, ...]:
     """Rest points and the motion of the arm by itself."""
     alone: ArmAlone
     (alone,) = results.work("arm")
@@ -191,9 +218,7 @@ def arm_section(results: Results) -> Section:
         f"estimated error of {error:.2f} 1/s."
     )
     caption = "The rest points of the arm without torque, and their modes."
-    return Section(
-        "The arm by itself", (Paragraph(words), Table("rest_points", caption, columns, tuple(rows), (note,)))
-    )
+    return (Paragraph(words), Table("rest_points", caption, columns, tuple(rows), (note,)))
 
 
 def observed(G: Any) -> tuple[float, float]:
@@ -212,13 +237,14 @@ def shown(value: complex) -> str:
 def at_rest_section(results: Results) -> Section:
     """Poles and margins at rest."""
     every = rests(results)
-    loops = {law: every[law][LEVEL] for law in SEVEN} | {f"{law}, {LATE}": every[law][LATE] for law in ADAPTIVE}
+    loops = {law: every[law][LEVEL] for law in SEVEN}
+    loops |= {f"{law}, learned gain": every[law][late(LEVEL)] for law in ADAPTIVE}
     words = (
         "L goes from the torque that moves the plant to minus the torque that the law commands, with the observer "
         "counting on the latter and the adaptive gains held. Margins of one joint are those with the other closed, the "
-        "worse of the two; the disk margin, 2 at most, and the last three columns are of both torques at once. Late K: "
-        "with the gain at the end of the first scenario. Largest S: of a torque at 0.001 rad/s that no block is given. "
-        "A dash: the loop is not asymptotically stable."
+        "worse of the two. The disk margin, 2 at most, and the last three columns are of both torques at once. Learned "
+        "gain: the gain at the end of the first scenario. Largest S: of a torque at 0.001 rad/s that no block is "
+        "given. A dash: the loop is not asymptotically stable."
     )
     poses = Table(
         "poses",

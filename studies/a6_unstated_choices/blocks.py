@@ -56,6 +56,8 @@ class EitherObserver(AbstractArmObserver):
     """Positions and velocities as measured where `inside` is 0, those of `state` where it is 1; D_hat by `d_hat`:
 
     eta' = -l (eta - D),    z' = eta,    D_hat = 0, eta or z where `d_hat` is 0, 1 or 2
+
+    The observer of the state reads the command within -limit and limit where there is a limit.
     """
 
     uses_truth: ClassVar[bool] = True
@@ -65,6 +67,7 @@ class EitherObserver(AbstractArmObserver):
     l: Scalar = parameter(unit="1/s", low=0, strict=True, symbol="l")
     inside: Scalar = parameter(default=1.0, unit="", low=0, high=1)
     d_hat: Scalar = parameter(default=0.0, unit="", low=0, high=2)
+    limit: Vector | None = parameter(default=None, unit="N m", low=0, strict=True, shape=("n",))
 
     @property
     def model(self) -> AbstractArm:
@@ -83,6 +86,8 @@ class EitherObserver(AbstractArmObserver):
 
     def rate(self, t: ca.SX, z: Parts, y: Signals, est: Signals, u: Signals) -> Parts:
         """(10), which sees its own estimates, and (24)."""
+        if self.limit is not None:
+            u = Signals(u | {"tau": ca.fmin(ca.fmax(u.tau, -self.limit), self.limit)})
         return {**self.state.rate(t, z, y, est, u), "eta": -self.l * (z["eta"] - y.d), "z": z["eta"]}
 
 
@@ -90,7 +95,8 @@ class EitherObserver(AbstractArmObserver):
 class EitherAosmcRgs(AbstractSlidingMode):
     """AOSMC-RGS in every reading, equations (25) to (34) as `AosmcRgs` has them:
 
-    K' = P s sign(s), which is outer, elementwise, diagonal or norm where `shape` is 0, 1, 2 or 3    (33)
+    K' = P s sign(s), and -P s sign(s) where `minus` is 1                                            (33)
+    P s sign(s) is outer, elementwise, diagonal or norm where `shape` is 0, 1, 2 or 3
     tau_eq with qd_d and qdd_d where `printed` is 1, with qd_r and qdd_r where it is 0               (28)
     """
 
@@ -103,6 +109,7 @@ class EitherAosmcRgs(AbstractSlidingMode):
     P: Matrix = initial(unit="N m/rad", shape=("n", "n"), symbol="P")
     Q: Scalar = parameter(unit="N m/(rad s)", low=0, symbol="Q")
     R: Scalar = parameter(unit="N m/(rad s)", low=0, strict=True, symbol="R")
+    minus: Scalar = parameter(default=0.0, unit="", low=0, high=1)
     shape: Scalar = parameter(default=0.0, unit="", low=0, high=3)
     printed: Scalar = parameter(default=0.0, unit="", low=0, high=1)
 
@@ -120,7 +127,7 @@ class EitherAosmcRgs(AbstractSlidingMode):
         growth = chosen(self.shape, Ps @ ca.sign(s).T, ca.diag(Ps * ca.sign(s)), P @ ca.diag(size), P * ca.sum1(size))
         A, B = -solve_definite(self.model.mass_matrix(est.q), K), ca.diag(self.Lambda)
         return {
-            "K": growth,
+            "K": chosen(self.minus, growth, -growth),
             "P": A.T @ P + P @ A - P @ B @ B.T @ P / self.R + self.Q * ca.SX.eye(n),
         }
 

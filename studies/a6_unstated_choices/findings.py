@@ -1,65 +1,39 @@
-"""The findings of a6 on what fits: the nearest choices, how far they lie apart, and one experiment for all laws."""
+"""The findings of a6 on what fits: the printed row of the proposed law, and one experiment for all laws."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from studies.a6_unstated_choices import fits, loops
-from studies.a6_unstated_choices.fits import CLOSE, EVALUATIONS, Fit, Shared, horizons, misses
-from studies.a6_unstated_choices.loops import PROPOSED, factors_of, in_words, named, slug
+from studies.a6_unstated_choices import experiments, fits, rows
+from studies.a6_unstated_choices.experiments import COMMON, Experiment
+from studies.a6_unstated_choices.fits import CLOSE, Fit, horizons, misses
+from studies.a6_unstated_choices.loops import LONGEST, NAMES, PROPOSED, SHORTEST, STIFF, factors_of, in_words, slug
+from studies.a6_unstated_choices.rows import MINUS, PLUS, TWO, Row
+from studies.a6_unstated_choices.scope import OMITTED, REST
 from studies.paper.card import LAWS
-from workbench.study.document.document import Verdict
+from studies.paper.unstated import assumptions
+from workbench.study.document.finding import Finding, Variation
 from workbench.study.study import Results
 from workbench.validation.refusals import Array
 
-OF_A_FIT = (
-    f"The largest miss of the cells, of runs with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms, their "
-    f"error by the step added; searches of {EVALUATIONS} choices, whatever the prior."
+MET, MISSED = "met", "not met"
+SHORT = 30.0  # s, the longest horizon of an earlier search
+FINE_RUNS = (
+    f"runs in continuous time with the boundary layer of the paper at {1e3 * fits.FINE:.3g} ms and at half of it, the "
+    "error by the step added to the miss"
 )
-RANGES = f"A plus in (33), R from {loops.STIFF:g} on, any horizon from {loops.SHORTEST} to {loops.LONGEST} s"
-OF_A_WITNESS = "A run of the printed numbers at a finer step that misses by more."
-LONGER = "A longer search: what was not found may be there."
-FINER = "A finer step for the runs of what is near, or a longer search."
+OWN_RANGES = f"R from {STIFF:g} N m/(rad s) on, horizons from {SHORTEST} to {LONGEST} s"
+FIXED = f"Not varied: {assumptions(OMITTED)}."
+LONGER = f"longer searches; {REST}"
 
 
-def fit_verdicts(fits_of: Mapping[tuple[str, str], Fit]) -> tuple[Verdict, ...]:
-    """The fits of the proposed row, of each cell and of each law; a search may miss what is there all the same."""
-    ours = fits_of[PROPOSED, "FS"]
-    cells = [fits_of[law, cell].miss for law in LAWS for cell in fits.CELLS]
-    draws = [fits_of[law, cell].of_draws for law in LAWS for cell in fits.CELLS]
-    both = {law: fits_of[law, "both"].miss for law in LAWS}
-    worst = max(both, key=both.__getitem__)
-    met, together = sum(miss <= CLOSE for miss in cells), sum(miss <= CLOSE for miss in both.values())
-    return (
-        Verdict(
-            "found" if ours.miss <= CLOSE else "open",
-            f"The nearest choice of what is not stated misses the printed row of {PROPOSED} in the first scenario by "
-            f"{100 * ours.miss:.2g} %, at the farther of its two cells.",
-            f"It is {fit_words(PROPOSED, 'FS', ours.numbers)}, and a horizon of {ours.horizon['FS']:.1f} s.",
-            OF_A_FIT,
-            f"{RANGES}.",
-            OF_A_WITNESS if ours.miss <= CLOSE else LONGER,
-        ),
-        Verdict(
-            "found" if met == len(cells) else "open",
-            f"{met} of the {len(cells)} printed cells are met within {100 * CLOSE:g} %, each taken alone.",
-            f"The farthest is missed by {100 * max(cells):.2g} %. Of the {loops.RANDOM.runs} draws {min(draws)} to "
-            f"{max(draws)} meet a cell within {100 * CLOSE:g} % at some horizon.",
-            OF_A_FIT,
-            f"{RANGES}; numbers, a square wave and a horizon of its own for each cell.",
-            OF_A_WITNESS if met == len(cells) else LONGER,
-        ),
-        Verdict(
-            "found" if together == len(both) else "open",
-            f"For {together} of {len(both)} laws one choice meets all four cells of the law within {100 * CLOSE:g} %.",
-            f"{worst} misses most, by {100 * both[worst]:.2g} % with the error by the fine step; at the step "
-            f"of the search {fits_of[worst, 'both'].of_search} of its choices come within {100 * CLOSE:g} %.",
-            OF_A_FIT,
-            f"{RANGES}; one set of gains for both scenarios, and a square wave and two horizons of its own for each "
-            "law.",
-            OF_A_WITNESS if together == len(both) else FINER,
-        ),
-    )
+def met_words(miss: float) -> str:
+    return MET if miss <= CLOSE else MISSED
+
+
+def share_of(miss: float) -> str:
+    """A miss in percent with two digits."""
+    return f"{100 * miss:.2g} %" if np.isfinite(miss) else "no finite run"
 
 
 def fit_words(law: str, target: str, numbers: Array) -> str:
@@ -68,55 +42,117 @@ def fit_words(law: str, target: str, numbers: Array) -> str:
     return in_words(factors, numbers[: len(factors)])
 
 
-def horizon_verdict(results: Results) -> Verdict:
-    """The laws that one horizon brings near in the first scenario, as one experiment must."""
-    least = []
-    sets = {("random", prior) for prior in loops.PRIORS.values()} | {("paired", loops.OF_CARD)}
-    for law in LAWS:
-        runs = [results.sample(named(kind, law, "FS", prior)) for kind, prior in sets]
-        runs += [results.tuned(slug(kind, law)).samples["fs"] for kind in ("search", "common")]
-        least.append(np.min([misses(law, "FS", horizons(one)[1]).min(axis=0) for one in runs], axis=0))
-    worst = np.max(least, axis=0)
-    at = int(np.argmin(worst))
-    law = LAWS[int(np.argmax([one[at] for one in least]))]
-    horizon = horizons(results.sample(named("random", PROPOSED, "FS")))[0][at]
-    met = sum(bool(one[at] <= CLOSE) for one in least)
-    return Verdict(
-        "found" if met == len(LAWS) else "open",
-        f"At one horizon for all laws, {horizon:.1f} s, {met} of {len(LAWS)} rows of the first scenario come "
-        f"within {100 * CLOSE:g} %.",
-        f"{law} is the farthest, within {100 * worst[at]:.2g} %.",
-        "The larger miss of the two cells of a law, the least over all runs of draws and searches, at their steps and "
-        f"without a run at a finer one; among them a search of {EVALUATIONS // 2} choices for each law at "
-        f"{fits.COMMON:g} s (seed {fits.SEED}), where a longer one by hand had found all laws nearest.",
-        "The same horizon, and gains of its own for each law.",
-        f"{LONGER[:-1]}; runs at a finer step, for rows that are met.",
+def row_finding(results: Results, every: Sequence[Row]) -> Finding:
+    """What meets the printed row of the proposed law in the first scenario."""
+    near = {sign: min((row for row in every if row.sign == sign), key=lambda row: row.fit.miss) for sign in rows.FIXED}
+    count = {sign: sum(row.met for row in every if row.sign == sign) for sign in rows.FIXED}
+    signs = [sign for sign in (PLUS, MINUS) if near[sign].met or (sign == MINUS and near[TWO].met)]
+    two = near[TWO]
+    shapes = len(every) // len(rows.FIXED)
+    return Finding(
+        name="row_of_fs",
+        statement=_row_statement(signs),
+        evidence=f"With a plus {count[PLUS]} of {shapes} shapes of (33) meet it, with the minus {count[MINUS]}, and "
+        f"with the minus and two repairs, (3) and (28), {count[TWO]}. With these two the nearest misses by "
+        f"{share_of(two.fit.miss)}: {two.words}, horizon {two.fit.horizon['FS']:.1f} s.",
+        statistic=f"The larger miss of the two cells at the best horizon, in {FINE_RUNS}. Answer 'met' if some choice "
+        f"is within {100 * CLOSE:g} %.",
+        sample=f"{len(every)} searches by differential evolution (seed {rows.SEED}): {rows.EVALUATIONS[PLUS]} choices "
+        f"for each sign and shape of (33), and {rows.EVALUATIONS[TWO]} for each shape with two repairs alone; the "
+        f"{rows.AGAIN} nearest of each run again.",
+        given="The law has the exact model, but for (3), and D(t) itself where D_hat needs it.",
+        chosen=f"{OWN_RANGES}. {FIXED}",
+        fitted="Q, R, l, the horizon and the readings that are left, each to the two printed numbers of the row.",
+        answer=MET if any(row.met for row in every) else MISSED,
+        variations=tuple(row_variations(results, every)),
+        untried=LONGER,
+        settled=bool(signs),
+        cites=("a1_paper_tables/row_of_fs",),
     )
 
 
-def shared_verdict(one: Shared) -> Verdict:
-    """The rows of the second scenario that one experiment gives."""
-    met = sum(miss <= CLOSE for miss in one.miss.values())
-    listed = ", ".join(f"{law} {100 * miss:.2g} %" for law, miss in one.miss.items())
+def _row_statement(signs: Sequence[str]) -> str:
+    """The answer of the row by the signs of (33) that meet it."""
+    row = f"the printed row of {PROPOSED} in the first scenario"
+    if len(signs) == 2:
+        return f"Both signs of (33) meet {row} within {100 * CLOSE:g} %: the row does not identify the law."
+    if signs:
+        return f"Of the signs of (33) the {signs[0]} alone meets {row} within {100 * CLOSE:g} %."
+    return f"No choice of the searches meets {row} within {100 * CLOSE:g} %."
+
+
+def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation]:
+    """The answer for each sign and shape, and for each sign with horizons that a shorter run has."""
+    for row in every:
+        detail = f"{share_of(row.fit.miss)} at {row.fit.horizon['FS']:.1f} s"
+        yield Variation(f"{row.sign}, {row.shape}", met_words(row.fit.miss), detail)
+    for sign in rows.FIXED:
+        samples = [results.tuned(rows.named(sign, row.shape)).samples["fs"] for row in every if row.sign == sign]
+        least = np.inf
+        for sample in samples:
+            t, rmse = horizons(sample)
+            least = min(least, float(misses(PROPOSED, "FS", rmse[:, t <= SHORT + 1e-9]).min()))
+        words = f"{sign}, horizons up to {SHORT:g} s, at the step of the search"
+        yield Variation(words, met_words(least), share_of(least))
+
+
+def tables_finding(
+    results: Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+) -> Finding:
+    """Whether one experiment for all laws gives the rows of each scenario, and what other sets of cells are met."""
+    counts = [sum(miss <= CLOSE for miss in one.miss.values()) for one in (first, second)]
+    farthest = [max(one.miss, key=one.miss.__getitem__) for one in (first, second)]
+    settled = all(count == len(LAWS) for count in counts)
     moved = " and ".join(
-        f"{100 * (now / then - 1):+.1f} %" for now, then in zip(fits.AMPLITUDES, fits.BY_HAND, strict=True)
+        f"{100 * (now / then - 1):+.1f} %"
+        for now, then in zip(experiments.AMPLITUDES, experiments.BY_HAND, strict=True)
     )
-    return Verdict(
-        "found" if met == len(LAWS) else "open",
-        f"With one square wave and one horizon for all laws {met} of {len(LAWS)} rows of the second scenario come "
-        f"within {100 * CLOSE:g} %.",
-        f"The larger miss of each: {listed}. The square wave was found by hand, not by this study: a search of 32 of "
-        "them at once, each with gains for every law, over 194 generations (seed 0) ended at "
-        f"a1 = {fits.BY_HAND[0]:g} rad, a2 = {fits.BY_HAND[1]:g} rad, f = {fits.FREQUENCY:g} Hz. Both amplitudes were "
-        f"then moved by hand, by {moved}, to a1 = {fits.AMPLITUDES[0]:g} rad, a2 = {fits.AMPLITUDES[1]:g} rad. There, "
-        f"and at the horizon of {fits.HORIZON:g} s that the search by hand had used, this study seeks the gains of "
-        f"each law; of the runs at the fine step {one.horizon:.1f} s is the best.",
-        f"The larger miss of the two cells of a law, the nearest of {fits.SHARED_AGAIN} points of a search of "
-        f"{EVALUATIONS} choices for each law (seed {fits.SEED}), run again with the boundary layer at "
-        f"{1e3 * fits.FINE:.3g} ms and at half of it, the error added.",
-        "One square wave, one horizon, measurement by (10) for the rivals that switch and exact ones for PID; "
-        f"{PROPOSED} with its own readings, that of its observer among them; gains of its own for each law, which may "
-        "differ from those of the first scenario.",
-        "An error of the step beyond the one that is added, for a row that is met. One witness shows that the table "
-        "can come about, and leaves open how it did.",
+    return Finding(
+        name="printed_tables",
+        statement=f"One experiment for each scenario gives {sum(counts)} of the {2 * len(LAWS)} printed rows within "
+        f"{100 * CLOSE:g} %.",
+        evidence=f"At one horizon, {first.horizon:.1f} s, {counts[0]} of {len(LAWS)} rows of the first scenario come "
+        f"within {100 * CLOSE:g} %. With one square wave and one horizon, {second.horizon:.1f} s, {counts[1]} of "
+        f"{len(LAWS)} rows of the second scenario come within {100 * CLOSE:g} %. {farthest[0]} and {farthest[1]} are "
+        f"the farthest, with {share_of(first.miss[farthest[0]])} and {share_of(second.miss[farthest[1]])}.",
+        statistic=f"The larger miss of the two cells of a law, in {FINE_RUNS}; 'met' if all rows are within "
+        f"{100 * CLOSE:g} %.",
+        sample=f"A search for each law: {experiments.OF_COMMON} choices at each horizon of {COMMON} s in the first "
+        f"scenario, {fits.EVALUATIONS} in the second (seed {fits.SEED}); the {experiments.COMMON_AGAIN} and "
+        f"{experiments.SHARED_AGAIN} nearest run again.",
+        given="Each law has gains of its own in each scenario. In the second the rivals that switch measure by (10), "
+        f"PID exactly, and {PROPOSED} by its own reading.",
+        chosen="The square wave was found by hand, outside of this study: a search of 32 square waves at once, each "
+        f"with gains for every law, over 194 generations (seed 0) ended at a1 = {experiments.BY_HAND[0]:g} rad, a2 = "
+        f"{experiments.BY_HAND[1]:g} rad, f = {experiments.FREQUENCY:g} Hz. Both amplitudes were then moved by hand, "
+        f"by {moved}, to {experiments.AMPLITUDES[0]:g} and {experiments.AMPLITUDES[1]:g} rad. Its horizon of "
+        f"{experiments.HORIZON:g} s is that search's, too. {FIXED}",
+        fitted=f"All other numbers of the {len(NAMES)} unstated ones, to the printed rows.",
+        answer=MET if settled else MISSED,
+        variations=tuple(tables_variations(results, met, first, second)),
+        untried=f"other square waves; {LONGER}",
+        settled=settled,
     )
+
+
+def tables_variations(
+    results: Results, met: Mapping[tuple[str, str], Fit], first: Experiment, second: Experiment
+) -> Iterator[Variation]:
+    """The answer for each row and cell, for all four cells of a law, and for each horizon of the search."""
+    for words, one in (("first scenario, one horizon", first), ("second scenario, one square wave", second)):
+        for law, miss in one.miss.items():
+            yield Variation(f"{words}: {law}", met_words(miss), share_of(miss))
+    for target, words in (("FS", "first scenario"), ("SS", "second scenario"), ("both", "both scenarios, same gains")):
+        for law in LAWS:
+            miss = met[law, target].miss
+            yield Variation(f"{words}, horizons of its own: {law}", met_words(miss), share_of(miss))
+    for target in fits.CELLS:
+        for law in LAWS:
+            miss = met[law, target].miss
+            yield Variation(f"{target} alone: {law}", met_words(miss), share_of(miss))
+    for horizon in COMMON:
+        worst = 0.0
+        for law in LAWS:
+            sample = results.tuned(slug("common", law, str(horizon))).samples["fs"]
+            worst = max(worst, float(misses(law, "FS", sample.values[:, -1]).min()))
+        yield Variation(f"first scenario at {horizon} s, at the step of the search", met_words(worst), share_of(worst))

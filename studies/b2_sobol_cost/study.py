@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -19,8 +19,9 @@ import numpy as np
 
 from studies.b2_sobol_cost.workload import sweep
 from workbench.simulate import simulate
+from workbench.study import Finding, Page, Variation
 from workbench.study.compiled import CompiledSweep, compile_sweep
-from workbench.study.document.document import Paragraph, Section, Verdict
+from workbench.study.document.document import Column, Paragraph, Section, Table
 from workbench.study.executors import on_threads
 from workbench.study.ledger.store import complete, opened
 from workbench.study.sample import Sample
@@ -111,53 +112,109 @@ def command() -> dict[str, float]:
     return found
 
 
-def sections(results: Results) -> Sequence[Section]:
-    """The verdicts, and how they were measured."""
+def sections(results: Results) -> Page:
+    """The findings, and how they were measured."""
     del results
-    found = cost()
+    one = cost()
     how = (
-        f"The command: {found.runs:,} runs of 10 s at 1 ms and {found.again:,} of them again at 0.5 ms, from its start "
-        "to HTML, PDF and CSV, the kernel compiled afresh. Ledger and orchestration are held against the engine on the "
-        "same rows, with nothing written."
+        f"The command makes {one.runs:,} runs of 10 s at 1 ms and {one.again:,} of them again at 0.5 ms, from its "
+        "start to HTML, PDF and CSV, with the kernel compiled afresh. The share of ledger and orchestration compares "
+        "the same rows run through the ledger and run by the engine alone, which writes nothing."
     )
-    return (Section("The cost", (*verdicts(found), Paragraph(how), Paragraph(testbed()))),)
+    return Page(
+        answer=answer(one),
+        findings=findings(one),
+        sections=(Section("The cost", (cost_table(one), Paragraph(how), Paragraph(testbed()))),),
+    )
 
 
-def verdicts(cost: Cost) -> tuple[Verdict, ...]:
-    """The bars, and the figures that reach or miss them."""
-    sure, likely = max(cost.shares) <= SHARE, median(cost.shares) <= SHARE
-    quick = "holds" if cost.wall <= WALL else "fails" if cost.others < BUSY else "open"
-    small = "holds" if cost.memory <= MEMORY else "fails"
-    lean = "holds" if sure else "open" if likely else "fails"
-    marched, through = np.median(cost.turns, axis=0)
-    time = (
-        f"{cost.wall:.1f} s by the clock, {cost.cpu:.1f} s of processor time, beside {cost.others:.1f} other processes "
-        f"on {os.cpu_count()} processors."
-    )
-    share = (
-        f"{median(cost.shares):.1%} in the median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to "
-        f"{max(cost.shares):.1%}, where below zero is noise: {through:.2f} s through them, {marched:.2f} s without."
-    )
+def word(reached: bool) -> str:
+    """The answer of a bar."""
+    return "reached" if reached else "missed"
+
+
+def answer(cost: Cost) -> str:
+    """The page in one line."""
     return (
-        Verdict(quick, f"The whole command takes at most {WALL:g} s.", time),
-        Verdict(small, f"It holds less than {MEMORY:g} GB.", f"At most {cost.memory:.2f} GB."),
-        Verdict(lean, f"Ledger and orchestration take at most {SHARE:.0%} of the processor time.", share),
+        f"On one machine in one run, {cost.runs:,} runs from command to report took {cost.wall:.1f} s and "
+        f"{cost.memory:.2f} GB; ledger and orchestration took {median(cost.shares):.1%} of the processor time."
     )
+
+
+def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
+    """The bars, and the figures that reach or miss them."""
+    how = {"given": "One machine, named below, and one run of the page.", "chosen": "The bar, and workload W."}
+    sample = "One run of the command in a process of its own, on an empty folder."
+    once = "another machine, other load, and a repetition: the command was run once"
+    each = [
+        Variation(f"turn {i}", word(share <= SHARE), f"{share:.1%}") for i, share in enumerate(cost.shares, start=1)
+    ]
+    quick, idle, middle = cost.wall <= WALL, cost.others < BUSY, median(cost.shares)
+    return (
+        Finding(
+            name="wall_time",
+            statement=f"The whole command took {cost.wall:.1f} s; the bar is {WALL:g} s.",
+            evidence=f"It used {cost.cpu:.1f} s of processor time on {os.cpu_count()} processors, beside "
+            f"{cost.others:.1f} other processes.",
+            statistic="Seconds by the clock, from the start of the command to its report.",
+            sample=sample,
+            answer=word(quick),
+            settled=quick or idle,
+            untried=once,
+            **how,
+        ),
+        Finding(
+            name="memory",
+            statement=f"It held at most {cost.memory:.2f} GB; the bar is {MEMORY:g} GB.",
+            evidence="The system counts the most that the process held at any time.",
+            statistic="Largest resident memory of the process.",
+            sample=sample,
+            answer=word(cost.memory <= MEMORY),
+            untried=once,
+            **how,
+        ),
+        Finding(
+            name="ledger_share",
+            statement=f"Ledger and orchestration took {middle:.1%} of the processor time; the bar is {SHARE:.0%}.",
+            evidence=f"The median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to {max(cost.shares):.1%}; "
+            "a share below zero is noise.",
+            statistic="One minus the processor time of the engine alone over that through the ledger, median of turns.",
+            sample=f"{len(cost.shares)} turns in one process.",
+            answer=word(middle <= SHARE),
+            variations=tuple(each),
+            untried="another machine and more turns",
+            **how,
+        ),
+    )
+
+
+def cost_table(cost: Cost) -> Table:
+    """The processor time of each turn."""
+    rows = [
+        (i, *turn, 100 * share) for i, (turn, share) in enumerate(zip(cost.turns, cost.shares, strict=True), start=1)
+    ]
+    columns = (
+        Column("turn", align="right"),
+        Column("engine alone", "s", "right", digits=3),
+        Column("through the ledger", "s", "right", digits=3),
+        Column("share of the ledger", "%", "right", digits=2),
+    )
+    return Table("turns", "Processor time of the same rows, in turns.", columns, tuple(rows))
 
 
 study = Study(
     name="b2_sobol_cost",
     title="A Sobol study of 12,288 runs: what it takes",
     question=(
-        "How long does the study b2_workload take from the command to the report, with how much memory? And how much "
-        "of its processor time goes to ledger and orchestration?"
+        "How long does the study b2_workload take from command to report, and with how much memory? How much of its "
+        "processor time do ledger and orchestration take?"
     ),
     method=(
-        "The command is run in a process of its own, on an empty folder. Ledger and orchestration are what the same "
-        "rows take more through the ledger than marched alone, in turns, medians of processor time."
+        "The command runs in a process of its own, on an empty folder. Then the same rows run through the ledger and "
+        "by the engine alone, in turns; the difference in processor time is the cost of ledger and orchestration. All "
+        "times are of one machine and one run."
     ),
     sections=sections,
-    headlines=lambda results: [f"{one.kind}: {one.statement} {one.evidence}" for one in verdicts(cost())],
     fingerprints={"W": sweep().run.loop.fingerprint[:16]},
     measures_time=True,
 )

@@ -7,11 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from studies.b3_any_plant.settings import SETTINGS, Setting
+from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from workbench.controllers import PID2, Cascade, Regulator
-from workbench.core import LinearSystem
-from workbench.design.linear import broken_loop, disk_margin, freeze, loop_margins, operating_point, sensitivity
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments, LinearPlant
+from workbench.core import Entry, Layout, LinearSystem
+from workbench.design.linear import (
+    broken_loop,
+    disk_margin,
+    freeze,
+    linearize,
+    loop_margins,
+    operating_point,
+    place,
+    sensitivity,
+)
+from workbench.loop import ClosedLoop, DigitalLoop, Instruments, LinearPlant, open_loop
 from workbench.metrics import rmse, settling_time, total_variation
 from workbench.observers import LinearObserver
 from workbench.signals import Hold, Together
@@ -21,8 +30,10 @@ from workbench.validation.refusals import Array
 
 LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost
+PLACED = "placed"  # of the tanks at P+ alone: a gain and an observer with poles that were chosen
+REGULATOR, OBSERVER = (-0.05, -0.06, -0.07, -0.08), (-0.06, -0.08, -0.9, -1.2)  # 1/s, poles of `PLACED`
 COMPUTER = "in a computer"
-SEED, BASE, KEPT = 11, 256, 500
+SEED, BASE, KEPT = 11, 256, 1200
 SUBSTEPS, COARSE = 8, 4  # of a period, of a case and of a sweep
 HALVED = 64  # one run of a sweep in so many is run again at half of the step
 BAND = 0.05  # of what the start is off
@@ -33,16 +44,29 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
     plant, point = setting.plant, setting.point
     holds = {name: Hold([value], name, plant.outputs[name].unit) for name, value in setting.wanted.items()}
     if law == PID:
-        second = setting.pid(setting)
+        second = setting.pid.law(setting)
         if computer and isinstance(second, PID2):  # against windup; the others have no integral, or are never limited
             second = replace(second, low=setting.limit[0], high=setting.limit[1])
         reference = Together(tuple(hold for name, hold in holds.items() if name in second.follows))
         return ClosedLoop(plant, controller=second, reference=reference)
+    K, L = placed(setting) if law == PLACED else (setting.design.regulator.K, setting.design.estimator.K)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
     model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
-    observer = LinearObserver(model, setting.design.estimator.K, x_0=point.x, u_0=point.u)
-    regulator = Regulator.of(plant, setting.design.regulator.K, point.x, point.u, follow=plant.outputs.names)
+    observer = LinearObserver(model, L, x_0=point.x, u_0=point.u)
+    regulator = Regulator.of(plant, K, point.x, point.u, follow=plant.outputs.names)
     return ClosedLoop(plant, observer, regulator, Together(tuple(holds.values())))
+
+
+def placed(setting: Setting, factor: float = 1.0) -> tuple[Array, Array]:
+    """The gains of regulator and observer whose poles are `factor` times those of `PLACED`."""
+    model = setting.model
+    x, u, y = (
+        Layout((Entry(name, np.zeros(size)),))
+        for name, size in zip("xuy", (*model.C.T.shape, model.ninputs), strict=True)
+    )
+    transposed = LinearSystem(x, u, y, model.A.T, model.C.T, model.B.T)
+    dual = linearize(open_loop(LinearPlant(transposed)), 0.0, np.zeros(len(model.A)))
+    return place(model, factor * np.array(REGULATOR)).K, place(dual, factor * np.array(OBSERVER)).K.T
 
 
 def cut(setting: Setting, law: str) -> Any:
@@ -75,7 +99,7 @@ class Margins:
     decay: float
 
 
-ITEMS = tuple((setting.name, law) for setting in SETTINGS for law in (LQR, LQG, PID))
+ITEMS = (*((setting.name, law) for setting in SETTINGS for law in (LQR, LQG, PID)), (HARD, PLACED))
 
 
 def margins(item: tuple[str, str]) -> Margins:
@@ -89,6 +113,17 @@ def margins(item: tuple[str, str]) -> Margins:
 def all_margins(results: Results) -> dict[tuple[str, str], Margins]:
     """The margins of each plant under each law."""
     return dict(zip(ITEMS, results.work("margins"), strict=True))
+
+
+def recovery(item: tuple[str, float]) -> float:
+    """The disk margin of LQG on a plant, its filter made for a push at the inputs that is some times as large."""
+    name, factor = item
+    setting = next(one for one in SETTINGS if one.name == name)
+    return disk_margin(cut(replace(setting, push=factor * setting.push), LQG)).alpha
+
+
+PUSHES = (10.0, 100.0, 1000.0)
+PUSHED = tuple((setting.name, factor) for setting in SETTINGS for factor in PUSHES)
 
 
 def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS) -> Run:
@@ -106,13 +141,18 @@ def run(setting: Setting, law: str, *, computer: bool, substeps: int = SUBSTEPS)
 
 
 def cases() -> tuple[Case, ...]:
-    """Each plant with either law, in continuous time and in a computer."""
+    """Each plant with either law, in continuous time and in a computer; the placed design beside them at P+."""
     return tuple(
         Case(setting.name, f"{law} {COMPUTER}" if computer else law, run(setting, law, computer=computer), style)
         for setting in SETTINGS
         for computer in (False, True)
-        for style, law in enumerate(LAWS)
+        for style, law in enumerate(laws_of(setting))
     )
+
+
+def laws_of(setting: Setting) -> tuple[str, ...]:
+    """The laws that run on a plant."""
+    return (*LAWS, PLACED) if setting.name == HARD else LAWS
 
 
 def called(setting: Setting, law: str) -> str:

@@ -1,35 +1,44 @@
-"""The page of b3: the findings below the plants' pictures, one summary, and Sobol bars of each plant."""
+"""The page of b3: the findings, the pictures of the plants, one summary, and all that was chosen."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
-from studies.b3_any_plant.findings import findings
-from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, loop
+from studies.b3_any_plant.choices import choice_tables
+from studies.b3_any_plant.findings import answer, findings, mass_claim
+from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, laws_of, loop
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
+from studies.b3_any_plant.tank_findings import tanks_table
+from studies.b3_any_plant.tanks import SIDES
 from workbench.loop import roles
-from workbench.study import Figure, Results, Section, Table, sobol_bars
-from workbench.study.document.document import Cell, Column, Panel, Series
+from workbench.study import Figure, Page, Results, Section, Table, sobol_bars
+from workbench.study.document.document import Block, Cell, Column, Panel, Series
 from workbench.study.marks import cell
-from workbench.study.pictures.traces import curve
+from workbench.study.pictures.traces import Window, curve
 
-SHORT = 0.1  # s: shorter runs are told in ms
-FIRST = ("planar quadrotor", HARD)  # the pictures that open the page
+SHORT = 0.1  # s: shorter runs are shown in ms
+LATER = 1.25  # of the longest settling time, where a picture ends
 
 
-def sections(results: Results) -> Sequence[Section]:
+def sections(results: Results) -> Page:
     """The whole page."""
-    first = [setting for setting in SETTINGS if setting.name in FIRST]
-    answers = (*(picture(setting, results) for setting in first), *findings(results))
+    pictures = [Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
+    first = [one for one, setting in zip(pictures, SETTINGS, strict=True) if setting.name == HARD]
+    rest = [one for one in pictures if one not in first]
     tables = (summary_table(results), laws_table(), computers_table(results), plants_table())
-    rest = [(setting, () if setting in first else (picture(setting, results),)) for setting in SETTINGS]
-    return (
-        Section("What was found", answers),
-        Section("All plants", tables),
-        *(Section(capital(setting.name), (*runs, bars(setting, results))) for setting, runs in rest),
+    return Page(
+        answer=answer(results),
+        findings=findings(results),
+        sections=(*first, Section("All plants", tables), *rest, Section("What was chosen", choice_tables())),
     )
+
+
+def blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
+    """The runs of a plant, its Sobol bars, and what else is known of it."""
+    more: dict[str, tuple[Block, ...]] = {HARD: (tanks_table(results),), "two masses": (mass_claim(results),)}
+    return (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
 
 
 def capital(words: str) -> str:
@@ -37,13 +46,8 @@ def capital(words: str) -> str:
     return words[0].upper() + words[1:]
 
 
-def headlines(results: Results) -> Sequence[str]:
-    """The findings in a line each."""
-    return tuple(str(one.statement) for one in findings(results))
-
-
 def scale_of(setting: Setting) -> tuple[float, str]:
-    """The unit that times of a plant are told in, and how many of it are a second."""
+    """The unit of the times of a plant, and how many of it are a second."""
     return (1e3, "ms") if setting.until < SHORT else (1.0, "s")
 
 
@@ -64,15 +68,18 @@ def summary_table(results: Results) -> Table:
         Column("plant"),
         Column("law"),
         Column("disk margin", align="right", digits=3),
-        Column("delay", "periods", "right", digits=2),
-        *(Column(head, align="right") for head in ("RMSE", "sampled", "settling", "sampled")),
+        Column("delay margin", "periods", "right", digits=2),
+        Column("RMSE", align="right"),
+        Column("RMSE in a computer", align="right"),
+        Column("settling time", align="right"),
+        Column("settling time in a computer", align="right"),
     )
     notes = (
-        f"Sampled: {COMPUTER}, with one draw of the noise. Below a plant's name: the output that is looked at with the "
-        "unit of its RMSE, over the whole run, and that of the settling time, until the error stays within 5 % of that "
-        "of the start; errors are twice the change by half the step.",
-        "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay of the worst "
-        "input by itself in periods of the computer, which takes one and a half. Any: its gain is always below one.",
+        "Below a plant's name stand the output with the unit of its RMSE, and the unit of the settling time. RMSE: "
+        "over the whole run. Settling time: until the error stays within 5 % of the error at the start. Errors in "
+        "brackets are twice the change by half the step. In a computer: one draw of the noise.",
+        "Margins at the inputs of the plant: the disk margin of all inputs at once, and the delay margin of the worst "
+        "input, in periods of the computer; the computer itself uses 1.5. Any: the loop gain is always below one.",
     )
     return Table("summary", "Two laws on each plant.", columns, tuple(rows), notes)
 
@@ -85,15 +92,23 @@ def laws_table() -> Table:
         ways = (" and ".join(dict.fromkeys(way for held in one.readings.values() for way in held)) for one in given)
         models = ("".join(part for parts in one.models.values() for part in parts) or "none" for one in given)
         states = (f"{one.law_states + one.observer_states}" for one in given)
-        rows.append((setting.name, ", ".join(setting.noise), *map(", ".join, (ways, models, states)), setting.words))
-    heads = ("plant", "outputs", "to LQG, PID", "model", "states", "PID is")
+        second = setting.pid.words, setting.pid.origin
+        rows.append((setting.name, ", ".join(setting.noise), *map(", ".join, (ways, models, states)), *second))
+    heads = (
+        "plant",
+        "outputs",
+        "outputs reach LQG, PID",
+        "model in LQG, PID",
+        "states of LQG, PID",
+        "PID is",
+        "gains of PID",
+    )
     notes = (
-        "Of LQG, then of PID: how the outputs come, which model acts, how many states there are. Read: a reading acts "
-        "at its own instant; estimated: the Kalman filter makes it; f: the equations of the plant. LQG is given these "
-        "linear, with the plant's true numbers; PID is given no model, but gains that were chosen with one: by hand, "
-        "those of the publication (the four tanks), or those of the regulator itself, with filtered derivatives in the "
-        "place of velocities (PD). Both begin with the outputs at the start; the filter believes the other states at "
-        "the operating point.",
+        "Read: a reading acts at its own instant. Estimated: the Kalman filter makes it. f: the equations of the "
+        "plant, which LQG has linear and with the plant's true numbers. PID has no model inside, but its gains need "
+        "one: chosen by hand with the model at hand, published, or the gain of LQG's regulator with filtered "
+        "derivatives in the place of velocities. Both laws begin with the outputs at the start; the filter believes "
+        "the other states at the operating point.",
     )
     return Table("laws", "What the two laws are given.", tuple(map(Column, heads)), tuple(rows), notes)
 
@@ -111,7 +126,7 @@ def computers_table(results: Results) -> Table:
     plain = (Column("plant"), Column("period", align="right"), Column("noise"), Column("limits"))
     columns = (*plain, *(Column(f"TV of {law}", "1/s", "right", digits=3) for law in LAWS))
     notes = (
-        "Noise: the standard deviation of each reading. TV: total variation per second of the first input, in the unit "
+        "Noise: the standard deviation of each reading. TV: total variation of the first input per second, in the unit "
         "of its limits, at the instants of the computer, with one draw of the noise.",
     )
     return Table("computers", "The computer of each plant, and how its commands move.", columns, tuple(rows), notes)
@@ -135,8 +150,8 @@ def plants_table() -> Table:
         Column("condition of the Riccati equations", align="right", digits=1),
     )
     notes = (
-        "States that are not named are zero there. Poles and zeros are named once, however often they come; zeros are "
-        "those of plants with as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
+        "States that are not named are zero there. Equal poles or zeros are named once; zeros are those of plants with "
+        "as many outputs as inputs. The published zeros of P\N{MINUS SIGN}, "
         "\N{MINUS SIGN}0.0172 and \N{MINUS SIGN}0.0580 1/s, are those at levels that are rounded.",
     )
     return Table("plants", "The plants where they are linearised.", columns, tuple(rows), notes)
@@ -152,21 +167,35 @@ def spots(values: Iterable[complex]) -> str | None:
     return ", ".join(dict.fromkeys(words)) or None
 
 
+def ending(setting: Setting, results: Results) -> float:
+    """The time in s at which the picture of a plant ends: some time after the last of its runs has settled."""
+    runs = [results[setting.name, f"{law}{where}"] for law in laws_of(setting) for where in ("", f" {COMPUTER}")]
+    times = [run.score(f"settling time of {setting.main}").pair[0] for run in runs]
+    longest = LATER * max((time for time in times if np.isfinite(time)), default=np.inf)
+    return float(min(float(f"{longest:.1g}") if longest < setting.until else np.inf, setting.until))
+
+
 def picture(setting: Setting, results: Results) -> Figure:
-    """The main output and the first input of both laws, in continuous time and in a computer."""
-    (scale, second), port = scale_of(setting), setting.plant.inputs.entries[0]
-    panels = []
-    for name, unit in ((setting.main, setting.plant.outputs[setting.main].unit), (port.name, port.unit)):
+    """The main output and the first input of each law, in continuous time and in a computer."""
+    (scale, second), port, end = scale_of(setting), setting.plant.inputs.entries[0], ending(setting, results)
+    window, panels = Window(0.0, end), []
+    outputs = setting.plant.outputs.names if setting.name in SIDES else (setting.main,)
+    shown = [(name, setting.plant.outputs[name].unit) for name in outputs]
+    for name, unit in (*shown, (port.name, port.unit)):
         for where in ("", f" {COMPUTER}"):
-            runs = [(law, results[setting.name, f"{law}{where}"]) for law in LAWS]
+            runs = [(law, results[setting.name, f"{law}{where}"]) for law in laws_of(setting)]
             look, seconds = "steps" if where and name == port.name else "line", (scale, second)
-            series = [curve(run, name, 0, None, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
-            if name == setting.main:
-                ends = scale * runs[0][1].t[[0, -1]]
-                series.append(Series("wanted", ends, np.full(2, setting.wanted[name]), "reference"))
+            series = [curve(run, name, 0, window, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
+            if name in outputs:
+                wanted = np.full(2, setting.wanted[name])
+                series.append(Series("reference", np.array([0.0, scale * end]), wanted, "reference"))
             label, title = f"{name} [{unit}]" if unit else name, where.strip() or "in continuous time"
-            panels.append(Panel(label, tuple(series), f"time [{second}]", title=title))
-    caption = f"{capital(setting.name)}: from off the operating point, which is wanted. PID: {setting.words}."
+            panels.append(Panel(label, tuple(series), f"time [{second}]", (0.0, scale * end), title=title))
+    cut = f" The runs last {scale * setting.until:,g} {second}; the figure ends after {scale * end:,g} {second}."
+    caption = (
+        f"{capital(setting.name)}: {' and '.join(outputs)}, and the first input, from a start off the operating point. "
+        f"PID: {setting.pid.words}, gains {setting.pid.origin}.{cut if end < setting.until else ''}"
+    )
     return Figure(f"runs_{called(setting, '').strip('_')}", caption, tuple(panels), columns=2)
 
 
@@ -176,7 +205,7 @@ def bars(setting: Setting, results: Results) -> Figure:
     sources = tuple(sample.source(f"RMSE of {setting.main}", 0, law) for law, sample in samples.items())
     ranges = {f"{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
     caption = (
-        f"{capital(setting.name)}: parts of the variance of the RMSE of {setting.main} in continuous time, where each "
-        f"parameter of the plant is within {', '.join(sorted(ranges))} of its own value."
+        f"{capital(setting.name)}: which parameter decides the RMSE of {setting.main} in continuous time, as parts of "
+        f"its variance; each parameter is within {', '.join(sorted(ranges))} of its own value."
     )
     return sobol_bars(f"sobol_{called(setting, '').strip('_')}", caption, indices(setting, results), sources)

@@ -27,6 +27,7 @@ from workbench.plants import (
 from workbench.validation.refusals import Array
 
 INF = float("inf")
+HAND, PUBLISHED, REGULATOR = "chosen by hand", "published", "regulator of LQG"  # origins of the gains of PID
 SENSOR = 0.50  # V/cm: gains of the four tanks are published for the voltages of its sensors
 
 
@@ -37,8 +38,8 @@ class Setting:
     The states of `plant` are those where a run starts; `at` names the operating point, `main` the output that is
     looked at. In LQG's cost `states` and `inputs` say by how much each may be off, infinite where a state costs
     nothing; its filter is made for white noise at the inputs of deviation `push` over a period, and for the `noise` of
-    each reading. `limit` bounds the commands; the computer's `period` and the horizon `until` are in s. `words` and
-    `pid` are the second law, `spread` the least and the largest share of each parameter that is varied.
+    each reading. `limit` bounds the commands; the computer's `period` and the horizon `until` are in s. `pid` is the
+    second law, `spread` the least and the largest share of each parameter that is varied.
     """
 
     name: str
@@ -52,8 +53,7 @@ class Setting:
     limit: tuple[float, float]
     period: float
     until: float
-    words: str
-    pid: Callable[[Setting], AbstractController]
+    pid: Pid
     spread: Mapping[str, tuple[float, float]]
 
     @cached_property
@@ -91,66 +91,107 @@ class Setting:
         return {name: float(self.plant.states[name].default) for name in self.plant.outputs.names}
 
 
-def pid(Kp: float, Ki: float, Kd: float, N: float) -> Callable[[Setting], PID2]:
+@dataclass(frozen=True, eq=False)
+class Pid:
+    """The second law of a plant: in `words`, the origin of its gains, the law, and its gains as they are printed."""
+
+    words: str
+    origin: str
+    law: Callable[[Setting], AbstractController]
+    gains: Callable[[Setting], str]
+
+
+def digits(values: Any) -> str:
+    """Numbers with four digits; of a matrix its rows, where what rounding leaves of a zero is zero."""
+    rows = np.atleast_2d(np.asarray(values, dtype=float))
+    rows = np.where(np.abs(rows) > 1e-12 * np.abs(rows).max(), rows, 0.0)
+    text = "; ".join(", ".join(f"{value:.4g}" for value in row) for row in rows)
+    return (text if rows.size == 1 else f"[{text}]").replace("-", "\N{MINUS SIGN}")
+
+
+def pid(words: str, Kp: float, Ki: float, Kd: float, N: float) -> Pid:
     """PID about the operating point, with no derivative of what is wanted."""
 
     def law(setting: Setting) -> PID2:
         plant, (y0,) = setting.plant, setting.start.values()
         return PID2(plant.outputs, plant.inputs, Kp, Ki, Kd, N, c=0.0, u0=setting.point.u, y0=y0)
 
-    return law
+    text = f"Kp = {Kp:g}, Ki = {Ki:g}" + (f", Kd = {Kd:g}, N = {N:g}" if Kd else "")
+    return Pid(words, HAND, law, lambda setting: text)
 
 
-def cascade(N: float) -> Callable[[Setting], Cascade]:
+def cascade(N: float) -> Pid:
     """Two PD about the operating point that together have the gains of the regulator, one for each state.
 
     The outer law reads the first output and drives what is wanted of the second; velocities are filtered derivatives.
     """
 
+    def pairs(setting: Setting) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Kp and Kd of the outer law, then of the inner one."""
+        gains = dict(zip(setting.plant.states.names, setting.design.regulator.K[0], strict=True))
+        place, angle = setting.plant.outputs.names
+        stiff = gains[angle]
+        return (gains[place] / stiff, gains[f"{place}d"] / stiff), (stiff, gains[f"{angle}d"])
+
     def law(setting: Setting) -> Cascade:
-        plant, point = setting.plant, setting.point
+        plant, point, y0 = setting.plant, setting.point, setting.start
         slow, fast = (Layout((entry,)) for entry in plant.outputs.entries)
-        gains = dict(zip(plant.states.names, setting.design.regulator.K[0], strict=True))
+        (above, above_d), (below, below_d) = pairs(setting)
         place, angle = slow.names[0], fast.names[0]
-        stiff, y0 = gains[angle], setting.start
-        above = (gains[place] / stiff, 0.0, gains[f"{place}d"] / stiff, N)
-        outer = PID2(slow, fast, *above, c=0.0, u0=setting.wanted[angle], y0=y0[place])
-        inner = PID2(fast, plant.inputs, stiff, 0.0, gains[f"{angle}d"], N, c=0.0, u0=point.u, y0=y0[angle])
+        outer = PID2(slow, fast, above, 0.0, above_d, N, c=0.0, u0=setting.wanted[angle], y0=y0[place])
+        inner = PID2(fast, plant.inputs, below, 0.0, below_d, N, c=0.0, u0=point.u, y0=y0[angle])
         return Cascade(outer, inner)
 
-    return law
+    def text(setting: Setting) -> str:
+        names = zip(("outer", "inner"), pairs(setting), strict=True)
+        parts = (f"{name}: Kp = {digits(Kp)}, Kd = {digits(Kd)}" for name, (Kp, Kd) in names)
+        return f"{'; '.join(parts)}; N = {N:g}"
+
+    return Pid("a cascade of two PD", REGULATOR, law, text)
 
 
-def parallel(N: float) -> Callable[[Setting], LinearLaw]:
+def parallel(N: float) -> Pid:
     """A PD for each output, mixed over the inputs with the gains of the regulator; velocities are filtered."""
+
+    def pair(setting: Setting) -> list[Array]:
+        """Kp and Kd, an input a row."""
+        return list(np.split(setting.design.regulator.K, [len(setting.wanted)], axis=1))
 
     def law(setting: Setting) -> LinearLaw:
         ny = len(setting.wanted)
-        Kp, Kd = np.split(setting.design.regulator.K, [ny], axis=1)
+        Kp, Kd = pair(setting)
         off = np.array([setting.wanted[name] - y for name, y in setting.start.items()])
         return linear(setting, -N * np.eye(ny), N * np.eye(ny), -N * Kd, Kp + N * Kd, off)
 
-    return law
+    def text(setting: Setting) -> str:
+        Kp, Kd = pair(setting)
+        return f"Kp = {digits(Kp)}, Kd = {digits(Kd)}, N = {N:g}"
+
+    return Pid("three PD, mixed", REGULATOR, law, text)
 
 
-def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Callable[[Setting], LinearLaw]:
+def two_pi(K: tuple[float, float], T: tuple[float, float]) -> Pid:
     """v_i = v_0i + K_i (e_i + integral of e_i / T_i), e_i in volts of the sensors."""
 
     def law(setting: Setting) -> LinearLaw:
         gain, time = SENSOR * np.array(K), np.array(T)
         return linear(setting, np.zeros((2, 2)), np.eye(2), np.diag(gain / time), np.diag(gain), np.zeros(2))
 
-    return law
+    text = (
+        f"Kp = {digits(K[0])}, {digits(K[1])} for errors in V of a sensor of {SENSOR:g} V/cm; Ti = {T[0]:g}, {T[1]:g} s"
+    )
+    return Pid("two PI", PUBLISHED, law, lambda setting: text)
 
 
-def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Callable[[Setting], LinearLaw]:
+def second_order(n_1: float, n_0: float, d_1: float, d_0: float) -> Pid:
     """(n_1 s + n_0) / (s^2 + d_1 s + d_0): a PD behind a filter of second order."""
 
     def law(setting: Setting) -> LinearLaw:
         A, B = np.array([[-d_1, -d_0], [1.0, 0.0]]), np.array([[1.0], [0.0]])
         return linear(setting, A, B, np.array([[n_1, n_0]]), np.zeros((1, 1)), np.zeros(2))
 
-    return law
+    text = f"({n_1:g} s + {n_0:g}) / (s\N{SUPERSCRIPT TWO} + {d_1:g} s + {d_0:g})"
+    return Pid("a PD, filtered twice", HAND, law, lambda setting: text)
 
 
 def linear(setting: Setting, A: Array, B: Array, C: Array, D: Array, start: Array) -> LinearLaw:
@@ -167,44 +208,44 @@ HUNDREDTH = dict.fromkeys(("q", "k_0", "U_A", "T_f", "c_Af"), (0.99, 1.01))
 SETTINGS = (
     Setting(
         "DC motor", DCMotor(), {"omega": 1.0}, "omega", (0.05, INF), (1.0,), 1.0, {"omega": 0.01}, (0.0, 24.0),
-        0.02, 4.0, "a PI", pid(15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
+        0.02, 4.0, pid("a PI", 15.0, 40.0, 0.0, 100.0), dict.fromkeys(("J", "b", "K", "R", "L"), FIFTH),
     ),
     Setting(
         "cart-pole", CartPole(x=0.2, phi=0.1), {"x": 0.0, "phi": 0.0}, "x", (5000**-0.5, INF, 0.1, INF), (1.0,), 1.0,
-        {"x": 1e-3, "phi": 1e-3}, (-20.0, 20.0), 0.01, 5.0, "a cascade of two PD", cascade(100.0),
+        {"x": 1e-3, "phi": 1e-3}, (-20.0, 20.0), 0.01, 5.0, cascade(100.0),
         dict.fromkeys(("M", "m", "l", "I", "b"), FIFTH),
     ),
     Setting(
         "Furuta pendulum", FurutaPendulum(theta_1=0.3, theta_2=np.pi + 0.05), {"theta_1": 0.0, "theta_2": np.pi},
         "theta_1", (0.1, INF, 0.1, INF), (0.1,), 0.1, {"theta_1": 1e-3, "theta_2": 1e-3}, (-1.0, 1.0), 0.005, 6.0,
-        "a cascade of two PD", cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), TENTH),
+        cascade(100.0), dict.fromkeys(("m_2", "L_1", "l_2", "J_1", "J_2"), TENTH),
     ),
     Setting(
         EASY, QuadrupleTank(h_1=10.3, h_2=12.8, h_3=1.6, h_4=1.4), {"v_1": 3.0, "v_2": 3.0}, "h_1",
         (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 800.0,
-        "two PI", two_pi((3.0, 2.7), (30.0, 40.0)), TANK,
+        two_pi((3.0, 2.7), (30.0, 40.0)), TANK,
     ),
     Setting(
         HARD, replace(QuadrupleTank.nonminimum_phase(), h_1=10.4), {"v_1": 3.15, "v_2": 3.15}, "h_1",
         (0.5, 0.5, INF, INF), (1.0, 1.0), 0.5, {"h_1": 0.02, "h_2": 0.02}, (0.0, 10.0), 2.0, 2400.0,
-        "two PI", two_pi((1.5, -0.12), (110.0, 220.0)), TANK,
+        two_pi((1.5, -0.12), (110.0, 220.0)), TANK,
     ),
     Setting(
         "two masses", TwoMasses(x_1=1.0, x_2=1.0), {"x_2": 0.0}, "x_2", (INF, 1.0, INF, INF), (1.0,), 0.5,
-        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, "a PD, filtered twice", second_order(0.7, 0.2, 1.4, 1.5),
+        {"x_2": 0.01}, (-1.0, 1.0), 0.1, 60.0, second_order(0.7, 0.2, 1.4, 1.5),
         {"k": TENTH, "m_1": TENTH, "m_2": TENTH},
     ),
     Setting(
         "planar quadrotor", PlanarQuadrotor(x=0.5, y=-0.3), {"x": 0.0, "y": 0.0, "theta": 0.0}, "x",
         (0.2, 0.2, 0.3, INF, INF, INF), (1.0, 1.0), 0.5, {"x": 5e-3, "y": 5e-3, "theta": 5e-3}, (0.0, 6.0), 0.005, 5.0,
-        "three PD, mixed", parallel(100.0), dict.fromkeys(("m", "I", "r"), TENTH),
+        parallel(100.0), dict.fromkeys(("m", "I", "r"), TENTH),
     ),
     Setting(
         "buck converter", BuckConverter(i=4.0, v=12.0), {"v": 15.0}, "v", (INF, 0.5), (0.2,), 0.05, {"v": 0.01},
-        (0.0, 1.0), 1e-5, 4e-3, "a PID", pid(0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
+        (0.0, 1.0), 1e-5, 4e-3, pid("a PID", 0.05, 200.0, 2e-5, 1e5), dict.fromkeys(("V_g", "L", "C", "R"), FIFTH),
     ),
     Setting(
         "stirred tank", StirredTank(c_A=0.55, T=345.0), {"T": 350.0}, "T", (INF, 2.0), (8.0,), 5.0, {"T": 0.1},
-        (270.0, 330.0), 1.0, 600.0, "a PI", pid(5.0, 0.03, 0.0, 1.0), HUNDREDTH,
+        (270.0, 330.0), 1.0, 600.0, pid("a PI", 5.0, 0.03, 0.0, 1.0), HUNDREDTH,
     ),
 )  # fmt: skip

@@ -279,8 +279,8 @@ def assumptions(choices: Iterable[Choice], fitted: bool = False) -> str:
 
 
 def names(choices: Iterable[Choice]) -> str:
-    """The names of choices with their options: 'sat of (29) (clipped at 1 / another, as tanh), ...'."""
-    return "; ".join(f"{choice.name} ({choice.options})" for choice in choices) or "nothing"
+    """The names of choices: 'sat of (29), start of (24)'."""
+    return ", ".join(choice.name for choice in choices) or "nothing"
 
 
 def table(name: str, caption: str, choices: Iterable[Choice] = CHOICES) -> Table:

@@ -37,6 +37,7 @@ BRACKETS = (
 )
 
 END = r"\\"  # of a row in LaTeX
+ERROR, ENDS = ("error",), ("from", "to")  # heads of the fields of a CSV beside a value
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed |
         case float():
             return printed(value, digits)
         case Measured():
-            return measured(value.value, value.error)
+            return _by_ends(value) if value.wide else measured(value.value, value.error)
         case Diverged():
             return f"diverged at {printed(float(f'{value.at:.3g}'))} s"
         case Missing():
@@ -86,6 +87,12 @@ def _printed_value(value: Value, digits: int | None, numeric: bool) -> Printed |
         case str() if numeric:
             return _read(value) or value
     return value
+
+
+def _by_ends(value: Measured) -> str:
+    """A value with the ends of its interval: '4.73 (4.11 to 6.06)'."""
+    low, high = (f"{end:.3g}" if math.isfinite(end) else "no bound" for end in value.interval)
+    return f"{value.value:.3g} ({low} to {high})"
 
 
 def _read(typed: str) -> Printed | None:
@@ -147,25 +154,32 @@ def _plain_part(part: Part) -> str:
 def to_csv(table: Table) -> str:
     """The table after RFC 4180: numbers with all their digits, values and errors in columns of their own.
 
-    A cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula.
+    Where a column has a value with the ends of its interval, all its values have their ends in place of the error. A
+    cell that does not exist is empty, one of a diverged run says so in words. No text is run as a formula.
     """
     out = io.StringIO()
     writer = csv.writer(out)
-    paired = [any(isinstance(bare(row[i]), Measured) for row in table.rows) for i in range(len(table.columns))]
+    parts_of = [_fields_of([bare(row[i]) for row in table.rows]) for i in range(len(table.columns))]
     head: list[str] = []
-    for column, pair in zip(table.columns, paired, strict=True):
+    for column, names in zip(table.columns, parts_of, strict=True):
         name, unit = plain(column.header), f" {unit_of(column)}".rstrip()
-        head += [f"{name}{unit}", f"{name} (error){unit}"] if pair else [f"{name}{unit}"]
+        head += [f"{name}{unit}", *(f"{name} ({part}){unit}" for part in names)]
     writer.writerow(map(spreadsheet_text, head))
     for row in table.rows:
-        writer.writerow([field for cell, pair in zip(row, paired, strict=True) for field in _fields(cell, pair)])
+        writer.writerow([field for cell, names in zip(row, parts_of, strict=True) for field in _fields(cell, names)])
     return out.getvalue()
 
 
-def _fields(cell: Cell, pair: bool) -> list[str]:
-    """One field of a CSV, or two where the column holds errors."""
+def _fields_of(values: list[Value]) -> tuple[str, ...]:
+    """The fields of a CSV beside that of a column's values: errors, or the ends of intervals."""
+    taken = [value for value in values if isinstance(value, Measured)]
+    return ENDS if any(one.ends for one in taken) else ERROR if taken else ()
+
+
+def _fields(cell: Cell, names: tuple[str, ...]) -> list[str]:
+    """The field of a cell in a CSV, and those beside it; empty ones for a cell without an error."""
     value = bare(cell)
-    error = ""
+    beside = [""] * len(names)
     match value:
         case None:
             field = ""
@@ -174,14 +188,15 @@ def _fields(cell: Cell, pair: bool) -> list[str]:
         case int() | float():
             field = repr(value)
         case Measured():
-            field, error = repr(float(value.value)), repr(float(value.error))
+            field = repr(float(value.value))
+            beside = [repr(float(part)) for part in (value.interval if names == ENDS else (value.error,))]
         case Diverged():
             field = f"diverged at {float(value.at)!r} s"
         case Missing():
             field = spreadsheet_text(value.words)
         case _:
             field = spreadsheet_text(plain(value))
-    return [field, error] if pair else [field]
+    return [field, *beside]
 
 
 def to_latex(table: Table) -> str:

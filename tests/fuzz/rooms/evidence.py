@@ -41,6 +41,11 @@ def motor_law(gain: float) -> Any:
 LIMITS = evidence.LoopLimits(motor_law, lambda gain: (wb.rmse(),), {"RMSE": 0.9}, 0.1, 1e-2)
 
 
+def mean_of(values: evidence.Paired) -> evidence.Judgement:
+    """A judgement by the mean alone."""
+    return evidence.judge(values, evidence.Mean(), resamples=100)
+
+
 def calls() -> dict[str, Any]:
     two, flat = np.ones(2), np.ones((2, 2))
     level, square = evidence.Intervals(two, two, two), evidence.Intervals(flat, flat, flat)
@@ -90,6 +95,11 @@ def calls() -> dict[str, Any]:
         "Tail": partial(evidence.Tail, 0.6),
         "Threshold": partial(evidence.Threshold, (1.0, 2.0), (True, False)),
         "Tornado": partial(sensitivity.Tornado, NAMES, FACTORS, (0.1, 0.9), two, np.ones((2, 2, 2)), {}),
+        "Pooled": partial(evidence.Pooled, "geometric mean", {"s": PAIRED}, JUDGEMENT, {"s": JUDGEMENT}),
+        "pool": partial(evidence.pool, {"s": PAIRED}, "arithmetic mean"),
+        "leave_one_out": partial(evidence.leave_one_out, {"s": PAIRED, "t": PAIRED}, mean_of, "arithmetic mean"),
+        "change_without": partial(evidence.change_without, COMPARISON, "b", "a"),
+        "level_of": partial(evidence.level_of, COMPARISON, "a"),
         "ablation_table": partial(evidence.ablation_table, "t", "c", (COMPARISON,), "a", ("a note",)),
         "bisect": partial(evidence.bisect, lambda x: x < 1.5, 1.0, 2.0, ratio=1.1, between=None),
         "find_largest": partial(

@@ -58,7 +58,7 @@ def calls() -> dict[str, Any]:
     looked, edge = claim_margins.Box.of(ODE, RANGES), ([-1.0, -1.0], [1.0, 1.0])
     violated, watched = claim_margins.violation(STAYS), claim_margins.watching(ODE, [Declared(STAYS)])
     seen = identity.candidates(ARM)[0]
-    finding = claims.Finding("refuted", "it fails", "here")
+    ruling = claims.Ruling("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
         **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
@@ -71,10 +71,10 @@ def calls() -> dict[str, Any]:
         "guarantee": partial(bounds.guarantee),
         "shown": partial(bounds.shown, 0.1, 1),
         "Box.of": partial(claim_margins.Box.of, ODE, RANGES),
-        "Finding": partial(claims.Finding, "not refuted", "seen", "", 3),
-        "Line": partial(claims.Line, STAYS, finding),
-        "Ledger": partial(claims.Ledger, (claims.Line(STAYS, finding),)),
-        "Ledger.of": partial(claims.Ledger.of, [(STAYS, lambda: finding)]),
+        "Ruling": partial(claims.Ruling, "not refuted", "seen", "", 3),
+        "Line": partial(claims.Line, STAYS, ruling),
+        "Ledger": partial(claims.Ledger, (claims.Line(STAYS, ruling),)),
+        "Ledger.of": partial(claims.Ledger.of, [(STAYS, lambda: ruling)]),
         "CounterExample": partial(counterexample.CounterExample, **vars(example)),
         "CounterExample.read": partial(counterexample.CounterExample.read, FOLDER / "example.json"),
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),

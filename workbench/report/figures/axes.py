@@ -16,6 +16,7 @@ from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}
 RULED = {"color": "#555555", "linewidth": 0.6}
+CUT = {"color": "#777777", "linewidth": 0.5, "linestyle": (0, (3, 3))}
 AXIS = MARK = {"color": "#000000", "linewidth": 0.5}
 FINE = {"color": "#000000", "linewidth": 0.4}
 HALF = DIGIT * SMALL_LETTERS / 2  # of the height of a digit
@@ -33,6 +34,8 @@ def draw_axes(pen: Pen, box: Box, i: int, x: tuple[Ruler, Ticks], y: tuple[Ruler
         _strokes(pen, left, right, up[0], up[0], GRID)
     if not x[1].named:
         pen.line(np.array([left, left, right]), np.array([top, bottom, bottom]), AXIS)
+    if x[0].cut is not None:
+        _draw_cut(pen, box)
     with pen.group("ruler-x", i):
         _strokes(pen, across[0], across[0], bottom - TICK, bottom, MARK)
         _strokes(pen, across[1], across[1], bottom - 2 * TICK / 3, bottom, FINE)
@@ -45,6 +48,14 @@ def draw_axes(pen: Pen, box: Box, i: int, x: tuple[Ruler, Ticks], y: tuple[Ruler
         _strokes(pen, left - 2 * TICK / 3, left, up[1], up[1], FINE)
         _write_beside(pen, box, *y)
         pen.words(y[1].power, left, top + 3, SMALL_LETTERS)
+
+
+def _draw_cut(pen: Pen, box: Box) -> None:
+    """A dashed line, and two strokes across the axis, where the scale of a cut abscissa changes."""
+    middle, half = box.left + box.width / 2, TICK * np.array([-0.6, 0.6])
+    pen.line(np.array([middle, middle]), np.array([box.bottom, box.bottom + box.height]), CUT)
+    for beside in (-1.0, 1.0):
+        pen.line(middle + beside + half / 2, box.bottom + half, AXIS)
 
 
 def _write_below(pen: Pen, box: Box, ruler: Ruler, ticks: Ticks) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import points_of
 from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
 from workbench.validation.refusals import Array
@@ -13,7 +14,12 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
     """The points of a curve that are drawn, an abscissa and its ordinates; a mark that is no curve has none."""
     if not isinstance(mark, Series | Band):
         return ()
-    return thinned(windowed(mark.curves, panel.xlim), points_of(figure))
+    curves = windowed(mark.curves, panel.xlim)
+    if panel.xscale == "linear" and panel.xcut is None:
+        return thinned(curves, points_of(figure))
+    low, high = panel.xlim or (float(curves[0][0]), float(curves[0][-1]))
+    ruler = Ruler(panel.xscale, low, high, cut=panel.xcut)
+    return thinned(curves, points_of(figure), ruler.straight(curves[0]))
 
 
 def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> tuple[Array, ...]:
@@ -25,17 +31,23 @@ def windowed(curves: tuple[Array, ...], limits: tuple[float, float] | None) -> t
     return tuple(curve[inside] for curve in curves)
 
 
-def thinned(curves: tuple[Array, ...], points: int) -> tuple[Array, ...]:
+def thinned(curves: tuple[Array, ...], points: int, across: Array | None = None) -> tuple[Array, ...]:
     """A selection of about `points` of the points (N,) of an abscissa and its ordinates, which keeps their extremes.
 
     Each of equally long stretches keeps the points where an ordinate is least and greatest, and one gap if it holds any
-    NaN; a curve whose abscissa runs back and forth keeps the extremes of the abscissa too. So are both ends.
+    NaN; a curve whose abscissa runs back and forth keeps the extremes of the abscissa too. So are both ends. Stretches
+    hold as many points each, or, with `across`, the places of ascending points on an uneven ruler, are as wide.
     """
     n = len(curves[0])
     if n <= points:
         return curves
-    sources = curves if (np.diff(curves[0]) < 0).any() else curves[1:]
-    ends = np.linspace(0, n, max(1, points // (2 * len(sources))) + 1).astype(int)
+    back = (np.diff(curves[0]) < 0).any()
+    sources = curves if back else curves[1:]
+    stretches = max(1, points // (2 * len(sources)))
+    ends = np.linspace(0, n, stretches + 1).astype(int)
+    if across is not None and not back:
+        edges = across[0] + (across[-1] - across[0]) * np.arange(1, stretches) / stretches
+        ends = np.unique([0, *np.searchsorted(across, edges), n])
     begin, last = ends[:-1], ends[1:, np.newaxis] - 1
     # the places of each stretch, a row each; those of a shorter one end with its last place again and again
     within = np.minimum(begin[:, np.newaxis] + np.arange(np.diff(ends).max()), last)

@@ -26,6 +26,7 @@ from workbench.report.figures.style import (
     below,
     house_style,
     letter_of,
+    said_on_axis,
     shares_abscissa,
 )
 from workbench.study.document.figure import Figure, Mark, Panel, Tiles
@@ -81,7 +82,7 @@ def _pane(figure: Figure, i: int) -> Pane:
         curves,
         *rulers(figure, i, curves),
         f"{letter_of(figure, i)} {mathtext(panel.title)}".strip(),
-        mathtext(panel.xlabel) if below(figure, i) is None or not shares_abscissa(figure) else "",
+        mathtext(said_on_axis(panel)) if below(figure, i) is None or not shares_abscissa(figure) else "",
         mathtext(panel.ylabel),
     )
 

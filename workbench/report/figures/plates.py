@@ -9,12 +9,10 @@ from typing import Any
 from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.pen import Box
 from workbench.report.figures.rulers import Ruler, Ticks
-from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, points_of
+from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, TIME, points_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Bars, Figure, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
-
-TIME = "time ["  # as the label of an abscissa begins that is the time
 
 
 @dataclass(frozen=True)
@@ -26,10 +24,10 @@ class Sheet:
     A panel has its `box` [left, bottom, width, height], from the lower left corner of the sheet; its `series`, each
     with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps' or 'marks'; of a mark that
     is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear' or 'log'),
-    `low` and `high`, `fixed` (True if curves have no say in them), `room` for the width of its numbers, and `power`
-    (True if there is a power of ten at its end). `time` of an abscissa is True if it is the time. Bars have their
-    `places`, `starts`, `ends` (None without a bar), `thick`, `texts`, their `fill` and the `ink` of the texts; points
-    have `x` and `y`, None for a gap.
+    `low` and `high`, `cut` (the number in the middle of an uneven one, else None), `fixed` (True if curves have no say
+    in them), `room` for the width of its numbers, and `power` (True if there is a power of ten at its end). `time` of
+    an abscissa is True if it is the time. Bars have their `places`, `starts`, `ends` (None without a bar), `thick`,
+    `texts`, their `fill` and the `ink` of the texts; points have `x` and `y`, None for a gap.
     """
 
     svg: str
@@ -64,6 +62,7 @@ def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
         "scale": ruler.scale,
         "low": float(ruler.low),
         "high": float(ruler.high),
+        "cut": ruler.cut,
         "fixed": fixed or bool(ruler.names),
         "room": round(ticks.width + LABEL, 2),
         "power": bool(ticks.power),

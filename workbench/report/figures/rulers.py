@@ -21,7 +21,7 @@ BESIDE = 20.0  # points: the edges of a panel
 UPRIGHT = 0.24  # of a figure's width: the longest line of a name below a column
 ROW, LINE = 0.19, 0.125  # inches: the least of a named row, and of each line of its name
 MOST, FEW = 0.3, 2.0  # inches: the most of a named row, and what few of them share
-TILE, TILE_LINE = 0.06, 0.082  # inches: the edges of a tile, and each line of its text
+TILE, TILE_LINE = 0.06, 0.1  # inches: the edges of a tile, and each line of its text
 AROUND = 0.6  # inches: what stands above and below rows
 TALL = 7.6  # inches that a page has for a figure beside its caption
 
@@ -59,7 +59,7 @@ class Ticks:
 class Ruler:
     """The ruler of an axis from low to high, linear or logarithmic; for counts with marks at `whole` numbers alone.
 
-    With `names` it has a place for each of them, 0, 1, ..., and no numbers.
+    With `names` it has a place for each of them, 0, 1, ..., and no numbers. A `cut` ruler has its middle there.
     """
 
     scale: Literal["linear", "log"]
@@ -67,6 +67,7 @@ class Ruler:
     high: float
     whole: bool = False
     names: tuple[str, ...] = ()
+    cut: float | None = None
 
     @staticmethod
     def of_names(names: Sequence[str], downwards: bool = False, least: int = 0) -> Ruler:
@@ -81,10 +82,11 @@ class Ruler:
         limits: tuple[float, float] | None,
         held: Sequence[npt.ArrayLike],
         margin: float,
+        cut: float | None = None,
     ) -> Ruler:
         """A ruler within its limits, or else around all finite numbers that it holds, with a margin at both ends."""
         if limits is not None:
-            return Ruler(scale, *limits)
+            return Ruler(scale, *limits, cut=cut)
         numbers = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in held])
         numbers = numbers[np.isfinite(numbers)]
         low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (1.0, 10.0)
@@ -96,7 +98,7 @@ class Ruler:
 
     def share(self, numbers: npt.ArrayLike) -> Array:
         """The places of numbers between low (0) and high (1)."""
-        low, high, at = map(self._straight, (self.low, self.high, numbers))
+        low, high, at = map(self.straight, (self.low, self.high, numbers))
         return np.asarray((at - low) / (high - low))
 
     def ticks(self, most: int, length: float = np.inf) -> Ticks:
@@ -106,6 +108,8 @@ class Ruler:
             room = length / abs(self.high - self.low)
             wide = Ticks(each, self.names, named=True).width + 0.5 * SMALL_LETTERS > room
             return Ticks(each, self.names, named=True, upright=wide)
+        if self.cut is not None:
+            return self._cut_ticks(self.cut, most, length)
         formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)
         formatter.axis.set_view_interval(self.low, self.high)
@@ -123,16 +127,31 @@ class Ruler:
             numbers = {place: f"{place:g}" for place in numbers}
         return Ticks(tuple(numbers), tuple(numbers.values()), rest, power)
 
+    def _cut_ticks(self, cut: float, most: int, length: float) -> Ticks:
+        """The marks of both parts; of the part behind the cut those whose numbers do not meet another."""
+        near, far = (Ruler("linear", *ends).ticks(max(1, most // 2)) for ends in ((self.low, cut), (cut, self.high)))
+        kept = dict(zip(near.places, near.numbers, strict=True))
+        for place, number in zip(far.places, far.numbers, strict=True):
+            reach = extent(number, SMALL_LETTERS).width + SMALL_LETTERS / 2
+            if place > cut and float(self.share(place) - self.share(max(kept, default=self.low))) * length > reach:
+                kept[place] = number
+        return Ticks(tuple(kept), tuple(kept.values()))
+
     def _within(self, locator: Locator) -> list[float]:
         found = np.asarray(locator.tick_values(self.low, self.high))
         share = self.share(found)
         return [float(place) for place in found[(share > -1e-9) & (share < 1 + 1e-9)]]
 
-    def _straight(self, numbers: npt.ArrayLike) -> Array:
-        return np.log10(numbers) if self.scale == "log" else np.asarray(numbers, dtype=float)
+    def straight(self, numbers: npt.ArrayLike) -> Array:
+        """Numbers in the unit in which the ruler is even."""
+        at = np.log10(numbers) if self.scale == "log" else np.asarray(numbers, dtype=float)
+        if self.cut is None:
+            return at
+        slope = (self.cut - self.low) / (self.high - self.cut)
+        return np.asarray(np.where(at > self.cut, self.cut + slope * (at - self.cut), at))
 
     def _inverse(self, share: float) -> float:
-        low, high = self._straight(self.low), self._straight(self.high)
+        low, high = self.straight(self.low), self.straight(self.high)
         at = float(low + share * (high - low))
         return 10.0**at if self.scale == "log" else at
 
@@ -155,7 +174,7 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
         x = Ruler.of_names(_column_names(figure, i), least=least)
     else:
         across = [part for span, _ in held for part in span]
-        x = Ruler.around(panel.xscale, panel.xlim, [*across, panel.vlines], margin)
+        x = Ruler.around(panel.xscale, panel.xlim, [*across, panel.vlines], margin, panel.xcut)
     if panel.ynames:
         beside = shares_rows(figure) and column_of(figure, i)
         y = Ruler.of_names(("",) * len(panel.ynames) if beside else row_names(figure, panel), downwards=True)
@@ -175,9 +194,13 @@ def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
 
 
 def _column_names(figure: Figure, i: int) -> Sequence[str]:
-    """The names of a panel's columns: side by side if their words have the room, and once where columns go on below."""
+    """The names of a panel's columns: side by side if their words have the room; of tiles on each panel.
+
+    Columns of other marks that go on in the panel below have their names there alone.
+    """
     panel, under = figure.panels[i], below(figure, i)
-    if under is not None and str(under.xnames) == str(panel.xnames) and shares_rows(figure):
+    tiled = any(isinstance(mark, Tiles) for mark in panel.series)
+    if under is not None and str(under.xnames) == str(panel.xnames) and shares_rows(figure) and not tiled:
         return ("",) * len(panel.xnames)
     across = 1 if figure.lead and not i else figure.columns
     beside = max((block_of(name, SMALL_LETTERS).width for name in row_names(figure, panel)), default=0.0) + BESIDE
@@ -198,7 +221,7 @@ def size_of(figure: Figure) -> tuple[float, float]:
     if figure.lead:
         return WIDTH, min(sum(led(figure)) + 0.35, TALL)
     rows = -(-len(figure.panels) // figure.columns)
-    height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * (1 if rows == 1 else 0.86)
+    height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
     if any(isinstance(mark, Points) for panel in figure.panels for mark in panel.series):
         height *= 1.4  # names need room
     named = [_rows_of(row_names(figure, panel), panel) for panel in figure.panels if panel.ynames]

@@ -9,9 +9,11 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
-from workbench.study.document.figure import Band, Bars, Figure, Panel, Series, Style, Tiles
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Series, Style, Tiles
 from workbench.validation.refusals import Array
 
+TIME = "time ["  # as the label of an abscissa begins that is the time
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm
 LETTERS, SMALL_LETTERS, LEGEND_LETTERS = 9.0, 8.0, 8.5  # points
 TICK = 3.0  # points: a mark at an axis
@@ -71,7 +73,21 @@ def points_of(figure: Figure) -> int:
 
 def shares_abscissa(figure: Figure) -> bool:
     """True if all panels have the same abscissa, which is then named below the last row alone."""
-    return len({(str(panel.xlabel), panel.xlim, panel.xscale) for panel in figure.panels}) == 1
+    return len({(str(panel.xlabel), panel.xlim, panel.xscale, panel.xcut) for panel in figure.panels}) == 1
+
+
+def said_on_axis(panel: Panel) -> Label:
+    """The label of an abscissa, with the words that an uneven time axis needs."""
+    label = plain(panel.xlabel)
+    words = ""
+    if panel.xcut is not None:
+        unit = label.rpartition("[")[2].rstrip("]") if label.endswith("]") else ""
+        words = f", compressed after {panel.xcut:g} {unit}".rstrip()
+    elif panel.xscale == "log" and label.startswith(TIME):
+        words = ", logarithmic"
+    if not words:
+        return panel.xlabel
+    return (*(panel.xlabel if isinstance(panel.xlabel, tuple) else (panel.xlabel,)), words)
 
 
 def shares_rows(figure: Figure) -> bool:

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from workbench.notation.formula import Formula
+from workbench.study.document.figure_checks import check_cut, check_sources
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, as_objects, described, refusal
@@ -102,7 +103,7 @@ class Bars:
 
     def __post_init__(self) -> None:
         _store(self, ("places", "ends", "starts"), gaps=("ends",), intervals=("low", "high"))
-        _check_sources(self, self.sources)
+        check_sources(self, len(self.spans[0][0]), self.sources)
 
     @property
     def spans(self) -> Spans:
@@ -132,7 +133,7 @@ class Points:
 
     def __post_init__(self) -> None:
         _store(self, ("x", "y"), gaps=("x", "y"), intervals=("xlow", "xhigh", "ylow", "yhigh"))
-        _check_sources(self, self.sources)
+        check_sources(self, len(self.spans[0][0]), self.sources)
 
     @property
     def spans(self) -> Spans:
@@ -214,28 +215,20 @@ def _store(
         object.__setattr__(mark, name, array)
 
 
-def _check_sources(mark: Bars | Points, sources: tuple[object, ...]) -> None:
-    """Refuse sources that are not one for each bar or point."""
-    count = len(mark.spans[0][0])
-    if sources and len(sources) != count:
-        raise ValueError(
-            f"`{type(mark).__name__}({described(mark.label)}, sources=...)` must have a source, or None, for each of "
-            f"{count} marks, or be left out; got {len(sources)}."
-        )
-
-
 @dataclass(frozen=True, eq=False)
 @door
 class Panel:
     """One pair of axes. Labels carry their units: 'tracking error [rad]'.
 
     `hlines` and `vlines` are thin lines across the axes. The series that stands first lies on top. An axis with names
-    counts them: `xnames` are columns 0, 1, ... from the left, `ynames` rows 0, 1, ... from the top.
+    counts them: `xnames` are columns 0, 1, ... from the left, `ynames` rows 0, 1, ... from the top. Up to `xcut`, a
+    number within `xlim`, the abscissa takes half of the width, the rest the other half; its label says so.
 
     Raises
     ------
     ValueError
-        If there is nothing to draw, or a logarithmic axis meets a number that has no logarithm.
+        If there is nothing to draw, a logarithmic axis meets a number that has no logarithm, or there is no place for
+        `xcut`.
     """
 
     ylabel: Label
@@ -250,6 +243,7 @@ class Panel:
     vlines: tuple[float, ...] = ()
     xnames: tuple[Label, ...] = ()
     ynames: tuple[Label, ...] = ()
+    xcut: float | None = None
 
     def __post_init__(self) -> None:
         if not self.series:
@@ -257,6 +251,7 @@ class Panel:
         for name, limits in (("xlim", self.xlim), ("ylim", self.ylim)):
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
                 raise ValueError(f"`Panel({name}=...)` must be (low, high), low < high; got {limits!r}.")
+        check_cut(self.xcut, self.xlim, self.xscale)
         if self.xscale == "log":
             self._check_logarithms("xscale", (*(self.xlim or ()), *self.vlines), 0)
         if self.yscale == "log":

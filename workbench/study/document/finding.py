@@ -124,13 +124,15 @@ class Finding:
         if not total:
             return "No variation was computed."
         if not changes:
-            return f"The answer stays the same in each of {total} variations: {_named(self.variations)}."
+            each = f"each of {total} variations" if total > 1 else "the one variation"
+            return f"The answer stays the same in {each}: {_named(self.variations)}."
         groups: dict[str, list[Variation]] = {}
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
         answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
         rest = f"; and to {len(answers) - ANSWERS} other answers" if len(answers) > ANSWERS else ""
-        return f"The answer changes in {len(changes)} of {total} variations: {'; '.join(answers[:ANSWERS])}{rest}."
+        part = f"{len(changes)} of {total} variations" if total > 1 else "the one variation"
+        return f"The answer changes in {part}: {'; '.join(answers[:ANSWERS])}{rest}."
 
     @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:

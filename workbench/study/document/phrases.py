@@ -14,6 +14,7 @@ from workbench.validation.refusals import described, finite, refusal, whole
 from workbench.validation.signatures import door
 
 MOST_DIGITS = 17  # a double has no more
+WIDE = 0.25  # of a value: an interval that reaches farther is printed by its ends
 
 
 @dataclass(frozen=True)
@@ -54,18 +55,32 @@ def parts(phrase: Phrase) -> tuple[Part, ...]:
 class Measured:
     """A value with its error, in the same unit: only the digits that the error supports are printed.
 
-    Its `source` is the result that it shows, None for a number of another origin.
+    Its `source` is the result that it shows, None for a number of another origin. Its `ends` are those of an interval
+    that is not symmetric about the value, infinite where it has no bound; a wide one is printed in place of the error.
     """
 
     value: float
     error: float
     source: Source | None = field(default=None, compare=False, repr=False)
+    ends: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         advice = ": for a run that left all bounds use `Diverged(at)`, for a number that is not known None"
         if not math.isfinite(self.value):
             raise refusal("Measured(value)", "a finite value", self.value, advice)
         finite("Measured(error)", self.error, ", which says which digits to print", low=0)
+        if self.ends is not None and not self.ends[0] <= self.value <= self.ends[1]:
+            raise refusal("Measured(ends)", f"the two ends of an interval around {self.value:g}", self.ends)
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """The ends of the interval: `ends`, or the value less and plus its error."""
+        return self.ends or (self.value - self.error, self.value + self.error)
+
+    @property
+    def wide(self) -> bool:
+        """True if the ends are so far from the value that an error in brackets would leave no digit of it."""
+        return self.ends is not None and max(abs(end - self.value) for end in self.ends) > WIDE * abs(self.value)
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table, Value
+from workbench.study.document.document import Cell, Column, Emphasis, Measured, Missing, Phrase, Table, Value
 from workbench.study.document.source import Source
 from workbench.study.evidence.estimands import Success, unit_of, words_of
 from workbench.study.evidence.judgement import Judgement, listed
@@ -14,9 +14,7 @@ from workbench.study.evidence.pairwise_comparison import Comparison
 from workbench.validation.signatures import door
 
 BOLD = "Bold: significantly better than each other law."
-HALF = "in brackets the half-width of its interval, in units of the last digits"
-WIDE = 0.25  # of a value: an interval beyond that is told by its ends
-MANY = 1000  # percent, from which on a change is told in times
+HALF = "in brackets the half-width of its interval in units of the last digits, or its ends where it is wide"
 
 
 @door
@@ -53,7 +51,7 @@ def _levels(
     heads = (Column(head, unit, "right") for head, unit in zip(names, units, strict=True))
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
     rows: tuple[tuple[Cell, ...], ...] = tuple(
-        (law, *(_level(one, law) for one in comparisons), int(lost))
+        (law, *(level_of(one, law) for one in comparisons), int(lost))
         for law, lost in zip(comparisons[0].paired.laws, failed, strict=True)
     )
     return Table(name, caption, (Column("law"), *heads, Column("failed runs", align="right")), rows, notes)
@@ -63,32 +61,53 @@ def _levels(
 def ablation_table(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], whole: str, notes: tuple[Phrase, ...] = ()
 ) -> Table:
-    """The change of each metric, in percent of the law `whole`, as a block is taken out of it.
+    """One row a part that is taken out of the law `whole`, one column a metric: its change, see `change_without`.
 
     Comparisons of other laws than the first are refused, and of `Success`, a share in points and not percent.
     """
     _check_laws("ablation_table", comparisons)
     paired = comparisons[0].paired
     at = paired.place(whole)
-    if any(isinstance(one.estimand, Success) for one in comparisons):
-        raise ValueError(
-            "`ablation_table(comparisons=...)` tells changes in percent of a level, which is not what a "
-            "share of successes is compared by; got `Success`."
-        )
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
-    rows: list[tuple[Cell, ...]] = [(whole, *(_shown(one, at) for one in comparisons), int(failed[at]))]
-    rows += [
-        (f"without {law}", *(_change(one, i, at) for one in comparisons), int(failed[i]))
-        for i, law in enumerate(paired.laws)
-        if i != at
+    rows: list[tuple[Cell, ...]] = [
+        (f"without {law}", *(change_without(one, law, whole) for one in comparisons), int(lost))
+        for law, lost in zip(paired.laws, failed, strict=True)
+        if law != whole
     ]
-    heads = (Column(one.paired.metric, one.paired.unit, "left") for one in comparisons)
+    heads = (Column(one.paired.metric, "%", "right") for one in comparisons)
     columns = (Column("law"), *heads, Column("failed runs", align="right"))
+    levels = ", ".join(f"{one.paired.metric} {_leveled(one, at)}" for one in comparisons)
     how = (
-        f"First row: {_statistics(comparisons)} of the whole law, {HALF}. Below: how much more the law has without "
-        "a block, in percent of the whole law's, with the interval; less is better. Bold: significant."
+        f"A number is the change of {_statistics(comparisons)} as a part is taken out, in percent of the whole law's; "
+        f"a positive one says that the part is useful; {HALF}. Bold: significant. Of "
+        f"{whole}: {levels}."
     )
     return Table(name, caption, columns, tuple(rows), (how, *_said(comparisons), *notes))
+
+
+@door
+def change_without(one: Comparison, law: str, whole: str) -> Cell:
+    """The level of a law less that of the law `whole`, in percent of the latter; in bold if it is significant.
+
+    It is infinite where the law has failed runs, and missing where the level of `whole` is zero or not finite.
+
+    Raises
+    ------
+    ValueError
+        If the comparison is by `Success`, whose levels are shares of the draws.
+    """
+    if isinstance(one.estimand, Success):
+        raise ValueError(
+            "`change_without(one=...)` gives a change in percent of a level, which is not what a share of successes is "
+            "compared by; got `Success`."
+        )
+    i, at, d = one.paired.place(law), one.paired.place(whole), one.difference
+    size = float(one.level.value[at])
+    if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is a number of percent of zero
+        return Missing("not known")
+    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
+    shown: Value = float("inf") if np.isinf(value) else _measured(one.paired.source(law), value, low, high)
+    return Emphasis(shown) if one.order(law, whole) != "undecided" else shown
 
 
 def _check_laws(call: str, comparisons: Sequence[Comparison]) -> None:
@@ -119,46 +138,27 @@ def _reversed(judgement: Judgement) -> Iterator[str]:
             yield f"By {judgement.asked.words} {listed(pairs)}, and by {words} significantly above."
 
 
-def _level(one: Comparison, law: str) -> Cell:
+@door
+def level_of(one: Comparison, law: str) -> Cell:
+    """The level of a law with its interval, in bold if the law is significantly better than every other."""
     shown = _shown(one, one.paired.place(law))
     return Emphasis(shown) if one.best == law else shown
 
 
 def _shown(one: Comparison, i: int) -> Value:
     value, low, high = (float(part[i]) for part in (one.level.value, one.level.low, one.level.high))
-    source = one.paired.source(one.paired.laws[i])
     if np.isinf(value):
-        return f"infinite: {np.isinf(one.paired.values[:, i]).sum()} of {len(one.paired)} runs failed"
+        return value
     if isinstance(one.estimand, Success):
-        return _measured(source, *(100 * (1 - end) + 0.0 for end in (value, high, low)))
-    wide = WIDE * abs(value) < max(high - value, value - low) < np.inf  # brackets would leave no digit of the value
-    return f"{value:.3g} ({low:.3g} to {high:.3g})" if wide else _measured(source, value, low, high)
+        value, low, high = (100 * (1 - end) + 0.0 for end in (value, high, low))
+    return _measured(one.paired.source(one.paired.laws[i]), value, low, high)
 
 
-def _measured(source: Source | None, value: float, low: float, high: float) -> Value:
-    half = max(high - value, value - low)
-    return Measured(value, half, source) if np.isfinite(half) else f"{value:.3g}, not bounded"
+def _leveled(one: Comparison, at: int) -> str:
+    value, low, high = (float(part[at]) for part in (one.level.value, one.level.low, one.level.high))
+    return f"{value:.3g} ({low:.3g} to {high:.3g}) {one.paired.unit}".strip()
 
 
-def _change(one: Comparison, i: int, at: int) -> Cell:
-    d = one.difference
-    size = float(one.level.value[at])
-    if not (size and np.isfinite(size)) or np.isnan(d.value[i, at]):  # nothing is so many percent of zero
-        return "not known"
-    value, low, high = (100 * float(part[i, at]) / size + 0.0 for part in (d.value, d.low, d.high))
-    if np.isinf(value):
-        return Emphasis("infinite")
-    many = value >= MANY
-    text = _text((1 + end / 100 for end in (value, low, high)), "times") if many else _text((value, low, high), "%")
-    laws = one.paired.laws
-    return Emphasis(text) if one.order(laws[i], laws[at]) != "undecided" else text
-
-
-def _text(numbers: Iterable[float], unit: str) -> str:
-    sign = "+" if unit == "%" else ""
-    value, *ends = (_short(number, sign) if np.isfinite(number) else "not bounded" for number in numbers)
-    return f"{value} {unit} ({' to '.join(ends)})"
-
-
-def _short(number: float, sign: str) -> str:
-    return f"{number:{sign},.0f}" if abs(number) >= 1000 else f"{number:{sign}.3g}"
+def _measured(source: Source | None, value: float, low: float, high: float) -> Measured:
+    halves = [half for half in (high - value, value - low) if np.isfinite(half)]
+    return Measured(value, max(halves, default=0.0), source, (low, high))

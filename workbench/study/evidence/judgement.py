@@ -125,7 +125,7 @@ def figures(one: Comparison, law: str) -> str:
 
 
 def _place(one: Comparison) -> str:
-    return one.best or f"open between {listed(one.leaders)}"
+    return one.answer
 
 
 def _grouped(places: Mapping[str, str]) -> str:

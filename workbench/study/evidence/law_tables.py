@@ -18,13 +18,13 @@ from workbench.validation.signatures import door
 
 HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
 NOTE = (
-    "Read from the equations of each loop: what its command depends on. State: positions and velocities, or the two "
-    "one by one, are read where a reading acts at its own instant, filtered where it acts by the observer's memory "
-    "alone, and estimated where the observer makes them from other readings. Model: the matrices M, C and G of the "
-    "believed arm that act, in the law / in the observer. D: the disturbance. Memory: the numbers that are remembered, "
-    "in the law / in the observer. Laws of one class are given the same, and only they are compared as laws."
+    "The table follows from the equations of each loop. State: how positions and velocities reach the law, in one word "
+    "where both are alike. Read: used directly. Filtered: used only through a filter. Estimated: inferred from other "
+    "signals. Model: which of the matrices M, C and G of the believed arm act, in law / observer. D: "
+    "the disturbance. Memory: how many numbers are remembered, in law / observer. Laws in one class have the "
+    "same information, and only these are compared with each other."
 )
-OF_PLANTS = "Model f: the equations of the believed plant, in the observer."
+OF_PLANTS = "Model f: the equations of the believed plant are used, in the observer."
 
 
 @door
@@ -153,7 +153,7 @@ def against_published(name: str, caption: str, published: Published, outcomes: M
 @dataclass(frozen=True)
 @door
 class Ranking:
-    """The pairs of a published ranking of laws that hold here, that are turned round, and that stay open."""
+    """The pairs of a published ranking of laws that hold here, that are reversed, and that stay open."""
 
     published: Published
     holds: tuple[tuple[str, str], ...]
@@ -172,7 +172,7 @@ class Ranking:
         )
         return (
             f"{self.published.where}: of {pairs} printed pairs {len(self.holds)} hold, "
-            f"{len(self.fails)} are turned round, {len(self.undecided)} are too close to call.{against}"
+            f"{len(self.fails)} are reversed, {len(self.undecided)} are too close to call.{against}"
         )
 
 
@@ -195,7 +195,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
 def information_table(
     name: str, caption: Phrase, loops: Mapping[str, Any], tuned: Mapping[str, int] | None = None
 ) -> Table:
-    """A row a law: how it comes by positions and velocities, its model, its estimate of the disturbance, its states.
+    """A row a law: how positions and velocities reach it, its model, its estimate of the disturbance, its states.
 
     The loops are by law, each a loop or its `Roles`; so is `tuned`, how many of a law's numbers are tuned.
 

@@ -84,6 +84,12 @@ class Comparison:
         return tuple(law for law, above in zip(self.paired.laws, self.below.T, strict=True) if not above.any())
 
     @property
+    def answer(self) -> str:
+        """The best law; where there is none, the laws between which the runs do not decide."""
+        *others, last = self.leaders or ("no law",)
+        return self.best or (f"open between {', '.join(others)} and {last}" if others else f"open: {last}")
+
+    @property
     def said(self) -> str:
         """The note below a table: the estimand, its intervals, and when a difference counts."""
         words = self.estimand.words

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
@@ -27,14 +27,19 @@ ROUNDING = 1e-9  # by which probabilities may miss a sum of 1
 
 @door
 def standings_figure(
-    name: str, caption: Phrase, comparisons: Mapping[str, Mapping[str, Comparison]], asked: str
+    name: str,
+    caption: Phrase,
+    comparisons: Mapping[str, Mapping[str, Comparison]],
+    asked: str,
+    drawn: Sequence[str] | None = None,
 ) -> Figure:
     """A panel a statistic with a row a law and a column a scenario; the statistic asked for leads, with its intervals.
 
     A tile is the darker the larger the ratio of its level to the best of its column. The best of a column is framed
     where it is significantly better than every other law; where none is, all laws that no other is significantly
     better than are marked as tied. A law with failed runs is hatched. The `comparisons` of the same laws are by
-    scenario and by the words of a statistic, the `by` of a `Judgement`; `asked` is that declared before the runs.
+    scenario and by the words of a statistic, the `by` of a `Judgement`; `asked` is that declared before the runs. Only
+    the others in `drawn` have a panel, or all without it; the numbers of the figure have all.
 
     Raises
     ------
@@ -42,14 +47,17 @@ def standings_figure(
         If there is no scenario, statistics or laws differ between scenarios, or a level is negative, of which no ratio
         says who is better.
     LookupError
-        If `asked` is none of the statistics.
+        If `asked`, or one of `drawn`, is none of the statistics.
     """
     laws, statistics = _common(comparisons)
     known(asked, statistics, "statistics")
     order = (asked, *(words for words in statistics if words != asked))
     columns = {words: {s: held[words] for s, held in comparisons.items()} for words in order}
-    panels = tuple(_panel(words, laws, columns[words], words == asked) for words in order)
-    beside = min(max(1, len(order) - 1), 2 if len(comparisons) > WIDE else 3)
+    seen = [
+        known(words, statistics, "statistics") for words in (order[1:] if drawn is None else drawn) if words != asked
+    ]
+    panels = tuple(_panel(words, laws, columns[words], words == asked) for words in (asked, *seen))
+    beside = min(max(1, len(seen)), 2 if len(comparisons) > WIDE else 3)
     first = next(iter(comparisons.values()))[asked]
     rows = tuple(row for words in order for s, one in columns[words].items() for row in _rows(words, s, one))
     note = _note(first, comparisons)
@@ -93,7 +101,7 @@ def _panel(words: str, laws: tuple[str, ...], columns: Mapping[str, Comparison],
     tiles = Tiles("", texts, _shades(list(columns.values())), *marks, keys=_keys(*(bool(mark.any()) for mark in marks)))
     words = words.replace("<=", "≤")
     unit = " [%]" if isinstance(next(iter(columns.values())).estimand, Success) else ""
-    title = f"{words}{unit}: the statistic that was asked for, with its interval" if leads else f"{words}{unit}"
+    title = f"{words}{unit}, with its interval: the statistic that decides" if leads else f"{words}{unit}"
     return Panel("", (tiles,), xlabel="", title=title, xnames=tuple(columns), ynames=laws)
 
 

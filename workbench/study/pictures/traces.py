@@ -1,4 +1,4 @@
-"""Outcomes over time, as figures: one line a law, one panel a window of time."""
+"""Outcomes over time, as figures: one line a law, one panel a window of time; or one panel a law."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 
 from workbench.study.document.document import Paragraph, Section
-from workbench.study.document.figure import STYLES, Figure, Label, Panel, Series, Style
+from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, Panel, Series, Style
 from workbench.study.document.phrases import Phrase, raised
+from workbench.study.document.source import Source
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.marks import labels_of, signal_source, time_source
 from workbench.study.study import Outcome
@@ -40,7 +41,8 @@ def traces(
 ) -> Figure:
     """A number of a signal for several laws, by its label or counted from 0; `reference` names an output below them.
 
-    A law whose style an earlier one has takes the next that is free.
+    A law whose style an earlier one has takes the next that is free. More than three laws have a panel each, before
+    the range of all of them in grey; of two windows, one behind the other, the second is compressed.
 
     Raises
     ------
@@ -48,6 +50,8 @@ def traces(
         If there are more laws than styles.
     """
     panels, styles = [], _styles(name, outcomes)
+    if len(outcomes) > TOGETHER and (joined := _joined(windows)):
+        return _multiples(name, caption, outcomes, signal, number, ylabel, joined, reference, styles)
     for window in windows:
         series = [
             curve(o, signal, number, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)
@@ -59,11 +63,66 @@ def traces(
     return Figure(name, caption, tuple(panels), columns=len(panels))
 
 
+def _joined(windows: Sequence[Window]) -> tuple[Window, float | None] | None:
+    """The whole of the windows and where the second begins; None if they are not one behind the other."""
+    if len(windows) == 1:
+        return windows[0], None
+    if len(windows) != 2 or windows[0].end != windows[1].start:
+        return None
+    first, second = windows
+    return Window(first.start, second.end, first.ylim), first.end
+
+
+def _multiples(
+    name: str,
+    caption: Phrase,
+    outcomes: Sequence[Outcome],
+    signal: str,
+    number: int | str,
+    ylabel: Label,
+    joined: tuple[Window, float | None],
+    reference: str,
+    styles: Sequence[int],
+) -> Figure:
+    """A panel for each law: its curve, what is wanted, and the range of all laws."""
+    window, cut = joined
+    curves = [curve(o, signal, number, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
+    behind: list[Mark] = [*_range_of(curves)]
+    if reference:
+        longest = max(outcomes, key=_finite_rows)
+        behind.insert(0, curve(longest, reference, number, window, "reference", "reference"))
+    panels = tuple(
+        Panel(
+            ylabel if k % ACROSS == 0 else "",
+            (one, *behind),
+            xlim=(window.start, window.end),
+            ylim=window.ylim,
+            title=one.label,
+            xcut=cut,
+        )
+        for k, one in enumerate(curves)
+    )
+    return Figure(name, caption, panels, columns=ACROSS)
+
+
+def _range_of(curves: Sequence[Series]) -> list[Band]:
+    """The strip between the least and the greatest of curves over the same times, where any of them has a number."""
+    times = curves[0].x
+    if any(not np.array_equal(one.x, times) for one in curves):
+        return []
+    numbers = np.array([one.y for one in curves])
+    there = np.isfinite(numbers).any(axis=0)
+    low, high = np.nanmin(numbers[:, there], axis=0), np.nanmax(numbers[:, there], axis=0)
+    return [Band("range of all laws", times[there], low, high, "reference")] if there.any() else []
+
+
 def _finite_rows(outcome: Outcome) -> int:
     """The number of kept times at which an outcome had not diverged."""
     return int(np.isfinite(outcome.measurement.trajectories.x[0]).all(axis=1).sum())
 
 
+TOGETHER = 3  # curves of laws that one panel can hold, as more lie on each other
+ACROSS = 3  # panels side by side, one a law
 ONE_RUN = "Bold: below all others in this one run of each law, which does not say which law is better."
 
 
@@ -176,15 +235,27 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
     if not outcomes:
         raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
     shown = [signal_source(outcomes[0], signal, place) for place in range(len(labels_of(outcomes[0], signal)))]
-    whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
-    panels = []
-    for one in shown:
-        lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]
-        panels.append(Panel(f"{one.words} [{raised(one.unit)}]" if one.unit else one.words, tuple(lines)))
-    figure = Figure("loops", f"{signal} of each law at its own numbers.", tuple(panels), columns=min(2, len(panels)))
+    figure = _loops_figure(outcomes, signal, shown)
     title = "Metrics of {} of each law at its own numbers."
     tables = (
         side_by_side(f"loops_{one.place}", title.format(one.words), outcomes, signal=one.place, notes=(ONE_RUN,))
         for one in shown
     )
     return Section(heading, (Paragraph(about), figure, *tables))
+
+
+def _loops_figure(outcomes: Sequence[Outcome], signal: str, shown: Sequence[Source]) -> Figure:
+    """A panel for each number of a signal with a line a law; or, with many laws, a panel for each of these."""
+    whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
+    panels, caption = [], f"{signal} of each law at its own numbers."
+    if not (len(outcomes) > TOGETHER >= len(shown) and len({one.unit for one in shown}) == 1):
+        for one in shown:
+            lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]
+            panels.append(Panel(f"{one.words} [{raised(one.unit)}]" if one.unit else one.words, tuple(lines)))
+        return Figure("loops", caption, tuple(panels), columns=min(2, len(panels)))
+    label = f"{signal} [{raised(shown[0].unit)}]" if shown[0].unit else signal
+    drawn = [[curve(o, signal, one.place, whole, one.words, k) for k, one in enumerate(shown)] for o in outcomes]
+    behind = _range_of([line for lines in drawn for line in lines])
+    for k, (outcome, lines) in enumerate(zip(outcomes, drawn, strict=True)):
+        panels.append(Panel("" if k % ACROSS else label, (*lines, *behind), title=outcome.case.law))
+    return Figure("loops", caption, tuple(panels), columns=ACROSS)

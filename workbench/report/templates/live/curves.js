@@ -29,22 +29,36 @@ function runsBack(x, first, last) {
 }
 
 // The places of about `points` of the points [first, last) of a curve, by the rule of `thinned` in curves.py: each of
-// equally long stretches keeps its extremes, and one gap if it has any; so are both ends.
-function thinnedPlaces(x, y, first, last, points) {
+// equally long stretches keeps its extremes, and one gap if it has any; so are both ends. With `straight`, which makes an
+// uneven ruler even, the stretches are as wide on it.
+function thinnedPlaces(x, y, first, last, points, straight = null) {
   const n = last - first;
   if (n <= points) return Int32Array.from({ length: n }, (_, i) => first + i);
-  const sources = runsBack(x, first, last) ? [x, y] : [y];
+  const back = runsBack(x, first, last), sources = back ? [x, y] : [y];
   const stretches = Math.max(1, Math.floor(points / (2 * sources.length)));
-  const step = n / stretches, kept = new Int32Array(3 * stretches * sources.length + 2);
+  const kept = new Int32Array(3 * stretches * sources.length + 2);
+  const ends = stretchEnds(x, first, last, stretches, back ? null : straight);
   let count = 1;
   kept[0] = first;
   for (let i = 0; i < stretches; i++) {
-    const begin = first + Math.trunc(i * step), end = i + 1 < stretches ? first + Math.trunc((i + 1) * step) : last;
-    const before = count;
+    const begin = ends[i], end = ends[i + 1], before = count;
+    if (begin === end) continue;
     for (const source of sources) count = keepExtremes(source, begin, end, kept, before, count);
   }
   if (kept[count - 1] < last - 1) kept[count++] = last - 1;
   return kept.subarray(0, count);
+}
+
+// The ends of some stretches of the points [first, last): as many points in each, or as wide on an uneven ruler.
+function stretchEnds(x, first, last, stretches, straight) {
+  const ends = new Int32Array(stretches + 1), step = (last - first) / stretches;
+  const low = straight?.(x[first]), high = straight?.(x[last - 1]);
+  for (let i = 1, place = first; i < stretches; i++) {
+    if (straight) while (place < last && straight(x[place]) < low + (high - low) * i / stretches) place++;
+    ends[i] = straight ? place : first + Math.trunc(i * step);
+  }
+  [ends[0], ends[stretches]] = [first, last];
+  return ends;
 }
 
 // Keep the places of the least and the greatest number of a stretch, and of its first gap, among those kept `from` some

@@ -78,7 +78,7 @@ class LiveCurve {
   // Take numbers, and thin them.
   take(x, y, ruler, points) {
     const [first, last] = ruler.printed.fixed ? windowPlaces(x, ruler.low, ruler.high) : [0, x.length];
-    [this.x, this.y, this.places] = [x, y, thinnedPlaces(x, y, first, last, points)];
+    [this.x, this.y, this.places] = [x, y, thinnedPlaces(x, y, first, last, points, ruler.even ? null : ruler.straight)];
   }
 
   draw(across, up) {

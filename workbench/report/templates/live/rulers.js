@@ -11,7 +11,7 @@ const AIR = 0.02; // of a ruler that has grown: the least distance of the curves
 
 // The ends of a ruler that holds its printed range and all numbers from least to most; a grown end stands at a mark.
 function grownRange(ruler, least, most, count) {
-  const straight = straightOf(ruler.scale), printed = [straight(ruler.low), straight(ruler.high)];
+  const straight = straightOf(ruler), printed = [straight(ruler.low), straight(ruler.high)];
   const wanted = [Math.min(printed[0], straight(least)), Math.max(printed[1], straight(most))];
   const whole = wanted[1] - wanted[0];
   if (ruler.fixed || !(whole > printed[1] - printed[0]) || !Number.isFinite(whole)) return [ruler.low, ruler.high];
@@ -22,9 +22,12 @@ function grownRange(ruler, least, most, count) {
   return [low === printed[0] ? ruler.low : back(low), high === printed[1] ? ruler.high : back(high)];
 }
 
-// The function that makes a ruler of a scale even.
-function straightOf(scale) {
-  return scale === "log" ? Math.log10 : (number) => number;
+// The function that makes a ruler even, as `straight` in rulers.py does.
+function straightOf({ scale, low, high, cut }) {
+  if (scale === "log") return Math.log10;
+  if (typeof cut !== "number") return (number) => number;
+  const slope = (cut - low) / (high - cut);
+  return (number) => (number > cut ? cut + slope * (number - cut) : number);
 }
 
 // The step 1, 2, 2.5 or 5 times a power of ten that divides a length into at most `count` parts, and its decimals.
@@ -83,7 +86,8 @@ function textWidth(text) {
 class LiveRuler {
   constructor(printed, start, length, letters) {
     Object.assign(this, { printed, start, length, low: printed.low, high: printed.high });
-    this.straight = straightOf(printed.scale);
+    this.straight = straightOf(printed);
+    this.even = printed.scale !== "log" && typeof printed.cut !== "number";
     const room = letters.size * (length < 0 ? ROOM_UPWARDS : ROOM_ACROSS);
     this.count = Math.max(1, Math.min(MOST_MARKS, Math.floor(Math.abs(length) / room)));
     this.measure();
@@ -92,12 +96,10 @@ class LiveRuler {
   // Keep what places numbers: coordinate = offset + slope * number, or its logarithm.
   measure() {
     const low = this.straight(this.low), slope = this.length / (this.straight(this.high) - low);
-    const offset = this.start - slope * low;
+    const offset = this.start - slope * low, { straight } = this;
     this.slope = slope;
     this.offset = offset;
-    this.at = this.printed.scale === "log"
-      ? (number) => offset + slope * Math.log10(number)
-      : (number) => offset + slope * number;
+    this.at = this.even ? (number) => offset + slope * number : (number) => offset + slope * straight(number);
   }
 
   get grown() {

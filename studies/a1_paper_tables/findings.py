@@ -1,0 +1,255 @@
+"""The findings of a1: the law as printed, its repairs, the printed row that they meet, and the order of the laws."""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from studies.a1_paper_tables import grid, pairs, repairs, row
+from studies.a1_paper_tables.repairs import (
+    ALL_FOUR,
+    AS_PRINTED,
+    FREE,
+    LATE,
+    MENDED,
+    NEAR,
+    ONE_CHANGE,
+    PAIRS,
+    SHORT,
+    SLIPS,
+    SMALL,
+    SMALL_Q,
+    late,
+    tracks,
+)
+from studies.a1_paper_tables.row import CLOSE, FITTED, HALF_DIGIT, WITNESS, nearest
+from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from studies.paper.unstated import assumptions, concerning, left_out, names
+from workbench.study.document.document import Finding, Variation
+from workbench.study.document.phrases import Reference
+from workbench.study.study import Outcome, Results
+
+GIVEN = "Positions, the exact model and, by (24), the true disturbance."
+OURS = concerning(PROPOSED, "FS")
+TRACKING = (
+    f"A law is said to track if K stays positive definite and the late error, the largest |e_i| from {LATE:g} s on, is "
+    f"at most {NEAR:.2f} rad for both joints: a tenth of the error at the start."
+)
+# The choices that the runs of this page vary, in this finding or in another one.
+VARIED = ("sign of (33)", "velocity in (28)", "D_hat of (24)", "C of (3)", "shape of (33)", "Q", "R", "horizon of FS")
+FIT_OF_CARD = CARD["FS: horizon"]
+
+
+def _tracking(flag: bool) -> str:
+    return "tracking" if flag else "no tracking"
+
+
+def _errors(run: Outcome) -> str:
+    if run.diverged_at is not None:
+        return f"diverges at {run.diverged_at:.2f} s"
+    return "late errors {:.2g} and {:.2g} rad".format(*late(run))
+
+
+def two_repair_runs(results: Results) -> dict[tuple[str, float], Outcome]:
+    """The runs with (3) and (28) repaired alone, by the shape of (33) and Q, each once and with the longest horizon."""
+    runs = {(run.case.law, Q): run for pair, Q in PAIRS.items() for run in results.scenario(pair)}
+    for run in results.scenario(WITNESS):
+        shape = run.case.law.partition(",")[0]
+        runs.setdefault((shape, FITTED[shape][0]), run)
+    return runs
+
+
+def as_printed(results: Results) -> Finding:
+    """The law as printed, over Q, R and the shapes of (33)."""
+    errors, points = grid.late_errors(results), grid.points()
+    runs = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
+    least = min(*(float(each.min()) for each in errors.values()), *(max(late(run)) for run in runs))
+    least = float(np.floor(10 * least) / 10)
+    total = sum(map(len, errors.values())) + len(runs)
+    lost, left = repairs.times_lost(results[AS_PRINTED["FS"], "outer"])
+    variations = [
+        Variation(f"Q = {Q:g} I, R = {R:g} I", _tracking(best <= NEAR), _least(best))
+        for (Q, R), best in zip(points, np.min(list(errors.values()), axis=0), strict=True)
+    ]
+    for shape, each in errors.items():
+        own = [float(each.min()), *(max(late(run)) for run in runs if run.case.law == shape)]
+        variations.append(Variation(f"shape '{shape}' alone", _tracking(min(own) <= NEAR), _least(min(own))))
+    second = results.scenario(AS_PRINTED["SS"])
+    variations.append(
+        Variation("second scenario, Q = R = I", _tracking(any(map(tracks, second))), _least(_worst(second)))
+    )
+    return Finding(
+        "as_printed",
+        f"As printed, the law does not track the first scenario in any of {total} runs: its late error is {least:g} "
+        "rad or more.",
+        f"With Q = R = I and the shape 'outer' of (33), K is no longer positive definite at {lost} s, and an error "
+        f"exceeds {repairs.FAR:g} rad at {left} s.",
+        statistic=f"{TRACKING} A run that diverges does not track.",
+        sample=f"One run without noise for each point of a grid of Q, {grid.Q.low:g} I to {grid.Q.high:g} I, and R, "
+        f"{grid.R.low:g} I to {grid.R.high:g} I, and for each shape of (33), over {grid.UNTIL:g} s; further "
+        f"runs with Q = I over {SHORT:g} s and with Q = {SMALL:g} I over {repairs.LONG:g} s.",
+        given=GIVEN,
+        chosen=assumptions(choice for choice in OURS if not choice.fitted),
+        answer=_tracking(least <= NEAR),
+        variations=tuple(variations),
+        untried=names(left_out(VARIED, OURS)),
+    )
+
+
+def _worst(runs: Iterable[Outcome]) -> float:
+    return min(max(late(run)) for run in runs)
+
+
+def _least(error: float) -> str:
+    return f"late error {error:.2g} rad" if np.isfinite(error) else "every run diverges"
+
+
+def two_repairs(results: Results) -> Finding:
+    """The law with (3) and (28) repaired alone."""
+    runs = two_repair_runs(results)
+    kept = [run for run in runs.values() if tracks(run)]
+    worst = [max(late(run)[joint] for run in kept) if kept else np.inf for joint in (0, 1)]
+    lost = " and ".join(f"shape '{shape}', Q = {Q:g} I" for (shape, Q), run in runs.items() if not tracks(run))
+    minus = results[ONE_CHANGE, SLIPS["(33)"]]
+    fitted = f"(24) repaired too, Q = {CARD['Q'][0, 0]:g} I, R = {CARD['R'][0, 0]:g} I"
+    variations = [
+        Variation(f"shape '{shape}', Q = {Q:g} I", _tracking(tracks(run)), _errors(run))
+        for (shape, Q), run in runs.items()
+    ]
+    variations.append(Variation(fitted, _tracking(tracks(minus)), _errors(minus)))
+    return Finding(
+        "two_repairs",
+        f"With (3) and (28) repaired alone, the law tracks the first scenario in {len(kept)} of {len(runs)} runs, with "
+        f"late errors of at most {worst[0]:.3f} rad (joint 1) and {worst[1]:.3f} rad (joint 2).",
+        f"(24) and the minus of (33) stand as printed. K falls, and loses its positive definiteness only with {lost}.",
+        statistic=TRACKING,
+        sample=(
+            f"One run without noise for each shape of (33) and each Q, R = I: over {FREE:g} s with Q = {SMALL:g} I and "
+            "Q = I, and with other Q over the horizon of ",
+            Reference("witness"),
+            ".",
+        ),
+        given=GIVEN,
+        chosen=assumptions(choice for choice in OURS if not choice.fitted),
+        answer=_tracking(len(kept) > len(runs) / 2),
+        variations=tuple(variations),
+        untried=names(left_out(VARIED, OURS)),
+    )
+
+
+def row_of_fs(results: Results) -> Finding:
+    """The printed row of the first scenario, which several repairs meet."""
+    runs = two_repair_runs(results)
+    misses = {key: nearest(run).miss for key, run in runs.items()}
+    (shape, Q), least = min(misses.items(), key=lambda item: item[1])
+    four = results["FS", PROPOSED]
+    of_four = max(abs(percent) for percent in excess(four))
+    one = nearest(runs[shape, Q])
+    return Finding(
+        "row_of_fs",
+        "The printed row of the first scenario does not identify the law: two repairs meet it within "
+        f"{100 * least:.1g} %, four within {of_four:.2g} %.",
+        f"RMSE (43) falls with the unstated horizon. Two: (3), (28), '{shape}', Q = {Q:g} I, R = I, {one.horizon:.2f} "
+        f"s. Four: (24) and (33), too, '{CARD['reading of (33)']}', Q = {CARD['Q'][0, 0]:g} I, R = "
+        f"{CARD['R'][0, 0]:g} I, {FIT_OF_CARD:g} s.",
+        statistic=f"The larger relative difference of RMSE (43) from its two printed values. The row is said to be met "
+        f"within {100 * CLOSE:g} %.",
+        sample=f"One run without noise for each repair; horizons from {row.SHORTEST:g} to {FREE:g} s at each sample of "
+        "(43), so far as the run goes.",
+        given=GIVEN,
+        chosen=assumptions(OURS),
+        fitted=f"With four repairs: {assumptions(OURS, fitted=True)}. With two repairs: Q, the shape of (33) and the "
+        "horizon, to the printed row.",
+        answer=_met(least),
+        variations=tuple(_other_rows(results)),
+        untried=names(left_out(VARIED, OURS)),
+        cites=("a6_unstated_choices/row_of_fs",),
+    )
+
+
+def _met(miss: float, within: float = CLOSE) -> str:
+    return "met" if miss <= within else "not met"
+
+
+def _miss(miss: float) -> str:
+    return f"by {row.percent(miss)} %" if np.isfinite(miss) else "diverges"
+
+
+def _other_rows(results: Results) -> Iterator[Variation]:
+    """The row under other horizons, tolerances and repairs, over all runs of each."""
+    runs = two_repair_runs(results)
+    for longest in (30.0, 40.0):
+        miss = min(nearest(run, longest).miss for run in runs.values())
+        yield Variation(f"two repairs with a horizon of at most {longest:g} s", _met(miss), _miss(miss))
+    miss = min(nearest(run, FIT_OF_CARD, FIT_OF_CARD).miss for run in runs.values())
+    yield Variation(
+        f"two repairs with the horizon that was fitted with four, {FIT_OF_CARD:g} s", _met(miss), _miss(miss)
+    )
+    least = min(nearest(run).miss for run in runs.values())
+    for within in (1e-3, HALF_DIGIT):
+        yield Variation(f"two repairs with a tolerance of {100 * within:.2g} %", _met(least, within), _miss(least))
+    for part, label in ((0, "shape '{}'"), (1, "Q = {:g} I")):
+        for value in dict.fromkeys(key[part] for key in runs):
+            miss = min(nearest(run).miss for key, run in runs.items() if key[part] == value)
+            yield Variation(f"two repairs with {label.format(value)} alone", _met(miss), _miss(miss))
+    for slip, change in SLIPS.items():
+        miss = nearest(results[ONE_CHANGE, change]).miss
+        yield Variation(f"three repairs with {slip} as printed", _met(miss), _miss(miss))
+    for words, change in (("four repairs", ALL_FOUR), ("four repairs, and D_hat given to (10)", MENDED)):
+        miss = nearest(results[ONE_CHANGE, change]).miss
+        yield Variation(words, _met(miss), _miss(miss))
+    printed = [run for name in (AS_PRINTED["FS"], SMALL_Q) for run in results.scenario(name)]
+    miss = min(nearest(run).miss for run in printed)
+    yield Variation("no repair", _met(miss), _miss(miss))
+
+
+def excess(outcome: Outcome) -> list[float]:
+    """RMSE (43) of either joint above its printed value in the first scenario, in %."""
+    printed = [PUBLISHED["FS", joint].values[PROPOSED] for joint in (1, 2)]
+    return [100 * (outcome.score("RMSE (43)", j).pair[0] / printed[j] - 1) for j in (0, 1)]
+
+
+def late_error(results: Results) -> Finding:
+    """The error that a repaired law keeps, and the observer that causes it."""
+    runs = {
+        f"(3) and (28) repaired, shape '{shape}', Q = {Q:g} I": run
+        for (shape, Q), run in two_repair_runs(results).items()
+    }
+    runs |= {run.case.law: run for run in results.scenario(ONE_CHANGE) if run.case.law != ALL_FOUR}
+    errors, mended = late(results["FS", PROPOSED]), late(results[ONE_CHANGE, MENDED])
+    return Finding(
+        "late_error",
+        f"Repaired, the law keeps a late error of {errors[0]:.3f} rad (joint 1) and {errors[1]:.3f} rad (joint 2) in "
+        "the first scenario, most of it from observer (10).",
+        f"Observer (10) leaves the disturbance out. With D_hat given to it, the late errors are {mended[0]:.3f} and "
+        f"{mended[1]:.3f} rad.",
+        statistic=f"Largest |e_i| from {LATE:g} s on; the answer is that of joint 2.",
+        sample=f"One run without noise for each repair, over up to {FREE:g} s.",
+        given=GIVEN,
+        chosen=assumptions(OURS),
+        fitted=assumptions(OURS, fitted=True),
+        answer=f"{errors[1]:.2f} rad",
+        variations=tuple(Variation(words, _late(run), _errors(run)) for words, run in runs.items()),
+        untried=f"Other gains L1, L2 of (10), which the paper states and a4 varies; "
+        f"{names(left_out((*VARIED, 'D_hat in (10)'), OURS))}.",
+    )
+
+
+def _late(run: Outcome) -> str:
+    return "divergence" if run.diverged_at is not None else f"{late(run)[1]:.2f} rad"
+
+
+def answer_line(results: Results) -> str:
+    """The answer of the page in one line."""
+    four = max(abs(percent) for percent in excess(results["FS", PROPOSED]))
+    two = 100 * min(nearest(run).miss for run in two_repair_runs(results).values())
+    tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
+    return (
+        f"As printed, the law {'tracks in some runs' if tracking else 'does not track'}. Repairs of two equations "
+        f"(within {two:.1g} %) and of four ({four:.2g} %) both meet the printed RMSE of the first scenario, so the "
+        "table does not identify the law."
+    )
+
+
+def findings(results: Results) -> tuple[Finding, ...]:
+    """The five findings of the page."""
+    return tuple(make(results) for make in (as_printed, two_repairs, row_of_fs, late_error, pairs.order_of_laws))

@@ -1,0 +1,62 @@
+"""The printed order of the six laws: a count of its pairs, which the unstated numbers of the rivals decide."""
+
+from collections.abc import Iterator
+
+from studies.a1_paper_tables import six_laws
+from studies.paper.card import CARD, LAWS, MARGIN, PUBLISHED, SCENARIOS
+from studies.paper.unstated import CHOICES, assumptions, left_out
+from workbench.study.document.document import Finding, Variation
+from workbench.study.document.phrases import Reference
+from workbench.study.study import Results
+
+
+def order_of_laws(results: Results) -> Finding:
+    """The printed order of the six laws."""
+    holds, reversed_, close = six_laws.tally(results)
+    total = holds + reversed_ + close
+    first, last = (six_laws.reaching_time(six_laws.six(results, "FS", K)["SMC"]) for K in (None, max(six_laws.FIRM)))
+    varied = ("K of joint 1", "K of joint 2")
+    return Finding(
+        "order_of_laws",
+        f"With the numbers assumed here for the rivals, {holds} of {total} printed pairs of laws keep their order; "
+        f"{reversed_} are reversed and {close} are too close to call.",
+        "The paper states no number of a rival, so its order can neither be confirmed nor refuted by such runs. With K "
+        f"= {CARD['SMC: K'][0]:g} N m, SMC reaches its layer in the first scenario at {first:.2f} s; with "
+        f"{max(six_laws.FIRM):g} N m at {last:.2f} s.",
+        statistic="The share of pairs that keep their order by RMSE (43) at a joint: fewer than half, or half or more. "
+        f"A pair is too close to call within {100 * MARGIN:g} % or within both errors.",
+        sample="One run without noise for each law and scenario; fifteen pairs for each scenario and joint.",
+        given="Rivals: exact positions and velocities. AOSMC-RGS: positions and the true disturbance. All: the exact "
+        "model, without torque limits.",
+        chosen=(f"The {len(CHOICES)} choices of ", Reference("unstated"), "."),
+        fitted=f"AOSMC-RGS alone, to its printed rows: {assumptions(CHOICES, fitted=True)}. No rival.",
+        answer=_share(holds, total),
+        variations=tuple(_other_orders(results)),
+        untried=(
+            f"The {len(left_out(varied))} choices of ",
+            Reference("unstated"),
+            " other than K of SMC, which a6 varies.",
+        ),
+    )
+
+
+def _share(holds: int, total: int) -> str:
+    return "fewer than half" if 2 * holds < total else "half or more"
+
+
+def _other_orders(results: Results) -> Iterator[Variation]:
+    """The count with other gains of SMC, margins, metrics, columns and laws."""
+
+    def one(words: str, counts: tuple[int, int, int]) -> Variation:
+        return Variation(words, _share(counts[0], sum(counts)), f"{counts[0]} of {sum(counts)}")
+
+    for K in six_laws.FIRM:
+        yield one(f"K of SMC = {K:g} N m", six_laws.tally(results, K))
+    for margin in (0.0, 0.05):
+        yield one(f"pairs apart by more than {100 * margin:g} %", six_laws.tally(results, margin=margin))
+    for metric in ("RMSE", "RMSE of e_hat"):
+        yield one(f"{metric} in place of RMSE (43)", six_laws.tally(results, metric=metric))
+    for (scenario, joint), column in PUBLISHED.items():
+        yield one(f"{SCENARIOS[scenario]}, joint {joint} alone", six_laws.tally(results, columns=(column,)))
+    for law in LAWS:
+        yield one(f"without {law}", six_laws.tally(results, without=law))

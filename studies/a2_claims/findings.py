@@ -1,0 +1,162 @@
+"""The findings of a2: the count of printed equations by verdict, the two theorems, and the comparisons."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+
+from studies.a2_claims.phrases import phrase
+from studies.a2_claims.printed import PRINTED, decisive
+from studies.a2_claims.rivals import ALSO_AS_PUBLISHED, METRICS
+from workbench.claims.claim_ledger import BROKEN, Kind, Ledger, Line
+from workbench.study.document.document import Finding, Variation
+
+SUBSTITUTIONS = ("(12)", "(13)", "(16)", "(18)", "(20)", "(37)", "(38)")
+UNCHECKED: Sequence[Kind] = ("not checkable as published", "not checkable", "ill-posed", "not refuted")
+WEIGHTS = "Q, R, l, the reading of (33) and the square wave, as a1 has them, where a run needs numbers"
+ROOM = "Proofs: all states. Runs: one each, with the error of the step."
+
+
+def counts(ledger: Ledger) -> Mapping[Kind, int]:
+    """The number of printed equations of each verdict."""
+    return Counter(decisive(ledger, item).ruling.kind for item in PRINTED)
+
+
+def answer(ledger: Ledger) -> str:
+    """The count of printed equations by verdict, in one line."""
+    count = counts(ledger)
+    theorems = all(decisive(ledger, item).ruling.kind == "refuted" for item in PRINTED if "Theorem" in item.name)
+    return (
+        f"Of the paper's {len(PRINTED)} printed equations, assumptions and theorems that assert something, "
+        f"{count['proved']} are proved and {count['refuted']} refuted{', both theorems among these' * theorems}; "
+        f"{count['depends on']} depend on Q and R, which it does not state; "
+        f"{sum(count[kind] for kind in UNCHECKED)} cannot be checked."
+    )
+
+
+def findings(ledger: Ledger) -> tuple[Finding, ...]:
+    """The findings of the page."""
+    return printed_equations(ledger), first_theorem(ledger), second_theorem(ledger), comparisons(ledger)
+
+
+def refuted(lines: Sequence[Line], *kinds: Kind) -> str:
+    """The number of refuted lines among all, with other kinds that count as refuted."""
+    return f"{sum(line.ruling.kind in ('refuted', *kinds) for line in lines)} of {len(lines)} refuted"
+
+
+def printed_equations(ledger: Ledger) -> Finding:
+    """The count of printed equations that are refuted, and the same count by other rules."""
+    items = [(item, decisive(ledger, item)) for item in PRINTED]
+    lines = [line for _, line in items]
+    split = [ledger[name] for name in dict.fromkeys(name for item in PRINTED for name in item.claims)]
+    of_paper = [line for line in split if all(one.chosen_by == "source" or one.within for one in line.quantifiers)]
+    published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
+    left = [line for item, line in items if item.name not in SUBSTITUTIONS]
+    rules = {
+        "each claim of the finer split counts": refuted(split),
+        "of the finer split, only claims over ranges of the paper count": refuted(of_paper),
+        "what depends on Q and R counts as refuted": refuted(lines, "depends on"),
+        "the seven plain substitutions do not count": refuted(left),
+        "the statements on simulations count as well": refuted([*lines, *published]),
+    }
+    names = [item.name for item, line in items if line.ruling.kind == "refuted"]
+    depending = [item.name for item, line in items if line.ruling.kind == "depends on"]
+    return Finding(
+        "printed_equations",
+        phrase(answer(ledger)),
+        phrase(
+            f"Refuted: {', '.join(names)}. Depending on Q and R: {', '.join(depending)}. Each refutation has a witness "
+            "that anyone can replay. The count depends on the rule of counting; the verdicts do not."
+        ),
+        statistic="The number of printed items by verdict: each equation, assumption and theorem once.",
+        sample="All 43 numbered equations, 2 theorems and 4 assumptions; definitions and repetitions are left out.",
+        given="The printed page. Each item is judged in its most favourable reading.",
+        chosen=WEIGHTS,
+        answer=refuted(lines),
+        variations=tuple(Variation(words, count) for words, count in rules.items()),
+        untried="A judge who reads 'sufficiently large' or 'bounded term' in another way.",
+    )
+
+
+def fails(line: Line) -> str:
+    """The answer of a line: fails, holds, or its verdict in words."""
+    return "fails" if line.ruling.kind in BROKEN else "holds" if line.ruling.kind == "proved" else line.ruling.verdict
+
+
+def tally(line: Line) -> str:
+    """The comparisons of a line, counted."""
+    evidence = line.ruling.evidence
+    return evidence[evidence.index("below in") :].rstrip(".")
+
+
+def first_theorem(ledger: Ledger) -> Finding:
+    """Theorem 1 under the gains of section 5 and others."""
+    main = ledger["Theorem 1, gains of section 5"]
+    lines = {
+        "the plainest positive definite gains, L1 = L2 = I": "Theorem 1",
+        "the step (22) of its proof, with the best of all gains": "(22)",
+        "small errors beside an arm at rest, hanging or upright": "Theorem 1, small errors at rest",
+    }
+    return Finding(
+        "theorem_1",
+        phrase(
+            "Theorem 1 fails for the gains of section 5: the observer (10) can rest far from an arm at rest, for ever."
+        ),
+        phrase(main.ruling.evidence),
+        statistic="Rest points of (10), proved by interval arithmetic; linear modes by Routh's array.",
+        sample="The arm at rest, hanging or upright; gains of 1, 10 and 100 times those of section 5, and L1 = L2 = I.",
+        given="The positions, the torque and the exact model; no disturbance, as in (9).",
+        answer=fails(main),
+        variations=tuple(Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
+        untried=phrase(
+            "Gains above 100 times those of section 5, and other ratios of L2 to L1. a4 has regions where it holds."
+        ),
+    )
+
+
+def second_theorem(ledger: Ledger) -> Finding:
+    """Theorem 2 under each of its readings."""
+    main = ledger["(41), along (35)"]
+    lines = {
+        "the estimates obey (10), with the repaired law and D_hat = eta": "(41), along (10)",
+        "the bound (42) of the settling time": "(42)",
+        "boundedness of all signals": "Theorem 2, bounded signals",
+        "the step (40) of its proof": "(40)",
+    }
+    return Finding(
+        "theorem_2",
+        phrase(
+            "Theorem 2 fails for every Q and R: s and e1 tend to zero only if D - D_hat does, and for the sines of "
+            "section 5 it does not."
+        ),
+        phrase(main.ruling.evidence),
+        statistic="The exact normal form of M e2' where s = 0 and e1 = 0; then the largest |s| and |e1| late in a run.",
+        sample=ROOM,
+        given="Estimates that obey (35), which is the best that the observer could give.",
+        chosen=WEIGHTS,
+        answer=fails(main),
+        variations=tuple(Variation(words, fails(ledger[name]), name) for words, name in lines.items()),
+        untried="No disturbance at all, or one that vanishes: Assumption 4 allows both.",
+    )
+
+
+def comparisons(ledger: Ledger) -> Finding:
+    """The statements on the simulations, as published and with the numbers of a1."""
+    published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
+    unchecked = sum(line.ruling.kind == "not checkable as published" for line in published)
+    lines = {name: ledger[f"{name}, numbers of a1"] for name, *_ in METRICS}
+    broken = sum(line.ruling.kind in BROKEN for line in lines.values())
+    return Finding(
+        "comparisons",
+        f"{unchecked} of {len(published)} statements on the simulations cannot be checked as published; with the "
+        f"numbers of a1, {broken} of {len(lines)} fail against at least one rival.",
+        "The paper states neither Q, R and l nor the horizons, the square wave or any gain of a rival.",
+        statistic="Each statement by the metric of a1 that it names, against each rival at each joint.",
+        sample="One run of each law in each scenario.",
+        given="Rivals: exact positions and velocities. AOSMC-RGS: positions, and the true disturbance, filtered.",
+        chosen=WEIGHTS,
+        answer="cannot be checked",
+        variations=tuple(
+            Variation(f"{name}, with the numbers of a1", fails(line).split(" in ")[0], tally(line))
+            for name, line in lines.items()
+        ),
+        untried="Gains of the rivals that are tuned, and noise: a8 has both.",
+    )

@@ -1,0 +1,236 @@
+"""The findings of a4: frozen modes, the region of a proof, the mismatch, better gains, and the tracking error."""
+
+from studies.a4_observer_gains.candidates import (
+    BOX,
+    CHOSEN,
+    CLEAR,
+    HOW,
+    INNER,
+    LATE,
+    MODEST,
+    PAPER,
+    SCENARIOS,
+    SMALL,
+    SURFACE,
+    WHOLE,
+    WITH_JUMPS,
+    Candidate,
+    candidates,
+)
+from workbench.study.document.document import Finding, Variation
+from workbench.study.document.phrases import raised
+from workbench.study.study import Results
+
+AFTER = 5.0  # s, from which an error is late
+CLEARED = {CLEAR: LATE, 0.5: "late error, 0.5 s", 1.5: "late error, 1.5 s"}  # by the seconds left out after a jump
+OBSERVER = "The observer has positions, the torque and the exact model. It knows no disturbance, and none acts here."
+REGION = f"The region: {BOX}."
+OTHERS = tuple(name for name in HOW if name != PAPER)
+
+
+def answer(results: Results) -> str:
+    """The promise of the paper's gains, and what better ones do, in one line."""
+    paper, chosen = (candidates(results)[name] for name in (PAPER, CHOSEN))
+    share, reach = paper.share or 0.0, paper.admitted or 0.0
+    least = min(late(results, s, PAPER) / late(results, s, CHOSEN) for s in SCENARIOS)
+    return (
+        f"The paper's L1 = 30 I, L2 = 50 I are proved to decay for first errors up to {1e3 * reach:.2g} mrad, at "
+        f"{100 * share:.2g} % of the speeds and torques; {_gains(chosen)} are proved at all of these, and "
+        f"make the late error at least {least:.2g} times smaller."
+    )
+
+
+def findings(results: Results) -> tuple[Finding, ...]:
+    """The findings of the page."""
+    return tuple(one(results) for one in (frozen_modes, region, mismatch, better_gains, late_error))
+
+
+def _gains(one: Candidate) -> str:
+    return f"L1 = {one.L1[0, 0]:.3g} I, L2 = {one.L2[0, 0]:.3g} I"
+
+
+def late(results: Results, scenario: str, law: str, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> float:
+    """The larger of the two joints by a metric, in rad."""
+    return max(results[scenario, law].score(metric, joint).pair[0] for joint in joints)
+
+
+def frozen_modes(results: Results) -> Finding:
+    """The frozen modes of the paper's gains."""
+    every = candidates(results)
+    one = every[PAPER]
+
+    def said(grows: bool) -> str:
+        return "some modes grow" if grows else "no mode grows"
+
+    others = (
+        Variation(f"the gains '{name}'", said(every[name].growing > 0), f"{100 * every[name].growing:.1f} % of states")
+        for name in OTHERS
+    )
+    return Finding(
+        "frozen_modes",
+        f"With L1 = 30 I, L2 = 50 I a mode of the observer's error grows at {100 * one.growing:.1f} % of the states of "
+        f"the region, by up to {max(-one.slowest, 0.0):.1f} 1/s.",
+        "State and torque are frozen. Frozen modes that grow do not disprove Theorem 1; the false rest point of a2 "
+        "does.",
+        statistic="The share of states at which a mode of the exact Jacobian, frozen there, grows.",
+        sample=f"{one.states:,} states and torques spread evenly over the region. {REGION}",
+        given=OBSERVER,
+        chosen="The region, which the paper does not name.",
+        answer=said(one.growing > 0),
+        variations=(
+            Variation("along the desired motion of the first scenario", said(one.path < 0), f"{one.path:.2f} 1/s"),
+            *others,
+        ),
+        untried="Smaller regions; modes along motions of the closed loop.",
+    )
+
+
+def region(results: Results) -> Finding:
+    """The region in which a decay is proved for the paper's gains."""
+    every = candidates(results)
+    one = every[PAPER]
+    proved = one.share is not None and one.admitted is not None
+
+    def said(share: float | None) -> str:
+        return "no proof" if share is None else "whole region" if share == WHOLE else "a part of it"
+
+    statement = f"With the paper's gains no region is proved to decay at {MODEST:g} 1/s."
+    if proved:
+        statement = (
+            f"With the paper's gains the error is proved to decay at {MODEST:g} 1/s or faster where |qd_i| ≤ "
+            f"{one.speed:.2g} rad/s and |tau_i| ≤ {one.torque:.2g} N m, from |q - q_hat| up to "
+            f"{1e3 * (one.admitted or 0):.2g} mrad."
+        )
+    return Finding(
+        "region",
+        statement,
+        f"These are {100 * (one.share or 0):.2g} % of the speeds and torques of the region. The first scenario begins "
+        "with an error of pi in each joint, on which the proof says nothing. The bound is sufficient, not sharp.",
+        statistic="The largest share of the speeds and torques in which one quadratic form proves the rate.",
+        sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of its speeds, and "
+        "qd_hat(0) = qd(0).",
+        given=OBSERVER,
+        chosen=f"The region, and the rates: {MODEST:g} 1/s for the paper's gains, {SURFACE:g} 1/s for all others.",
+        answer=said(one.share),
+        variations=tuple(
+            Variation(
+                f"the gains '{name}', at {SURFACE:g} 1/s",
+                said(every[name].share),
+                f"first errors up to {1e3 * (every[name].admitted or 0):.2g} mrad",
+            )
+            for name in OTHERS
+        ),
+        untried="Functions that are not quadratic, which may prove more.",
+        settled=proved,
+    )
+
+
+def mismatch(results: Results) -> Finding:
+    """The mismatch that each of the gains bears, beside that of the arm."""
+    small, whole = results.work("lipschitz")
+    every = candidates(results)
+
+    def said(name: str, seen: float) -> str:
+        return "bears less than the arm has" if every[name].tolerated < seen else "bears what the arm has"
+
+    places = ((SMALL, small), (WHOLE, whole))
+    return Finding(
+        "mismatch",
+        raised(
+            f"The paper's gains bear a mismatch (15) of rho = {every[PAPER].tolerated:.2f}; the arm's |df/dq| reaches "
+            f"{small.position.seen:.0f} 1/s^2 at {100 * SMALL:g} % of the region's speeds and torques."
+        ),
+        raised(
+            f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
+            f"{whole.position.proved:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
+            f"{whole.velocity.proved:.1f})."
+        ),
+        statistic="The largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and "
+        "rad/s, beside the largest |df/dq| that was seen.",
+        sample=REGION,
+        given=OBSERVER,
+        chosen="The region and the units of |x~|, in which positions and velocities weigh alike.",
+        answer=said(PAPER, small.position.seen),
+        variations=tuple(
+            Variation(
+                f"the gains '{name}', {100 * share:g} % of the speeds and torques",
+                said(name, found.position.seen),
+                f"{every[name].tolerated:.2g} against {found.position.seen:.0f}",
+            )
+            for name in HOW
+            for share, found in places
+            if (name, share) != (PAPER, SMALL)
+        ),
+        untried="Other scalings of velocities against positions, in which both numbers differ.",
+    )
+
+
+def better_gains(results: Results) -> Finding:
+    """The gains that are proved in the whole region, and their price."""
+    every = candidates(results)
+    ours, theirs = every[CHOSEN], every[PAPER]
+
+    def said(name: str) -> str:
+        return "proved" if every[name].share == WHOLE and name != PAPER else "not proved"
+
+    return Finding(
+        "better_gains",
+        f"With {_gains(ours)} the error is proved to decay at {SURFACE:g} 1/s, as fast as the surface, in the whole "
+        f"region, from |q - q_hat| up to {1e3 * (ours.admitted or 0.0):.2g} mrad.",
+        f"The price: noise in the estimate of the velocities is {ours.noise / theirs.noise:.0f} times that with the "
+        f"paper's gains, and |qd - qd_hat| peaks at {ours.peaking:.0f} rad/s for 1 rad of first error "
+        f"({theirs.peaking:.1f} with the paper's gains).",
+        statistic="A quadratic certificate for the whole region; the H2 norm of the noise and the peak of the error.",
+        sample=f"All states of the region, proved. {REGION} The arm keeps {100 * INNER:g} % of the speeds.",
+        given=OBSERVER,
+        chosen="The region and the rate.",
+        fitted="The double pole: the least that is proved.",
+        answer=said(CHOSEN),
+        variations=tuple(
+            Variation(f"the gains '{name}'", said(name), f"{every[name].noise / theirs.noise:.1f} times the noise")
+            for name in HOW
+            if name != CHOSEN
+        ),
+        untried="A noisy run, in which stiffer gains cost more.",
+        settled=said(CHOSEN) == "proved",
+    )
+
+
+def late_error(results: Results) -> Finding:
+    """The late tracking error with the chosen gains beside that with the paper's."""
+
+    def said(scenario: str, law: str = CHOSEN, metric: str = LATE, joints: tuple[int, ...] = (0, 1)) -> tuple[str, str]:
+        ours, theirs = (late(results, scenario, name, metric, joints) for name in (law, PAPER))
+        return "smaller" if ours < theirs else "not smaller", f"{ours:.3f} against {theirs:.3f} rad"
+
+    first, again, second = SCENARIOS
+    cases = {
+        **{f"{s}": (s,) for s in (again, second)},
+        **{f"{s}, joint {j + 1} alone": (s, CHOSEN, LATE, (j,)) for s in SCENARIOS for j in (0, 1)},
+        **{f"{s}, gains '{name}'": (s, name) for s in SCENARIOS for name in OTHERS if name != CHOSEN},
+        **{
+            f"{second}, {clear:g} s left out after a jump": (second, CHOSEN, name)
+            for clear, name in CLEARED.items()
+            if name != LATE
+        },
+        **{f"{second}, nothing left out, joint {j + 1} alone": (second, CHOSEN, WITH_JUMPS, (j,)) for j in (0, 1)},
+    }
+    ours = {scenario: said(scenario)[1] for scenario in (first, second)}
+    peaks = [late(results, s, law, "peak torque") for s, law in ((first, CHOSEN), (first, PAPER), (again, CHOSEN))]
+    return Finding(
+        "late_error",
+        f"With {_gains(candidates(results)[CHOSEN])} the late error is {ours[first]} with the paper's gains in the "
+        f"first scenario, and {ours[second]} in the second.",
+        "Each jump itself is left out: no law follows it. With q_hat(0) = 0, as printed, the torque peaks at "
+        f"{peaks[0]:.0f} N m ({peaks[1]:.0f} with the paper's gains); with q_hat(0) at the measured positions it peaks "
+        f"at {peaks[2]:.0f} N m.",
+        statistic=f"The largest |e_i| from {AFTER:g} s on, of the worse joint, without the first {CLEAR:g} s after a "
+        "jump.",
+        sample="One noiseless run each over 10 s.",
+        given="The law has D_hat, filtered from the true disturbance. The observer has positions; (10) leaves D out.",
+        chosen="Q, R, l and the square wave, as a1 has them.",
+        fitted="Q, R and l to the printed RMSE of the first scenario, with the paper's gains.",
+        answer=said(first)[0],
+        variations=tuple(Variation(words, *said(*case)) for words, case in cases.items()),
+        untried="Noise on the positions, which stiffer gains amplify.",
+    )

@@ -1,0 +1,43 @@
+"""The late error of a law that follows jumps: the largest error once each jump is some time ago."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import casadi as ca
+
+from workbench.metrics.contract import AbstractSignalMetric, Parts
+from workbench.metrics.signal_choice import Signal, column
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+
+@dataclass(frozen=True)
+@door
+class SettledError(AbstractSignalMetric):
+    """The largest absolute value of a signal from `after` s on, without `clear` s after each jump, `apart` s apart.
+
+    The reference jumps at the multiples of `apart`. Half a step before a jump counts as the jump, as times are rounded.
+    """
+
+    remembers: ClassVar = ("peak",)
+    signal: Signal
+    after: float
+    clear: float
+    apart: float
+
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """The larger of the memory and the present value, where that counts."""
+        counts = ca.logic_and(k * h >= self.after - h / 2, ca.fmod(k * h + h / 2, self.apart) >= self.clear)
+        size = ca.if_else(counts, ca.fabs(column(self.signal, y)), 0)
+        return {"peak": ca.if_else(z["peak"] >= size, z["peak"], size)}  # no number is never less, and so stays
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The largest value of the run."""
+        return z["peak"]
+
+
+def settled_error(name: str, after: float, clear: float, apart: float) -> SettledError:
+    """The largest |e| from `after` s on, without the first `clear` s after each jump."""
+    about = f"largest |e| from {after:g} s on, without the first {clear:g} s after each jump"
+    return SettledError(name, "", about, signal="e", after=after, clear=clear, apart=apart)

@@ -1,0 +1,225 @@
+"""The findings of a5, each over every pose, law and gain that the study has, and its one claim."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from studies.a5_linear_analysis.pages import (
+    ADAPTIVE,
+    BOX,
+    DRAWN,
+    FREQUENCIES,
+    STIFFER,
+    late,
+    paths,
+    rests,
+    stiffer,
+)
+from studies.paper.card import CARD, PROPOSED
+from studies.paper.linearization import LEVEL, POSES, SEVEN, SLOW, AtRest, OnPath
+from workbench.study import Finding, Results, Variation, Verdict
+
+WEAKER = 0.9  # of the torque that is commanded
+HERE = "at rest at the level of the second scenario"
+ALIKE = 0.02  # of the larger of two margins
+EXACT = "exact positions and velocities"
+GAINS = "The paper's numbers where it prints them; the unstated ones as a1 chose them."
+OTHERS = "other gains of the laws and of the observer"
+
+
+def findings(results: Results) -> tuple[Finding, ...]:
+    """All findings: the laws at rest, then along their path."""
+    return tuple(one(results) for one in (delays, observer, slow, twisting, frozen))
+
+
+def rest_points(results: Results) -> Verdict:
+    """The number of rest points."""
+    points = results.work("arm")[0].rest_points
+    return Verdict(
+        "holds" if points.complete else "open",
+        f"The arm without torque has {len(points.points)} rest points with both joints between {BOX['q'][0]:g} and "
+        f"{BOX['q'][1]:g} rad.",
+        "Intervals prove that there are no others.",
+    )
+
+
+def larger(first: float, learned: float) -> str:
+    """The gain with the larger margin; 'equal' where they differ by less than `ALIKE`."""
+    if abs(first - learned) <= ALIKE * max(first, learned):
+        return "equal"
+    return "first gain" if first > learned else "learned gain"
+
+
+def delays(results: Results) -> Finding:
+    """The delay that SMC tolerates, and ASMC with the gain that it has learned."""
+    every = rests(results)
+    first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
+    made = []
+    for law in ADAPTIVE:
+        for pose in POSES:
+            one, other = every[law][pose], every[law][late(pose)]
+            for words, pair in (("delay", (one.delay, other.delay)), ("disk margin", (one.alpha, other.alpha))):
+                made.append(Variation(f"{law}, {words}, {pose}", larger(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}"))
+    return Finding(
+        name="delay_and_learned_gain",
+        statement=f"SMC stays stable with a delay of up to {first:.2f} ms at one torque; ASMC with the gain that it "
+        f"has learned, with up to {learned:.2g} ms.",
+        evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end of "
+        "the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase more.",
+        statistic=f"Delay margin of the linear loop {HERE}, the smaller of both joints. Answer: the gain with the "
+        f"larger margin, or equal within {100 * ALIKE:g} %.",
+        sample="One pose and one run of the first scenario, without noise.",
+        given=f"Both laws: {EXACT}.",
+        chosen=GAINS,
+        answer=larger(first, learned),
+        variations=tuple(made),
+        untried=f"a layer wider than {CARD['phi']:g} rad/s",
+    )
+
+
+def least_of(alphas: Mapping[str, float]) -> str:
+    """The least disk margin over poses."""
+    return f"{min(alphas.values()):.2g}"
+
+
+def observer(results: Results) -> Finding:
+    """The margin that the observer of the repaired law leaves."""
+    every = rests(results)
+    ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
+    thin = min(ours, key=ours.__getitem__)
+    weak: AtRest = every[PROPOSED][thin]
+    pole = float(np.linalg.eigvals(weak.A - WEAKER * weak.B @ weak.Cy).real.max())
+    made = [
+        Variation(f"leaving out the pose {pose}", least_of({k: a for k, a in ours.items() if k != pose}))
+        for pose in POSES
+    ]
+    made.append(Variation("the learned gain", least_of({p: every[PROPOSED][late(p)].alpha for p in POSES})))
+    firm = {pose: every[PROPOSED][stiffer(pose)].alpha for pose in POSES}
+    made.append(Variation(f"an L2 of the observer {STIFFER:g} times as large", least_of(firm)))
+    made += [
+        Variation(f"{law} in its place", least_of({p: every[law][p].alpha for p in POSES}))
+        for law in SEVEN
+        if law != PROPOSED and all(every[law][p].alpha for p in POSES)
+    ]
+    return Finding(
+        name="margin_of_the_observer",
+        statement=f"The least disk margin of the repaired AOSMC-RGS over {len(POSES)} rest poses is {ours[thin]:.3f}, "
+        f"{thin}; at the level of the second scenario it is {ours[LEVEL]:.2f}.",
+        evidence=f"In that pose, with torques at {100 * WEAKER:g} % of what is commanded, the slowest pole is "
+        f"{pole:+.2f} 1/s.",
+        statistic="The disk margin of both torques at once of the linear loop, the least over the poses.",
+        sample=f"{len(POSES)} rest poses, with the first gain K(0).",
+        given=f"The repaired law: positions alone. All others: {EXACT}.",
+        chosen=GAINS,
+        answer=least_of(ours),
+        variations=tuple(made),
+        untried="other gains L1 of the observer",
+    )
+
+
+def slow(results: Results) -> Finding:
+    """The gain of slow torques that no block is given."""
+    every = rests(results)
+    gains = {law: every[law][LEVEL].slow_gain for law in SEVEN}
+    made = [
+        Variation(words, largest({law: every[law][pose].slow_gain for law in SEVEN}))
+        for words, pose in ((f"the pose {pose}", pose) for pose in POSES if pose != LEVEL)
+    ]
+    made.append(Variation("learned gains", largest({law: every[law][late(LEVEL)].slow_gain for law in ADAPTIVE})))
+    (responses,) = results.work("responses")
+    for omega in (0.01, 0.1, 1.0, 10.0, 100.0):
+        row = int(np.argmin(np.abs(np.log(FREQUENCIES / omega))))
+        at = {law: float(responses[law]["largest gain of S"][row]) for law in DRAWN}
+        made.append(Variation(f"a frequency of {omega:g} rad/s, of {len(DRAWN)} laws", largest(at)))
+    return Finding(
+        name="slow_torques",
+        statement=f"The repaired AOSMC-RGS multiplies the effect of a slow unknown torque by {gains[PROPOSED]:.1f}, "
+        f"SMC by {gains['SMC']:.4f}, and PID by {gains['PID']:.5f}.",
+        evidence="In a1 its D_hat is filtered from the true disturbance, so that a1 does not show this.",
+        statistic=f"Largest gain of the sensitivity at the torques at {SLOW:g} rad/s, of the linear loop {HERE}. "
+        "Answer: the law with the largest gain.",
+        sample=f"{len(SEVEN)} laws, first gains.",
+        given=f"The repaired law: positions alone. All others: {EXACT}.",
+        chosen=GAINS,
+        answer=largest(gains),
+        variations=tuple(made),
+        untried="an estimate of the disturbance from measurements, which the law of the paper lacks",
+    )
+
+
+def largest(gains: Mapping[str, float]) -> str:
+    """The law with the largest number."""
+    return max(gains, key=gains.__getitem__)
+
+
+def twisting(results: Results) -> Finding:
+    """The linear model of super-twisting in its layer."""
+    every = rests(results)["super-twisting"]
+    rest = every[LEVEL]
+
+    def verdict(one: AtRest) -> str:
+        return f"a disk margin of {one.alpha:.2f}" if one.disk else "no disk margin"
+
+    return Finding(
+        name="super_twisting_in_its_layer",
+        statement="With its sign spread over the boundary layer, the linear model of super-twisting at rest has "
+        f"{verdict(rest)}: its slowest poles are at {abs(rest.poles[0].value):.1f} rad/s with a damping of "
+        f"{max(rest.poles[0].damping, 0.0):.2g}.",
+        evidence="The linear model at s = 0 lacks the term with the root of |s|, which may damp the loop. Without that "
+        "term the loop oscillates at the root of k2 / phi.",
+        statistic=f"Poles and the disk margin of both torques of the linear loop {HERE}.",
+        sample="One pose; the others as variations.",
+        given=f"The law: {EXACT}.",
+        chosen="The layer in place of the sign, with the width of the other laws.",
+        answer=verdict(rest),
+        variations=tuple(Variation(f"the pose {pose}", verdict(every[pose])) for pose in POSES if pose != LEVEL),
+        untried="a layer that smooths the root of |s| too, whose term then has a slope at s = 0",
+    )
+
+
+def frozen(results: Results) -> Finding:
+    """The frozen poles along the first scenario, and within the layer alone."""
+    every = paths(results)
+    rates = {law: float(path.largest.max()) for law, path in every.items()}
+    within = {law: path.within for law, path in every.items()}
+    margins = {law: float(np.nanmin(path.alpha)) for law, path in every.items()}
+    shares = {law: float((path.largest > 0.0).mean()) for law, path in every.items()}
+    made = (
+        Variation("times within the layer alone", largest(within), f"{max(within.values()):+.1f} 1/s"),
+        Variation("the least disk margin within the layer", min(margins, key=margins.__getitem__)),
+        Variation("the share of times with a pole in the right half-plane", largest(shares)),
+        *(late_rates(every, after) for after in (1.0, 5.0)),
+    )
+    worst = largest(rates)
+    return Finding(
+        name="frozen_poles",
+        statement=f"Along the first scenario the largest real part of a frozen pole is {rates[worst]:+.1f} 1/s, of "
+        f"{worst}; within the layer it is {max(within.values()):+.1f} 1/s, of {largest(within)}.",
+        evidence="Outside the layer the saturation has no slope, so that the law has no feedback of s. Frozen poles "
+        "do not decide the stability of a loop that moves.",
+        statistic="The largest real part of a pole of the whole linear loop, every 0.1 s. Answer: the law that has it.",
+        sample=f"One run without noise for each of {len(SEVEN)} laws.",
+        given=f"The repaired law: positions and the true disturbance. All others: {EXACT}.",
+        chosen=GAINS,
+        answer=worst,
+        variations=made,
+        untried=OTHERS,
+    )
+
+
+def late_rates(every: Mapping[str, OnPath], after: float) -> Variation:
+    """The law with the largest frozen pole after the start."""
+    rates = {law: float(path.largest[path.t >= after].max()) for law, path in every.items()}
+    return Variation(f"times after the first {after:g} s", largest(rates), f"{max(rates.values()):+.1f} 1/s")
+
+
+def answer(results: Results) -> str:
+    """The page in one line."""
+    every = rests(results)
+    ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
+    first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
+    return (
+        f"Upright, the repaired AOSMC-RGS has a disk margin of {ours['upright']:.3f}: a torque "
+        f"{100 - 100 * WEAKER:.0f} % too weak makes it unstable. SMC tolerates a delay of {first:.2f} ms, and ASMC "
+        f"with its learned gain of {learned:.2g} ms."
+    )

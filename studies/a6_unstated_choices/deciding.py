@@ -1,0 +1,113 @@
+"""The unstated number or reading that decides who is first: Sobol indices of the margin of the proposed law."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.a6_unstated_choices.draws import PAIRED, drawn, margin, named
+from studies.a6_unstated_choices.loops import NAMES, PROPOSED, SCENARIOS
+from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
+from studies.a6_unstated_choices.shares import COLUMNS
+from studies.paper.card import LAWS
+from workbench.study.document.document import Column, Figure, Table
+from workbench.study.document.finding import Finding, Variation
+from workbench.study.pictures import sobol_bars
+from workbench.study.study import Results
+from workbench.study.uncertainty import Estimate, SobolIndices, sobol
+
+SHOWN = 8  # factors of a figure
+LISTED = 3  # factors of a column in the table
+UNCLEAR = "none"
+
+
+def indices(results: Results) -> SobolIndices:
+    """Of the margin of the proposed law in each column, which a run that diverged has too: every draw counts."""
+    margins = np.concatenate([margin(drawn(results, "paired", scenario)) for scenario in SCENARIOS], axis=1)
+    return sobol(PAIRED, margins, list(COLUMNS.values()), factors=NAMES)
+
+
+@dataclass(frozen=True)
+class Part:
+    """The total index of a factor with the half width of its interval."""
+
+    factor: str
+    ST: float
+    half: float
+
+    def __str__(self) -> str:
+        return f"{self.factor} ({self.ST:.2f} \N{PLUS-MINUS SIGN} {self.half:.2f})"
+
+
+def largest(every: SobolIndices) -> dict[str, tuple[Part, ...]]:
+    """The factors with the largest ST in each column that has indices."""
+    found = {}
+    for name in every.names:
+        if name not in every.refused:
+            ST = every[name].ST
+            order = np.argsort(-ST.value)[:LISTED]
+            found[name] = tuple(Part(every.factors[i], float(ST.value[i]), float(ST.half[i])) for i in order)
+    return found
+
+
+def decider(parts: tuple[Part, ...]) -> str:
+    """The factor whose interval lies above all others, if one does."""
+    first, second = parts[:2]
+    return first.factor if first.ST - first.half > second.ST + second.half else UNCLEAR
+
+
+def deciding_finding(every: SobolIndices) -> Finding:
+    """The number that decides who wins, where one has an index above all others."""
+    top = largest(every)
+    by = {name: decider(top[name]) if name in top else UNCLEAR for name in every.names}
+    clear = {name: factor for name, factor in by.items() if factor != UNCLEAR}
+    same = set(by.values())
+    answer = same.pop() if len(same) == 1 else UNCLEAR
+    listed = "; ".join(f"{name}: {factor}" for name, factor in clear.items())
+    return Finding(
+        name="deciding",
+        statement=f"In {len(clear)} of {len(COLUMNS)} columns one of the {len(NAMES)} unstated numbers and readings "
+        f"has a larger part than any other in how {PROPOSED} stands beside its best rival"
+        f"{': the ' + answer if answer != UNCLEAR else ''}.",
+        evidence=f"{listed or 'In no column do the intervals separate the largest index from the second'}."
+        " The table of indices has the three largest of each column.",
+        statistic=f"Total Sobol index (ST) of the margin, the RMSE of {PROPOSED} as a share of its sum with the RMSE "
+        f"of the best rival: below 1/2 {PROPOSED} is first, and it is 1 where its run diverged. Each interval by "
+        "itself.",
+        sample=f"{PAIRED.size:,} points of a Sobol design, prior of the card, seed {PAIRED.seed}.",
+        given=GIVEN,
+        chosen=CHOSEN,
+        answer=answer,
+        variations=tuple(Variation(name, factor, _detail(top, name)) for name, factor in by.items()),
+        untried=f"the other three priors; a torque limit; {UNTRIED}",
+        settled=bool(clear),
+    )
+
+
+def _detail(top: Mapping[str, tuple[Part, ...]], name: str) -> str:
+    return " against ".join(map(str, top[name][:2])) if name in top else "no index: the margin does not vary"
+
+
+def deciding_table(every: SobolIndices) -> Table:
+    """The largest indices of each column."""
+    top = largest(every)
+    rows = tuple((name, *map(str, parts), decider(parts)) for name, parts in top.items())
+    heads = ("column", "largest ST", "second", "third", "above all others")
+    caption = f"The numbers and readings with the largest total Sobol index of the margin of {PROPOSED}."
+    return Table("indices", caption, tuple(map(Column, heads)), rows, ("With the half width of its interval.",))
+
+
+def deciding_figure(results: Results, every: SobolIndices) -> Figure:
+    """The indices of the factors with the largest ST in any column."""
+    runs = sum(len(results.sample(named("paired", law, scenario))) for law in LAWS for scenario in SCENARIOS)
+    known = [name not in every.refused for name in every.names]
+    order = np.sort(np.argsort(-every.ST.value[known].max(axis=0), kind="stable")[:SHOWN])
+    S1, ST = (Estimate(part.value[:, order], part.half[:, order]) for part in (every.S1, every.ST))
+    few = replace(every, factors=tuple(every.factors[i] for i in order), S1=S1, ST=ST)
+    return sobol_bars(
+        "deciding_indices",
+        f"Sobol indices of the margin of {PROPOSED}: the {SHOWN} numbers with the largest ST.",
+        few,
+        f"{PAIRED.size:,} points of a Sobol design, of which {runs:,} runs differ; a run that diverged counts as a "
+        f"margin of 1; seed {PAIRED.seed}",
+    )

@@ -1,0 +1,167 @@
+"""One experiment for all laws: one horizon in the first scenario, one square wave and one horizon in the second.
+
+The square wave was found by hand outside of this study: 32 square waves, each with gains for every law, evolved for 194
+generations (seed 0) to a1 = 0.8162 rad, a2 = 0.3741 rad, f = 0.7278 Hz. Then the amplitudes were moved by hand, by half
+a percent.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.a6_unstated_choices.fits import (
+    EVALUATIONS,
+    EVERY,
+    FINE,
+    FINE_TIMES,
+    POPULATION,
+    SEED,
+    checked_misses,
+    horizons,
+    misses,
+    until,
+)
+from studies.a6_unstated_choices.loops import (
+    MEASURED,
+    PID,
+    PROPOSED,
+    RMSE,
+    SQUARE,
+    STEPS,
+    factors_of,
+    in_words,
+    loop,
+    relayed,
+    slug,
+)
+from studies.paper.card import LAWS
+from workbench.loop import ClosedLoop
+from workbench.study.contract import Run, Sweep
+from workbench.study.sample import Sample
+from workbench.study.study import Results
+from workbench.study.tuning import Trial, Tuned, Tuning
+from workbench.study.uncertainty import Listed
+from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array, Integers
+
+COMMON = (18, 22, 26)  # s, the horizons at which the rows of the first scenario are sought
+OF_COMMON, COMMON_POPULATION = 288, 24  # choices of each search
+COMMON_AGAIN = 3  # points of a law that are run again at the fine step
+
+BY_HAND = 0.8162, 0.3741  # rad: the amplitudes of the search by hand
+AMPLITUDES, FREQUENCY = (0.82, 0.373), 0.7278  # rad, Hz
+HORIZON, UNTIL = 9.0, 10.0  # s: of the search by hand, and of the runs
+SHARED_AGAIN = 8  # points of a search that are run again at the fine step
+OUR_STEP = 1e-3 / 4  # s: at the gains of this experiment a step of 1 ms errs by more than 1 %
+
+
+@dataclass(frozen=True)
+class OneRow:
+    """The miss of the row of a law in a scenario at one horizon, in s."""
+
+    law: str
+    scenario: str
+    horizon: float
+
+    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+        sample = samples[self.scenario.lower()]
+        at = int(np.argmin(np.abs(sample.t - self.horizon)))
+        return misses(self.law, self.scenario, sample.values[:, at])
+
+
+def common_search(law: str, horizon: int) -> Tuning:
+    """The search for the row of a law in the first scenario at one horizon in s."""
+    run = Run(relayed(law, loop(law, "FS")), (RMSE,), horizon, EVERY["FS"], STEPS[law])
+    name, sought = slug("common", law, str(horizon)), factors_of(law, "FS")
+    return Tuning(name, (Trial("fs", run),), sought, OneRow(law, "FS", horizon), OF_COMMON, COMMON_POPULATION, (SEED,))
+
+
+def common_horizon(tuned: Mapping[str, Tuned]) -> tuple[int, float]:
+    """The searches, and a horizon in s within them, at which the farthest of the six laws is nearest to its row."""
+    best: list[tuple[float, int, float]] = []
+    for searched in COMMON:
+        samples = [tuned[slug("common", law, str(searched))].samples["fs"] for law in LAWS]
+        t = horizons(samples[0])[0]
+        near = [misses(law, "FS", horizons(one)[1]).min(axis=0) for law, one in zip(LAWS, samples, strict=True)]
+        worst = np.max(near, axis=0)
+        at = int(np.argmin(worst))
+        best.append((float(worst[at]), searched, float(t[at])))
+    _, searched, horizon = min(best)
+    return searched, horizon
+
+
+def common_points(law: str, tuned: Mapping[str, Tuned]) -> tuple[Tuned, Integers, float]:
+    """The nearest points of a law at the one horizon, the search that has them, and the horizon in s."""
+    searched, horizon = common_horizon(tuned)
+    one = tuned[slug("common", law, str(searched))]
+    t, rmse = horizons(one.samples["fs"])
+    size = misses(law, "FS", rmse[:, int(np.argmin(np.abs(t - horizon)))])
+    return one, np.argsort(size, kind="stable")[:COMMON_AGAIN], horizon
+
+
+def common_check(law: str, tuned: Mapping[str, Tuned]) -> Sweep:
+    """The nearest points of a law at the one horizon again, with the boundary layer of the paper, at a fine step."""
+    one, places, horizon = common_points(law, tuned)
+    run = Run(loop(law, "FS"), (RMSE,), until(horizon), FINE_TIMES, FINE)
+    return Sweep(slug("common_check", law), run, factors_of(law, "FS"), Listed(one.points[places]), halved=1)
+
+
+def own(law: str) -> tuple[Factor, ...]:
+    """The open numbers of a law beside the one experiment, in which the rivals that switch read observer (10)."""
+    return tuple(factor for factor in factors_of(law, "SS") if factor not in (*SQUARE, MEASURED))
+
+
+def shared_loop(law: str) -> ClosedLoop:
+    one = loop(law, "SS")
+    square = replace(one.reference.square, amplitude=np.array(AMPLITUDES), frequency=FREQUENCY)
+    inside = 1.0 if MEASURED in factors_of(law, "SS") and law != PID else one.observer.inside
+    reference, observer = replace(one.reference, square=square), replace(one.observer, inside=inside)
+    return replace(one, reference=reference, observer=observer)
+
+
+def shared_search(law: str) -> Tuning:
+    """The search for the numbers and readings of a law in the one experiment."""
+    h = OUR_STEP if law == PROPOSED else STEPS[law]
+    trial = Trial("ss", Run(relayed(law, shared_loop(law)), (RMSE,), UNTIL, EVERY["SS"], h))
+    objective = OneRow(law, "SS", HORIZON)
+    return Tuning(slug("shared", law), (trial,), own(law), objective, EVALUATIONS, POPULATION // 2, (SEED,))
+
+
+def shared_check(law: str, tuned: Tuned) -> Sweep:
+    """The nearest points again, with the boundary layer of the paper, at a fine step and at half of it."""
+    design = Listed(tuned.points[np.argsort(tuned.objectives, kind="stable")[:SHARED_AGAIN]])
+    run = Run(shared_loop(law), (RMSE,), UNTIL, FINE_TIMES, FINE)
+    return Sweep(slug("shared_check", law), run, own(law), design, halved=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment:
+    """One experiment at the fine step: the horizon in s, by law the larger miss of its cells, and its numbers."""
+
+    horizon: float
+    miss: Mapping[str, float]
+    numbers: Mapping[str, str]
+
+
+def shared(results: Results) -> Experiment:
+    """The nearest to the rows of all six laws in the second scenario at once, the error by the step added."""
+    factors = {law: own(law) for law in LAWS}
+    return _experiment("SS", {law: results.sample(slug("shared_check", law)) for law in LAWS}, factors)
+
+
+def common(results: Results) -> Experiment:
+    """The nearest to the rows of all six laws in the first scenario at once, the error by the step added."""
+    factors = {law: factors_of(law, "FS") for law in LAWS}
+    return _experiment("FS", {law: results.sample(slug("common_check", law)) for law in LAWS}, factors)
+
+
+def _experiment(scenario: str, samples: Mapping[str, Sample], factors: Mapping[str, tuple[Factor, ...]]) -> Experiment:
+    every = {law: checked_misses(law, scenario, sample) for law, sample in samples.items()}
+    at = int(np.argmin(np.max([size.min(axis=0) for size in every.values()], axis=0)))
+    best = {law: int(np.argmin(size[:, at])) for law, size in every.items()}
+    return Experiment(
+        float(samples[PROPOSED].t[at]),
+        {law: float(size[best[law], at]) for law, size in every.items()},
+        {law: in_words(factors[law], sample.drawn[best[law]]) for law, sample in samples.items()},
+    )

@@ -1,0 +1,162 @@
+"""Searches for the printed row of AOSMC-RGS in the first scenario, one for each sign and shape of (33)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.a6_unstated_choices.fits import (
+    CLOSE,
+    EVERY,
+    FINE,
+    FINE_TIMES,
+    Fit,
+    best_horizons,
+    checked_misses,
+    nearest,
+    until,
+)
+from studies.a6_unstated_choices.loops import LONGEST, PROPOSED, RMSE, STEPS, Reading, factors_of, in_words, loop, slug
+from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.study.contract import Run, Sweep
+from workbench.study.sample import Sample
+from workbench.study.study import Results
+from workbench.study.tuning import Trial, Tuned, Tuning
+from workbench.study.uncertainty import Listed
+from workbench.study.uncertainty.factors import Factor
+from workbench.validation.refusals import Array, Integers
+
+PLUS, MINUS, TWO = "plus", "minus", "minus, two repairs"
+PRINTED = {  # the reading that the paper prints
+    "sign of (33)": "minus",
+    "velocity in (28)": "printed",
+    "D_hat of (24)": "its integral",
+    "observer (10)": "in",
+    "C of (3)": "printed",
+}
+# The readings that a search does not vary. Two repairs are those of (3) and (28).
+FIXED: Mapping[str, Mapping[str, str]] = {
+    PLUS: {"sign of (33)": "plus"},
+    MINUS: {"sign of (33)": "minus"},
+    TWO: PRINTED | {"velocity in (28)": "reference", "C of (3)": "right"},
+}
+EVALUATIONS = {PLUS: 336, MINUS: 336, TWO: 192}
+POPULATION, SEED = 24, 0
+AGAIN = 2  # points of a search that are run again, the nearest
+CASES = tuple((sign, shape) for sign in FIXED for shape in SHAPES)
+
+
+@dataclass(frozen=True)
+class AnyHorizon:
+    """The larger miss of the two cells of the row, at the best horizon of each run."""
+
+    def __call__(self, samples: Mapping[str, Sample]) -> Array:
+        return nearest(PROPOSED, "FS", {"FS": samples["fs"]})
+
+
+def factors(sign: str, shape: str) -> tuple[Factor, ...]:
+    """The open numbers of the law, with the readings of a search as constants."""
+    fixed = {**FIXED[sign], "shape of (33)": shape}
+
+    def narrowed(factor: Factor) -> Factor:
+        spread = factor.distribution
+        if not isinstance(spread, Reading) or factor.name not in fixed:
+            return factor
+        return replace(factor, distribution=replace(spread, only=fixed[factor.name]))
+
+    return tuple(map(narrowed, factors_of(PROPOSED, "FS")))
+
+
+def named(sign: str, shape: str) -> str:
+    return slug("row", *sign.replace(",", "").split(), shape)
+
+
+def search(sign: str, shape: str) -> Tuning:
+    """The search for the numbers, and for the readings that are left."""
+    trial = Trial("fs", Run(loop(PROPOSED, "FS"), (RMSE,), LONGEST, EVERY["FS"], STEPS[PROPOSED]))
+    sought = factors(sign, shape)
+    return Tuning(named(sign, shape), (trial,), sought, AnyHorizon(), EVALUATIONS[sign], POPULATION, (SEED,))
+
+
+def checked(tuned: Tuned) -> Integers:
+    """The points of a search that are run again."""
+    return np.argsort(nearest(PROPOSED, "FS", {"FS": tuned.samples["fs"]}), kind="stable")[:AGAIN]
+
+
+def place_of(factor: Factor, point: float, number: float) -> float:
+    """The coordinate of a number in the unit cube in which every reading is free."""
+    spread = factor.distribution
+    return (number + 0.5) / len(spread.names) if isinstance(spread, Reading) else point
+
+
+def check(tuned: Mapping[str, Tuned]) -> Sweep:
+    """The nearest points of all searches again, at a fine step and at half of it."""
+    open_numbers, points, longest = factors_of(PROPOSED, "FS"), [], 0.0
+    for case in CASES:
+        one = tuned[named(*case)]
+        rows = checked(one)
+        found = best_horizons(PROPOSED, "FS", "FS", one.samples["fs"].only(np.sort(rows)))
+        longest = max(longest, float(found.max()))
+        for row in rows:
+            each = zip(open_numbers, one.points[row], one.numbers[row], strict=True)
+            points.append([place_of(*part) for part in each])
+    run = Run(loop(PROPOSED, "FS"), (RMSE,), until(longest), FINE_TIMES, FINE)
+    return Sweep("check_rows", run, open_numbers, Listed(np.array(points)), halved=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The nearest of one search to the printed row, by runs at the fine step."""
+
+    sign: str
+    shape: str
+    fit: Fit
+
+    @property
+    def met(self) -> bool:
+        return self.fit.miss <= CLOSE
+
+    @property
+    def readings(self) -> dict[str, str]:
+        """The reading of each equation, by its name."""
+        every = zip(factors_of(PROPOSED, "FS"), self.fit.numbers, strict=True)
+        return {
+            factor.name: factor.distribution.names[round(float(number))]
+            for factor, number in every
+            if isinstance(factor.distribution, Reading)
+        }
+
+    @property
+    def repairs(self) -> tuple[str, ...]:
+        """The names of the readings in which it differs from the print."""
+        readings = self.readings
+        return tuple(name for name, printed in PRINTED.items() if readings[name] != printed)
+
+    @property
+    def words(self) -> str:
+        return in_words(factors_of(PROPOSED, "FS"), self.fit.numbers)
+
+
+def rows_of(results: Results) -> tuple[Row, ...]:
+    """The nearest of each search, in the order of `CASES`."""
+    sample = results.sample("check_rows")
+    sizes = checked_misses(PROPOSED, "FS", sample)
+    rows = []
+    for i, case in enumerate(CASES):
+        own = slice(AGAIN * i, AGAIN * (i + 1))
+        one = AGAIN * i + int(sizes[own].min(axis=1).argmin())
+        at = int(sizes[one].argmin())
+        tuned = results.tuned(named(*case))
+        near = nearest(PROPOSED, "FS", {"FS": tuned.samples["fs"]})
+        values, errors = sample.values[one, at], sample.measurement.errors[one, at]
+        fit = Fit(
+            sample.drawn[one],
+            {"FS": float(sample.t[at])},
+            {"FS": values},
+            {"FS": errors},
+            float(sizes[one, at]),
+            0,
+            int((near <= CLOSE).sum()),
+        )
+        rows.append(Row(*case, fit))
+    return tuple(rows)

@@ -1,0 +1,1 @@
+"""Chattering of the paper's arm under SMC, predicted and simulated."""

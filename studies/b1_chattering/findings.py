@@ -1,0 +1,141 @@
+"""The findings of b1: the layer, the balance of a relay, and its exact cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from studies.b1_chattering.loops import LAGS, LATE, NEARLY, PERIODS, PHI, STARTS, K, Row
+from workbench.study import Finding, Variation
+
+
+def errors_of(rows: Sequence[Row]) -> np.ndarray:
+    """Errors of the balance of a relay in %, (2, rows): of frequency and of amplitude."""
+    pairs = [r.relay for r in rows]
+    frequency = [abs(one.frequency / (run.frequency or np.nan) - 1) for one, run in pairs]
+    return 100 * np.array([frequency, [abs(one.amplitude / run.amplitude - 1) for one, run in pairs]])
+
+
+def met(rows: Sequence[Row], near: float = NEARLY) -> str:
+    """In how many of the rows with an exact cycle the simulated amplitude is its smallest one."""
+    regular = [(r.cycle.amplitude, r.relay[1].amplitude) for r in rows if r.cycle]
+    return f"{sum(exact / near <= run <= exact * near for exact, run in regular)} of {len(regular)}"
+
+
+def varied(
+    every: Sequence[Sequence[Row]], word: Callable[[Sequence[Row]], str], detail: Callable[[Sequence[Row]], str]
+) -> tuple[Variation, ...]:
+    """The answer from each other start, and without each lag and each period by turns."""
+    made = [
+        Variation(f"a start at {push[0]:g} and {push[1]:g} rad/s", word(rows), detail(rows))
+        for push, rows in zip(STARTS, every[1:], strict=True)
+    ]
+    for name, values in (("lag", LAGS), ("period", PERIODS)):
+        for value in values:
+            rest = [r for r in every[0] if getattr(r, name) != value]
+            made.append(Variation(f"leaving out the {name} of {1e3 * value:g} ms", word(rest), detail(rest)))
+    return tuple(made)
+
+
+def findings(every: Sequence[Sequence[Row]]) -> tuple[Finding, Finding, Finding]:
+    """The least width of the layer, and the balance and the exact cycle of a relay."""
+    return layer_finding(every), balance_finding(every), cycle_finding(every)
+
+
+GIVEN = f"SMC with K = {K:g} N m: exact positions and velocities."
+CHOSEN = "Lags, periods and starts; the folded arm, where M is diagonal and each joint is a loop by itself."
+
+
+def sample_of(rows: Sequence[Row]) -> str:
+    """The runs of a finding."""
+    return f"s of joint 1 from {LATE:g} s on, one run for each of {len(rows)} pairs of lag and period, from one start."
+
+
+def agreement(rows: Sequence[Row]) -> str:
+    """The verdict on the layer."""
+    agreed = sum(r.agreed for r in rows)
+    return "all" if agreed == len(rows) else f"{agreed} of {len(rows)}"
+
+
+def nearer(rows: Sequence[Row]) -> str:
+    """The number in which the balance is nearer, in the median."""
+    frequency, amplitude = np.median(errors_of(rows), axis=1)
+    return "frequency" if frequency < amplitude else "amplitude"
+
+
+def medians(rows: Sequence[Row]) -> str:
+    """Both medians in words."""
+    frequency, amplitude = np.median(errors_of(rows), axis=1)
+    return f"{frequency:.0f} % and {amplitude:.0f} %"
+
+
+def smallest(rows: Sequence[Row]) -> str:
+    """The verdict on exact cycles."""
+    count, total = met(rows).split(" of ")
+    return "all" if count == total else met(rows)
+
+
+def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
+    """Rest or oscillation in the layer."""
+    rows = every[0]
+    agreed, thin = sum(r.agreed for r in rows), sum(r.layer[0].least_phi >= PHI for r in rows)
+    return Finding(
+        name="layer_ends_chattering",
+        statement=f"Harmonic balance predicts in {agreed} of {len(rows)} pairs of lag and period whether the layer "
+        f"of {PHI:g} rad/s ends the chattering of joint 1.",
+        evidence=f"In {thin} pairs the layer is thinner than the least width of the balance: there the arm should "
+        "oscillate, and come to rest in all others.",
+        statistic="Rest or oscillation of s of joint 1.",
+        sample=sample_of(rows),
+        given=GIVEN,
+        chosen=CHOSEN,
+        answer=agreement(rows),
+        variations=varied(every, agreement, lambda some: f"{sum(r.agreed for r in some)} of {len(some)}"),
+        untried="a pose where M couples the joints and both switch",
+    )
+
+
+def balance_finding(every: Sequence[Sequence[Row]]) -> Finding:
+    """The errors of harmonic balance for a relay."""
+    rows = every[0]
+    frequency, amplitude = errors_of(rows)
+    pairs = [(r.relay[1], o.relay[1]) for others in every[1:] for r, o in zip(rows, others, strict=True)]
+    moved = sum(abs((one.frequency or 0) / (other.frequency or np.inf) - 1) > NEARLY - 1 for one, other in pairs)
+    return Finding(
+        name="balance_of_a_relay",
+        statement=f"For a relay, harmonic balance is off by {np.median(frequency):.0f} % in frequency and by "
+        f"{np.median(amplitude):.0f} % in amplitude, in the median; at worst by {frequency.max():.0f} % and "
+        f"{amplitude.max():.0f} %.",
+        evidence="A sampled relay switches at sampling instants only, so that its half period is a whole number of "
+        f"periods; the balance has no such steps. In {moved} of {len(pairs)} runs from other starts the relay has "
+        "another frequency.",
+        statistic="Error relative to the simulated oscillation. Answer: the number with the smaller median error.",
+        sample=sample_of(rows),
+        given=GIVEN,
+        chosen=CHOSEN,
+        answer=nearer(rows),
+        variations=varied(every, nearer, medians),
+        untried="other gains K and other poses",
+    )
+
+
+def cycle_finding(every: Sequence[Sequence[Row]]) -> Finding:
+    """The exact cycles of a relay beside its runs."""
+    rows = every[0]
+    regular = sum(r.cycle is not None for r in rows)
+    return Finding(
+        name="exact_cycle",
+        statement=f"In {met(rows)} pairs the simulated amplitude of the relay equals the smallest one that exact "
+        "theory allows at that switching period.",
+        evidence="An exact cycle may keep an offset of s, which raises its peak only; half of the swing is free of "
+        f"it. For the other {len(rows) - regular} of {len(rows)} pairs no exact cycle is stated.",
+        statistic=f"Half of the highest minus the lowest s, to {100 * (NEARLY - 1):.1g} %, where the oscillation "
+        "is symmetric about its offset and its periods are equal.",
+        sample=sample_of(rows),
+        given=f"{GIVEN} Exact theory: the simulated switching period.",
+        chosen=CHOSEN,
+        answer=smallest(rows),
+        variations=varied(every, smallest, met),
+        untried="other gains K and other poses",
+    )

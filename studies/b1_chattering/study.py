@@ -1,0 +1,128 @@
+"""Chattering of the paper's arm under SMC: harmonic balance and exact cycles beside simulation.
+
+Runs in about twenty seconds on two cores.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from studies.b1_chattering.findings import errors_of, findings
+from studies.b1_chattering.loops import (
+    PAIRS,
+    PERIODS,
+    PHI,
+    QUIET,
+    REST,
+    SWITCHES,
+    K,
+    Row,
+    case,
+    other_starts,
+    predict,
+    rows_of,
+)
+from workbench.design.chattering import Oscillation, RecordedOscillation
+from workbench.study import Page, Results, Study, Work
+from workbench.study.document.document import Cell, Column, Figure, Missing, Panel, Section, Series, Table
+
+
+def sections(results: Results) -> Page:
+    """The findings, the picture, and both tables."""
+    every = rows_of(results)
+    rest, relay, cycle = findings(every)
+    frequency, amplitude = np.median(errors_of(every[0]), axis=1)
+    return Page(
+        answer=f"Harmonic balance predicts in {rest.answer} cases whether a boundary layer of {PHI:g} rad/s ends "
+        f"chattering. For a relay it is {frequency:.0f} % off in frequency and {amplitude:.0f} % in amplitude, in the "
+        "median.",
+        findings=(rest, relay, cycle),
+        sections=(
+            Section("Predicted and simulated amplitude", (picture(every[0]),)),
+            Section("Predicted and simulated numbers", (relay_table(every[0]), layer_table(every[0]))),
+        ),
+    )
+
+
+def picture(rows: Sequence[Row]) -> Figure:
+    """Amplitude of the relay by the balance and in the simulation, over the lag."""
+    series = []
+    for style, period in enumerate(PERIODS):
+        some = [r for r in rows if r.period == period]
+        lags, name = [1e3 * r.lag for r in some], f"{1e3 * period:g} ms"
+        series += [
+            Series(f"balance, {name}", lags, [r.relay[0].amplitude for r in some], style=style),
+            Series(f"simulated, {name}", lags, [r.relay[1].amplitude for r in some], style, "marks"),
+        ]
+    panel = Panel("amplitude of s [rad/s]", tuple(series), xlabel="lag of the drive [ms]")
+    caption = "Chattering of joint 1 under a relay, predicted by harmonic balance and simulated, by sampling period."
+    return Figure("relay", caption, (panel,))
+
+
+def relay_table(rows: Sequence[Row]) -> Table:
+    """Frequency and amplitude of each pair under a relay."""
+    heads = (("lag", "ms"), ("period", "ms"), ("balance", "Hz"), ("balance", "rad/s"), ("exact, least", "rad/s"))
+    heads += (("exact, largest", "rad/s"), ("simulated", "Hz"), ("simulated", "rad/s"))
+    cells = []
+    for r in rows:
+        balance, run = r.relay
+        exact = (r.cycle.amplitude, r.cycle.highest) if r.cycle else (None, None)
+        cells.append((*place(r), *numbers(balance), *exact, *numbers(run)))
+    caption = (
+        "Frequency and amplitude of s of joint 1 under a relay: by harmonic balance, by the exact cycle at the "
+        "simulated switching period, and simulated."
+    )
+    note = "No exact amplitude: the simulated oscillation is not symmetric, or its periods differ."
+    return Table(
+        "relay_numbers", caption, tuple(Column(*head, "right", digits=3) for head in heads), tuple(cells), (note,)
+    )
+
+
+def layer_table(rows: Sequence[Row]) -> Table:
+    """The least width of the layer, and the oscillation within it."""
+    heads = (("lag", "ms"), ("period", "ms"), ("least width", "rad/s"), ("balance", "Hz"), ("balance", "rad/s"))
+    heads += (("simulated", "Hz"), ("simulated", "rad/s"))
+    cells = []
+    for r in rows:
+        layer, run = r.layer
+        stable = next((o for o in layer.oscillations if o.stable), None)
+        seen = run if run.amplitude > QUIET else None
+        cells.append((*place(r), layer.least_phi, *numbers(stable), *numbers(seen)))
+    caption = (
+        f"Frequency and amplitude of s of joint 1 under a boundary layer of {PHI:g} rad/s. Least width: from that "
+        "width on the balance has no oscillation."
+    )
+    return Table("layer_numbers", caption, tuple(Column(*head, "right", digits=3) for head in heads), tuple(cells))
+
+
+def place(row: Row) -> tuple[Cell, Cell]:
+    """Lag and period in ms."""
+    return round(1e3 * row.lag), round(1e3 * row.period)
+
+
+def numbers(one: Oscillation | RecordedOscillation | None) -> tuple[Cell, Cell]:
+    """Frequency in Hz and amplitude in rad/s; rest where there is no oscillation."""
+    if one is None:
+        return Missing(REST), Missing(REST)
+    return (one.frequency or 0.0) / (2 * np.pi), one.amplitude
+
+
+study = Study(
+    name="b1_chattering",
+    title="Chattering, predicted and simulated",
+    question=(
+        "How far and how fast does the switching of SMC make the arm oscillate when its drives lag and the law is "
+        "sampled? And how wide must the boundary layer be to end it?"
+    ),
+    method=(
+        f"SMC with K = {K:g} N m holds the folded arm, where M is diagonal and each joint is a loop by itself. The "
+        "loop of joint 1 is cut there. Harmonic balance and the exact cycles of a sampled relay are compared with "
+        "runs of the whole arm, over the lag of the drives and the sampling period."
+    ),
+    cases=tuple(case(*pair, switch) for pair in PAIRS for switch in SWITCHES),
+    works=(Work("predictions", predict, PAIRS, seconds=0.5), Work("starts", other_starts, PAIRS, seconds=1.0)),
+    sections=sections,
+    live=None,
+)

@@ -1,0 +1,100 @@
+"""Tables of all that was chosen in b3: starts, horizons, weights, gains, and the numbers of the plants."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.b3_any_plant.loops import COARSE, SUBSTEPS
+from studies.b3_any_plant.settings import SETTINGS, Setting, digits
+from workbench.study import Table
+from workbench.study.document.document import Column
+
+
+def choice_tables() -> tuple[Table, ...]:
+    """All of them."""
+    return starts_table(), weights_table(), gains_table(), pid_table(), numbers_table()
+
+
+def span(seconds: float) -> str:
+    """A time with its unit."""
+    return f"{1e3 * seconds:g} ms" if seconds < 1 else f"{seconds:,g} s"
+
+
+def starts_table() -> Table:
+    """The initial state, what is wanted, the horizon and the steps."""
+    rows = []
+    for setting in SETTINGS:
+        entries = zip(setting.plant.states.entries, setting.open.states.default, strict=True)
+        start = ", ".join(f"{e.name} = {digits(x)} {e.unit}".strip() for e, x in entries)
+        wanted = ", ".join(f"{name} = {digits(y)}" for name, y in setting.wanted.items())
+        steps = (span(setting.period / parts) for parts in (SUBSTEPS, COARSE))
+        rows.append((setting.name, start, wanted, span(setting.until), *steps))
+    heads = ("plant", "start", "reference", "horizon", "step of a run", "step over parameters")
+    notes = (
+        "The observer of LQG starts at the outputs of the start; states that are not outputs start at the operating "
+        "point in it. The integrals of PID start at zero, its derivative filters at the first reading.",
+    )
+    return Table("starts", "Starts, references and horizons.", tuple(map(Column, heads)), tuple(rows), notes)
+
+
+def weights_table() -> Table:
+    """The sizes that make the weights of LQG, and the noise that its filter is made for."""
+    rows = []
+    for setting in SETTINGS:
+        named = zip(setting.plant.states.names, setting.states, strict=True)
+        sizes = ", ".join(f"{name} {digits(size)}" for name, size in named if np.isfinite(size))
+        sizes += f"; {', '.join(setting.plant.inputs.names)} {digits(setting.inputs[0])}"
+        noise = ", ".join(f"{name} {value:g}" for name, value in setting.noise.items())
+        rows.append((setting.name, sizes, f"{setting.push:g}", noise, span(setting.period)))
+    heads = ("plant", "sizes of states; inputs", "push", "noise", "period T")
+    notes = (
+        "The regulator minimises the integral of the sum of (x / size)\N{SUPERSCRIPT TWO} and (u / "
+        "size)\N{SUPERSCRIPT TWO}; a state that is not named costs nothing. The filter is made for white noise of "
+        "intensity push\N{SUPERSCRIPT TWO} T at each input, and noise\N{SUPERSCRIPT TWO} T at each reading. Units are "
+        "those of the states, inputs and outputs.",
+    )
+    return Table("weights", "The weights of LQG.", tuple(map(Column, heads)), tuple(rows), notes)
+
+
+def gains_table() -> Table:
+    """The gains of regulator and filter."""
+    rows = [(s.name, digits(s.design.regulator.K), digits(s.design.estimator.K)) for s in SETTINGS]
+    columns = (Column("plant"), Column("K of the regulator"), Column("L of the filter"))
+    notes = (
+        "u = u_0 \N{MINUS SIGN} K (x_hat \N{MINUS SIGN} x_0), a row for each input; x_hat' = A (x_hat \N{MINUS SIGN} "
+        "x_0) + B (u \N{MINUS SIGN} u_0) + L (y \N{MINUS SIGN} y_hat), a row for each state. Units follow from states, "
+        "inputs and outputs.",
+    )
+    return Table("gains", "The gains of LQG, by the weights above.", columns, tuple(rows), notes)
+
+
+def pid_table() -> Table:
+    """The second law of each plant with its gains and their origin."""
+    rows = tuple((s.name, s.pid.words, s.pid.origin, s.pid.gains(s)) for s in SETTINGS)
+    notes = (
+        "PI and PID: u = u_0 + Kp e + Ki times the integral of e, minus Kd times the derivative of y behind 1 / (1 + s "
+        "/ N), e = reference \N{MINUS SIGN} y. Two PI: Kp (e + integral of e / Ti). Regulator of LQG: the gain K of "
+        "that table, its velocities replaced by filtered derivatives, so that both laws differ by their filter alone.",
+    )
+    heads = ("plant", "PID is", "gains", "numbers")
+    return Table("pid", "The second law of each plant.", tuple(map(Column, heads)), rows, notes)
+
+
+def numbers_table() -> Table:
+    """The numbers of each plant, and those that are varied."""
+    rows = tuple((s.name, numbers(s), ranges(s)) for s in SETTINGS)
+    heads = ("plant", "numbers", "varied by")
+    notes = ("Varied: each by itself and evenly within this share of its own value; both laws keep what they believe.",)
+    return Table("numbers", "The numbers of the plants.", tuple(map(Column, heads)), rows, notes)
+
+
+def numbers(setting: Setting) -> str:
+    """The parameters of a plant with their units."""
+    entries = [e for e in setting.open.parameters.entries if e.name not in setting.plant.inputs.names]
+    return ", ".join(f"{e.name.removeprefix('plant.')} = {digits(e.default)} {e.unit}".strip() for e in entries)
+
+
+def ranges(setting: Setting) -> str:
+    """The parameters that are varied, with their share."""
+    shares = {f"\N{PLUS-MINUS SIGN}{100 * (high - 1):.0f} %" for _, high in setting.spread.values()}
+    return f"{', '.join(setting.spread)}: {', '.join(sorted(shares))}"

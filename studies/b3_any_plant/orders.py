@@ -1,0 +1,92 @@
+"""The order of both laws by every statistic of b3, and how it changes without some of the settings."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from studies.b3_any_plant.loops import COMPUTER, LAWS, LQG, PID, all_margins, errors
+from studies.b3_any_plant.settings import HAND, PUBLISHED, REGULATOR, SETTINGS
+from workbench.study import Results, Variation
+from workbench.study.evidence.law_tables import order
+
+Orders = Mapping[str, str]  # by setting: LQG 'below' or 'above' PID, or neither
+BY_ORIGIN = {origin: sum(s.pid.origin == origin for s in SETTINGS) for origin in (HAND, PUBLISHED, REGULATOR)}
+ORIGIN = (
+    f"gains chosen by hand with the model at hand ({BY_ORIGIN[HAND]} settings), published ({BY_ORIGIN[PUBLISHED]}), "
+    f"or those of LQG's own regulator behind filtered derivatives ({BY_ORIGIN[REGULATOR]})"
+)
+
+
+def orders(results: Results) -> dict[str, Orders]:
+    """By statistic, the RMSE in continuous time first: the order of both laws in each setting, less being better."""
+    made: dict[str, Orders] = {}
+    for name in ("RMSE", "settling time", "TV"):
+        for where in ("", f" {COMPUTER}"):
+            words = f"{'total variation of the command' if name == 'TV' else name}{where or ' in continuous time'}"
+            made[words] = {
+                s.name: order(
+                    *(
+                        results[s.name, f"{law}{where}"].score(name if name == "TV" else f"{name} of {s.main}").pair
+                        for law in LAWS
+                    )
+                )
+                for s in SETTINGS
+            }
+    made["mean RMSE over the parameters"] = {s.name: compared(*map(np.nanmean, both(results, s))) for s in SETTINGS}
+    by = all_margins(results)
+    for words in ("disk", "delay"):
+        made[f"{words} margin"] = {
+            s.name: compared(*(-getattr(by[s.name, law], words) for law in LAWS)) for s in SETTINGS
+        }
+    return made
+
+
+def both(results: Results, setting: object) -> Iterable[np.ndarray]:
+    """The errors of the runs over the parameters, under LQG and under PID."""
+    return (errors(results, setting, law) for law in LAWS)  # type: ignore[arg-type]
+
+
+def compared(one: float, other: float) -> str:
+    """The order of two numbers without an error."""
+    return "below" if one < other else "above" if one > other else "equal"
+
+
+def standing(one: Orders) -> tuple[int, int]:
+    """The number of settings in which LQG is below PID, and above it."""
+    words = list(one.values())
+    return words.count("below"), words.count("above")
+
+
+def leader(one: Orders, *, larger: bool = False) -> str:
+    """The law that is below the other in more settings, or above it; 'neither' where both are in as many."""
+    less, more = standing(one)
+    return "neither" if less == more else LQG if (more > less) is larger else PID
+
+
+def variations_of(every: Mapping[str, Orders], *, larger: bool = False) -> tuple[Variation, ...]:
+    """Each statistic with all settings, without each setting by turns, and without those where both gains are one."""
+    made = []
+    for i, (words, one) in enumerate(every.items()):
+        whole = leader(one, larger=larger)
+        if i:
+            made.append(Variation(f"{words}", whole, counted(one)))
+        without = {name: {k: v for k, v in one.items() if k != name} for name in one}
+        other = {name: leader(rest, larger=larger) for name, rest in without.items()}
+        changed = {name: word for name, word in other.items() if word != whole}
+        answer = next(iter(changed.values()), whole)
+        made.append(Variation(f"{words}, leaving out one setting", answer, ", ".join(changed)))
+        some = {s.name: one[s.name] for s in SETTINGS if s.pid.origin != REGULATOR}
+        made.append(
+            Variation(
+                f"{words}, in settings where PID has gains of its own", leader(some, larger=larger), counted(some)
+            )
+        )
+    return tuple(made)
+
+
+def counted(one: Orders) -> str:
+    """Both counts in words."""
+    less, more = standing(one)
+    return f"LQG below in {less}, PID in {more}"

@@ -1,0 +1,114 @@
+"""The finding and the table of the four tanks: settling times at both settings, and what the zero at P+ fixes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.b3_any_plant.loops import COMPUTER, LQG, OBSERVER, PID, PLACED, REGULATOR, all_margins
+from studies.b3_any_plant.settings import HARD, digits
+from studies.b3_any_plant.tanks import SIDES, TANKS, Levels, least_swing, predicted_integral, tank, zero_of
+from workbench.study import Finding, Results, Table, Variation
+from workbench.study.document.document import Cell, Column, Missing
+
+PUBLICATION = "about ten"  # Johansson (2000) of the settling times under the PI controllers at P+ and at P-
+
+
+def all_levels(results: Results) -> dict[tuple[str, str, float], Levels]:
+    """The runs of the tanks by setting, law and factor of the placed poles."""
+    return dict(zip(TANKS, results.work("tanks"), strict=True))
+
+
+def tank_finding(results: Results) -> Finding:
+    """The settling times of the tanks, and the witness that the zero does not force them."""
+    by, hard = all_levels(results), tank(HARD)
+    witness, optimal = by[HARD, PLACED, 1.0], by[HARD, LQG, 1.0]
+    easy, slow = (by[name, PID, 1.0].settling for name in SIDES)
+    z, _ = zero_of(hard)
+    low, high = witness.voltages
+    return Finding(
+        name="settling_of_the_tanks",
+        statement=f"Under the published PI controllers h_1 settles {slow[0] / easy[0]:.1f} times as slowly at P+ as at "
+        f"P\N{MINUS SIGN}, which the zero does not force: a placed design settles both levels in "
+        f"{max(witness.settling):.0f} s.",
+        evidence=f"The design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. The "
+        f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. LQG has its mirror "
+        f"image, a mode at \N{MINUS SIGN}{optimal.decay:.4f} 1/s, because its weights make control cheap.",
+        statistic="Ratio of two settling times: h_1 within 5 % of its distance at the start.",
+        sample="One start in each setting, in continuous time.",
+        given="PI: one level each. LQG and the placed design: both levels and the linear model.",
+        chosen="Starts, weights of LQG, and the poles of the placed design.",
+        answer=f"{slow[0] / easy[0]:.1f}",
+        variations=ratios(results),
+        untried=f"the experiment of the publication, which says {PUBLICATION} times; other starts",
+    )
+
+
+def ratios(results: Results) -> tuple[Variation, ...]:
+    """The ratio of P+ to P- by every other statistic of slowness, and under the other law."""
+    by, margins = all_levels(results), all_margins(results)
+    made = []
+    for law in (PID, LQG):
+        under = "" if law == PID else f", under {law}"
+        pairs = [by[name, law, 1.0].settling for name in SIDES]
+        times = {"h_1": [pair[0] for pair in pairs], "both levels": [max(pair) for pair in pairs]}
+        ends = [results[name, f"{law} {COMPUTER}"].score("settling time of h_1").pair[0] for name in SIDES]
+        times[f"h_1 {COMPUTER}"] = ends
+        for words, pair in times.items():
+            if law != PID or words != "h_1":
+                made.append(ratio(f"settling of {words}{under}", pair))
+        made.append(ratio(f"slowest mode{under}", [1 / margins[name, law].decay for name in SIDES], "s"))
+    steps = results.work("tank_steps")
+    made.append(ratio("settling of h_1 after a step of its reference", [step[0] for step in steps]))
+    made.append(ratio("settling of both after that step", [max(step) for step in steps]))
+    return tuple(made)
+
+
+def ratio(words: str, pair: list[float], unit: str = "s") -> Variation:
+    """The ratio of P+ to P-, with both numbers."""
+    ends = [f"{end:.3g} {unit}" if np.isfinite(end) else f"not within {tank(HARD).until:,.0f} s" for end in pair]
+    known = f"{pair[1] / pair[0]:.1f}" if np.isfinite(pair[1]) else f"above {tank(HARD).until / pair[0]:.0f}"
+    return Variation(words, known, f"{ends[1]} against {ends[0]}")
+
+
+def tanks_table(results: Results) -> Table:
+    """Settling, swing, voltages, slowest mode, disk margin and the weighted integral of each run of the tanks."""
+    rows: list[tuple[Cell, ...]] = []
+    for (name, law, factor), one in all_levels(results).items():
+        law_name = law if law != PLACED or factor == 1.0 else f"{law}, poles times {factor:g}"
+        times = (float(t) if np.isfinite(t) else Missing("never") for t in one.settling)
+        volts = (f"{volt:.1f}".replace("-", "\N{MINUS SIGN}") for volt in one.voltages)
+        fixed = one.fixed if name == HARD else None
+        side = name.removeprefix("quadruple tank ")
+        rows.append((f"{side}, {law_name}", *times, one.farthest, " to ".join(volts), one.decay, one.disk, fixed))
+    columns = (
+        Column("setting, law"),
+        Column("h_1 settles", "s", "right", digits=3),
+        Column("h_2 settles", "s", "right", digits=3),
+        Column("farthest h_2", "cm", "right", digits=2),
+        Column("voltages", "V"),
+        Column("slowest mode", "1/s", "right", digits=3),
+        Column("disk margin", "", "right", digits=2),
+        Column("weighted integral", "cm s", "right", digits=3),
+    )
+    (z, psi), predicted = zero_of(tank(HARD)), predicted_integral(tank(HARD))
+    notes = (
+        "Each run is from the start of the study, in continuous time without limits; both levels are settled where "
+        "they stay within 5 % of the distance of h_1 at the start.",
+        f"Placed: poles of the regulator at {poles_text(REGULATOR)}, of the observer at "
+        f"{poles_text(OBSERVER)} 1/s; it reads the same levels as LQG.",
+        f"Weighted integral: {digits(psi[0])} times that of h_1 plus {digits(psi[1])} times that of h_2, each minus "
+        f"its rest, times exp(\N{MINUS SIGN}{z:.4f} t), over the run. In the linear model it is {predicted:.1f} "
+        "cm s under every law that stabilises; the rest is nonlinear. Levels at rest after T therefore reach at least "
+        "this integral times z / (1 \N{MINUS SIGN} exp(\N{MINUS SIGN}z T)) in that combination: "
+        f"{least_swing(tank(HARD), 60.0):.2g} cm for 60 s, {least_swing(tank(HARD), 20.0):.2g} cm for 20 s.",
+    )
+    caption = (
+        "The four tanks: how fast both levels settle, and what that costs. Faster placed poles need more voltage, let "
+        "h_2 swing farther, and leave less margin."
+    )
+    return Table("tanks", caption, columns, tuple(rows), notes)
+
+
+def poles_text(poles: tuple[float, ...]) -> str:
+    """Real poles in words."""
+    return ", ".join(digits(pole) for pole in poles)

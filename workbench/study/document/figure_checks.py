@@ -1,0 +1,24 @@
+"""Refusals of the marks and the panels of a figure."""
+
+from __future__ import annotations
+
+from workbench.validation.refusals import described, refusal
+
+
+def check_sources(mark: object, count: int, sources: tuple[object, ...]) -> None:
+    """Refuse sources that are not one for each of `count` bars or points."""
+    if sources and len(sources) != count:
+        label = described(getattr(mark, "label", ""))
+        raise ValueError(
+            f"`{type(mark).__name__}({label}, sources=...)` must have a source, or None, for each of {count} marks, or "
+            f"be left out; got {len(sources)}."
+        )
+
+
+def check_cut(cut: float | None, limits: tuple[float, float] | None, scale: str) -> None:
+    """Refuse a cut of an abscissa that is logarithmic, has no limits, or has others."""
+    if cut is None:
+        return
+    low, high = limits or (cut, cut)
+    if not low < cut < high or scale != "linear":
+        raise refusal("Panel(xcut=...)", "a number between the two of `xlim`, on a linear axis", cut)

@@ -1,0 +1,161 @@
+"""Pooling: one value of each draw from several scenarios, judged with all of them and with each one left out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from workbench.study.evidence.common_draws import Paired, paired
+from workbench.study.evidence.judgement import Judgement
+from workbench.study.evidence.pairwise_comparison import Comparison
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+Way: TypeAlias = Literal["geometric mean", "ratio to the best", "arithmetic mean"]
+WAYS: Mapping[Way, str] = {
+    "geometric mean": "the geometric mean over the scenarios, in which equal ratios count alike in every scenario",
+    "ratio to the best": "the mean over the scenarios of the ratio to the least level in each",
+    "arithmetic mean": "the arithmetic mean over the scenarios, in which the scenario with the largest values counts "
+    "most",
+}
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Pooled:
+    """Laws judged over all scenarios together, and again with each scenario left out.
+
+    A pooled value may rest on one scenario; `rests_on` names each scenario without which the answer is another.
+    """
+
+    way: Way
+    members: Mapping[str, Paired]  # by scenario
+    whole: Judgement
+    without: Mapping[str, Judgement]  # by the scenario that is left out
+
+    def __post_init__(self) -> None:
+        if set(self.members) != set(self.without):
+            raise ValueError(
+                f"`Pooled(without=...)` must leave out each of {list(self.members)} once; got {list(self.without)}."
+            )
+
+    @property
+    def answer(self) -> str:
+        """The best law over all scenarios, or the laws between which the runs do not decide."""
+        return _asked(self.whole).answer
+
+    @property
+    def answers(self) -> dict[str, str]:
+        """The answer without each scenario, by the scenario that is left out."""
+        return {name: _asked(one).answer for name, one in self.without.items()}
+
+    @property
+    def rests_on(self) -> tuple[str, ...]:
+        """The scenarios without which the answer is another."""
+        return tuple(name for name, answer in self.answers.items() if answer != self.answer)
+
+    @cached_property
+    def shares(self) -> dict[str, dict[str, float]]:
+        """By scenario and law, the part of the sum of a law's mean values that comes from the scenario.
+
+        Laws with a failed run are left out.
+        """
+        means = {name: one.values.mean(axis=0) for name, one in self.members.items()}
+        total = np.sum(list(means.values()), axis=0)
+        laws = next(iter(self.members.values())).laws
+        finite = [k for k in range(len(laws)) if np.isfinite(total[k])]
+        return {name: {laws[k]: float(mean[k] / total[k]) for k in finite} for name, mean in means.items()}
+
+
+@door
+def pool(members: Mapping[str, Paired], way: Way = "geometric mean") -> Paired:
+    """One value of each draw and law from several scenarios, of which row k is the same draw in all.
+
+        geometric mean:     G_k = (prod_s y_sk)^(1/S)
+        ratio to the best:  (1/S) sum_s y_sk / b_s,     b_s the least mean over the draws of a law in scenario s
+        arithmetic mean:    (1/S) sum_s y_sk
+
+    A run that failed in one scenario counts as failed. The numbers b_s are read from the same draws and then taken as
+    exact.
+
+    Raises
+    ------
+    ValueError
+        If there is no scenario, laws, metrics or numbers of draws differ between scenarios, or a value is not positive
+        where ratios are taken.
+    """
+    _check_members(members)
+    first = next(iter(members.values()))
+    y = np.array([one.values for one in members.values()])
+    errors = np.array([one.errors for one in members.values()])
+    if way != "arithmetic mean" and not (y > 0).all():
+        raise ValueError(
+            f"`pool(members, way={way!r})` takes ratios, so that values must be positive; the least is {y.min():g}."
+        )
+    values, off = _pooled(y, errors, way)
+    unit = "" if way == "ratio to the best" else first.unit
+    return paired(
+        {law: np.where(np.isinf(column), np.nan, column) for law, column in zip(first.laws, values.T, strict=True)},
+        metric=first.metric,
+        unit=unit,
+        errors=dict(zip(first.laws, map(float, off), strict=True)),
+        note="; ".join(filter(None, (f"pooled over {len(members)} scenarios: {WAYS[way]}", first.note))),
+    )
+
+
+@door
+def leave_one_out(
+    members: Mapping[str, Paired], judge: Callable[[Paired], Judgement], way: Way = "geometric mean"
+) -> Pooled:
+    """The judgement of the pooled values of all scenarios, and of all but each one.
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two scenarios, or `pool` refuses them.
+    """
+    if len(members) < 2:
+        raise ValueError(f"`leave_one_out(members)` needs two scenarios or more; got {list(members)}.")
+    rest = {name: {other: one for other, one in members.items() if other != name} for name in members}
+    return Pooled(
+        way,
+        members,
+        judge(pool(members, way)),
+        {name: judge(pool(others, way)) for name, others in rest.items()},
+    )
+
+
+def _pooled(y: Array, errors: Array, way: Way) -> tuple[Array, Array]:
+    """The pooled values (N, L) of y (S, N, L), and how far off they may be by errors (S, L)."""
+    match way:
+        case "geometric mean":
+            values = np.exp(np.log(y).mean(axis=0))
+            with np.errstate(invalid="ignore"):  # of a failed run, which is infinite whatever its error
+                off = np.where(np.isinf(values), 0.0, values * np.mean(errors[:, None] / y, axis=0))
+            return values, np.max(off, axis=0)
+        case "ratio to the best":
+            best = y.mean(axis=1).min(axis=1)
+            if not np.isfinite(best).all():
+                raise ValueError(
+                    "`pool(members, way='ratio to the best')` needs a law without failed runs in each scenario; there "
+                    "is none in one of them, so that the geometric mean alone can be taken."
+                )
+            return np.mean(y / best[:, None, None], axis=0), np.mean(errors / best[:, None], axis=0)
+    return np.mean(y, axis=0), np.mean(errors, axis=0)
+
+
+def _check_members(members: Mapping[str, Paired]) -> None:
+    kinds = {(one.laws, one.metric, one.unit, len(one)) for one in members.values()}
+    if len(kinds) != 1:
+        raise ValueError(
+            "`pool(members)` must map one scenario or more to values of the same metric of the same laws in the same "
+            f"draws; got {len(members)} scenarios with {len(kinds)} kinds of values."
+        )
+
+
+def _asked(judgement: Judgement) -> Comparison:
+    return judgement.by[judgement.asked.words]
