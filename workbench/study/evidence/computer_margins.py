@@ -1,4 +1,4 @@
-"""Margins of a loop for its computer: how far an effect may go by itself, and what a declared one costs."""
+"""Margins of a loop for its computer: the largest level of each effect, and the error that a declared level adds."""
 
 from __future__ import annotations
 
@@ -27,9 +27,10 @@ LEVELS = (1 / 64, 1 / 32, 1 / 16, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # of the lar
 @dataclass(frozen=True)
 @door
 class ComputerEffect:
-    """A thing that computers do, from `least`, where a loop has none of it, by `levels` to the last of them.
+    """An effect of a computer, such as jitter: `levels` that rise from `least`, where a loop has none of it.
 
-    `declared` is the level at which its cost is asked for; with `share`, levels are shares of the loop's own numbers.
+    The growth of the error is computed at the level `declared`. With `share`, levels are multiples of the loop's own
+    numbers.
 
     Raises
     ------
@@ -105,7 +106,7 @@ def computer_effects(sampled: Sampled, jitter: float, missed: float) -> tuple[Co
 def computer_sweep(
     name: str, run: Run, effects: Sequence[ComputerEffect], starts: Sequence[Factor] = (), draws: int = 8
 ) -> Sweep:
-    """Runs without effect, with each at each of its levels by itself, and with all at what is declared.
+    """Runs without effect, with each level of each effect by itself, and with all effects at their declared levels.
 
     Parameters
     ----------
@@ -173,7 +174,7 @@ class ComputerMargin:
 @dataclass(frozen=True, eq=False)
 @door
 class ComputerMargins:
-    """The margins of a loop by a metric: its values without effect and with all declared ones, (draws, numbers).
+    """The margins of a loop by a metric: its values without effects and with all declared effects, (draws, numbers).
 
     `sources` are the sample with each number of the metric.
     """
@@ -242,7 +243,7 @@ def computer_table(name: str, caption: str, margins: Sequence[tuple[str, Compute
         Column("loop"),
         Column("effect"),
         Column("declared", align="right"),
-        Column("loss", "%", "right", digits=2),
+        Column("growth", "%", "right", digits=2),
         Column(f"at most {KEPT:g} times"),
         Column(f"at most {STANDS:g} times"),
     )
@@ -257,7 +258,7 @@ def _level(effect: ComputerEffect, level: float) -> str:
 
 
 def _end(one: ComputerMargin, most: float) -> str:
-    """The largest level that is kept, or the least one tried if not even that is, or that no longer one was tried."""
+    """The largest level within the limit, with a sign if all levels are; or 'less than' the smallest level tried."""
     level = one.largest(most)
     if level == one.effect.least:
         return f"less than {_level(one.effect, one.effect.levels[0])}"

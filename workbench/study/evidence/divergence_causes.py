@@ -1,4 +1,7 @@
-"""Causes of divergence: the runs that a computer's loop loses by its integrator, and those it loses by its law."""
+"""Causes of divergence: for each run that a computer loses, its integrator or its law.
+
+If finer steps of the integrator keep a run finite, the integrator lost it. If every way to step loses it, the law did.
+"""
 
 from __future__ import annotations
 
@@ -21,18 +24,21 @@ FINE = "fine"
 @dataclass(frozen=True, eq=False)
 @door
 class Causes:
-    """B lost runs, run again from the same rows and noise with the memories of the computer stepped in other ways."""
+    """The repetitions of B lost runs, from the same rows and noise, with other ways to step the computer's memories.
 
-    lost: Mapping[str, Integers]  # by way, (B,): 1 where it loses the run too; "fine" is near the exact flow
+    `lost` has (B,) for each way: 1 for a run that diverges by this way, too. The way "fine" is near the exact flow.
+    """
+
+    lost: Mapping[str, Integers]
 
     @property
     def by_integrator(self) -> int:
-        """The number of runs that stay finite under "fine": the integrator alone made them diverge."""
+        """The number of runs that stay finite under "fine": the integrator lost them."""
         return int((self.lost[FINE] == 0).sum())
 
     @property
     def by_law(self) -> int:
-        """The number of runs that diverge in every way: the law itself makes them diverge."""
+        """The number of runs that diverge in every way: the law lost them."""
         return int(np.min(list(self.lost.values()), axis=0).sum())
 
     @property
