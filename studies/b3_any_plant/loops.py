@@ -99,7 +99,7 @@ class Margins:
     decay: float
 
 
-ITEMS = (*((setting.name, law) for setting in SETTINGS for law in (LQR, LQG, PID)), (HARD, PLACED))
+ITEMS = tuple((setting.name, law) for setting in SETTINGS for law in (LQR, LQG, PID))
 
 
 def margins(item: tuple[str, str]) -> Margins:
