@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from studies.a3_riccati_gains import path
-from studies.a3_riccati_gains.study import FORWARD, cases
+from studies.a3_riccati_gains import findings, path
+from studies.a3_riccati_gains.settings import ASSUMED, FORWARD, OTHERS, SETTINGS, WEIGHTS
+from studies.a3_riccati_gains.study import cases, choices_of
 from workbench.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.study import Study
@@ -58,7 +59,7 @@ def test_the_median_in_time_does_not_count_an_instant_more_often_for_having_neig
 
 @pytest.mark.parametrize(("scenario", "median"), [("FS", 2.8e-4), ("SS", 4.1e-4)])
 def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_times(scenario, median):
-    (case,) = (case for case in cases(scenario) if case.law == FORWARD)
+    (case,) = (case for case in cases(scenario, {ASSUMED: np.eye(2)}) if case.law == FORWARD)
     case = replace(case, run=replace(case.run, metrics=(rmse(),), until=path.WINDOW))
     (outcome,) = run(Study("s", "t", "q", "m", lambda results: (), cases=(case,))).outcomes
     states = outcome.measurement.trajectories
@@ -76,3 +77,24 @@ def test_the_median_distance_of_p_is_that_of_scipys_solutions_at_evenly_spaced_t
     ours, evenly = path.median_in_time(gaps(uneven), t[uneven]), np.median(gaps(late[::7]))
     np.testing.assert_allclose(evenly, median, rtol=0.05)  # 140 of 981 times
     np.testing.assert_allclose(ours, evenly, rtol=0.05)
+
+
+def test_each_loop_without_34_holds_the_p_that_it_names():
+    mean = np.diag([8.0, 2.6])
+    choices = choices_of(ASSUMED, mean)
+    frozen = {
+        name: fields["P"] for name, fields in choices.items() if fields.get("riccati") == "frozen" and "P" in fields
+    }
+    np.testing.assert_array_equal(frozen["P = its mean"], mean)
+    np.testing.assert_array_equal(frozen["no adaptation"], 0)
+    assert "P" not in choices["P = P(0)"]  # that of the law
+    for weights in OTHERS:
+        fields = choices_of(weights, mean)
+        assert (fields[FORWARD]["Q"][0, 0], fields[FORWARD]["R"][0, 0]) == WEIGHTS[weights]
+    assert len(SETTINGS) == 2 * len(WEIGHTS)
+
+
+def test_the_word_for_a_change_needs_more_than_the_margin():
+    assert findings.size(0.1) == "larger without (34)"
+    assert findings.size(-0.1) == "smaller without (34)"
+    assert findings.size(0.019) == findings.size(-0.019) == "within 2 %"

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from samples import made_sample, with_measurement
 
-from studies.a7_sensitivity import findings, sweeps
+from studies.a7_sensitivity import findings, late_errors, sweeps
 from studies.a7_sensitivity.results import Derivatives, LawResults, leaders, numbers_of
 from studies.a7_sensitivity.study import acting_pairs, left_table
 from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
@@ -95,53 +95,54 @@ def test_arm_and_model_are_factors_of_their_own():
 def test_the_deciding_gain_is_named_by_the_figures_and_not_by_the_page():
     q, lam = {"RMSE": {"Q": 5.0, "m1": 9.0}}, {"RMSE": {"Lambda": 5.0, "m1": 9.0}}
     both = {"RMSE": {"Q": 5.0, "Lambda": 5.0}}
-    for weights, kind, said in (
-        ((q,), "found", ("Q", "Q")),
-        ((q, lam), "found", ("Q", "Lambda")),
-        ((q, both), "open", ("Q", " or ")),
-        ((both,), "open", (" or ", " or ")),
+    for weights, settled, said in (
+        ((q,), True, ("Q", "Q")),
+        ((q, lam), True, ("Q", "Lambda")),
+        ((q, both), False, ("Q", " or ")),
+        ((both,), False, (" or ", " or ")),
     ):
-        verdict = findings.deciding_gain(made(*weights))
-        assert verdict.kind == kind
-        for part, words in zip(verdict.statement.split("ranges, ")[1].split(", and "), said, strict=True):
+        finding = findings.deciding_gain(made(*weights))
+        assert finding.settled is settled
+        assert "the screening's mu* in place of ST" not in [one.words for one in finding.reversals]
+        for part, words in zip(finding.statement.split("ranges, ")[1].split(", and "), said, strict=True):
             assert words in part
 
 
 def test_gains_are_as_idle_as_the_upper_end_of_their_interval_says():
     # linear runs: the effect of l is a third of that of m1, that of the other gains a ninetieth
-    assert "by at most 1 % of what" in findings.idle_gains(made({"RMSE": {"m1": 9.0}})).statement
+    assert "by at most 1 % of what" in findings.idle_gains(made({"RMSE": {"m1": 9.0}}))
     third = made({"RMSE": {"m1": 9.0, "l": 3.0}})
-    assert "by at most 33 % of what" in findings.idle_gains(third).statement
+    assert "by at most 33 % of what" in findings.idle_gains(third)
     size = third.effects.mu_star
     vars(third)["effects"] = replace(third.effects, mu_star=Estimate(size.value, 0.5 * size.value))
-    assert "by at most 50 % of what" in findings.idle_gains(third).statement
+    assert "by at most 50 % of what" in findings.idle_gains(third)
 
 
 def test_the_late_error_belongs_to_the_model_only_as_long_as_gains_do_nothing():
     def part(weights):
-        verdict = findings.late_error_of(made({"late error": weights}))
-        assert verdict.kind == "found"
-        return float(verdict.statement.split("at most ")[1].split(" %")[0])
+        finding = late_errors.late_error_of(made({"late error": weights}))
+        assert finding.kind == "found"
+        return float(finding.statement.split("at most ")[1].split(" %")[0])
 
     assert part({"m1": 9.0, "model m1": 9.0}) <= 1
     assert part({"m1": 9.0, "Q": 9.0}) == pytest.approx(50, abs=2)  # half of the squares
 
 
-def test_a_run_with_much_of_the_variance_of_the_late_error_is_told():
+def test_a_run_with_much_of_the_variance_of_the_late_error_is_named():
     def change(values, place):  # all about 0.1
         values[7, -1, place], values[8, -1, place] = 3.1, 1.1  # squares of 9 and 1 beside those of all others
 
-    said = "has 90 % of the variance at joint 2 (3.10 rad; the next is 1.10)"
-    assert said in findings.heaviest(with_values(usual(), "indices", change).indices)
-    assert findings.heaviest(usual().indices) in findings.late_error_of(usual()).evidence
+    said = "has 90 % of the variance at joint 2 (3.10 rad; the next is 1.10), and the heaviest 1 % of them 100 %"
+    assert said in late_errors.heaviest(with_values(usual(), "indices", change).indices)
+    assert late_errors.heaviest(usual().indices) in late_errors.late_error_of(usual()).evidence
 
 
 def test_a_sentence_that_rests_on_a_wide_interval_stays_open():
     weights = {"RMSE": {"Q": 5.0, "m1": 9.0}, "TV": {"model l2": 9.0, "Q": 2.0}, "late error": {"m1": 9.0}}
     one = made(weights)
     wide = widened(one)
-    for judge in (findings.deciding_gain, findings.chattering, findings.late_error_of):
-        assert (judge(one).kind, judge(wide).kind) == ("found", "open")
+    for judge in (findings.deciding_gain, findings.chattering, late_errors.late_error_of):
+        assert (judge(one).settled, judge(wide).kind) == (True, "open")
     for law, opening in ((one, ""), (wide, "open: ")):
         cell = findings.leaders_table({PROPOSED: law}).rows[0][1]
         assert cell[0].startswith(opening)
@@ -180,7 +181,7 @@ def test_factors_left_at_their_values_are_held_against_the_rule():
 
 
 def test_factors_of_a_sum_act_in_no_pair():
-    assert acting_pairs(usual().shares).endswith("is told for none.")
+    assert acting_pairs(usual().shares).endswith("for none.")
 
 
 def test_leaders_are_all_that_the_intervals_do_not_tell_apart():
@@ -199,7 +200,7 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
 
     def said(local):
         verdict = findings.foretold({PROPOSED: usual()}, {PROPOSED: local})
-        assert verdict.kind == "found"
+        assert verdict.settled
         assert f"{PROPOSED} in {local.slopes('RMSE')}." in verdict.evidence
         return verdict.statement
 
@@ -211,3 +212,27 @@ def test_gradients_foretell_indices_only_of_metrics_that_are_linear():
     second = replace(whole, sensitivities=replace(whole.sensitivities, gradient=half))
     assert said(second).startswith("For 1 of 2 pairs")
     assert findings.foretold({PROPOSED: widened(usual())}, {PROPOSED: whole}).kind == "open"
+
+
+def test_the_part_of_the_gains_in_the_late_error_is_also_computed_without_its_heaviest_runs():
+    # the late error follows m1 alone, but for one run of 9 rad: that run alone gives the gains their part
+    def change(values, place):
+        values[7, -1, place] = 9.0
+
+    one = made({"late error": {"m1": 9.0}})
+    heavy = with_values(one, "indices", change)
+    parts = {words: part for words, (part, _) in late_errors.late_parts(heavy).items()}
+    usual_part = late_errors.late_parts(one)[""][0]
+    assert parts[""] > 0.3
+    assert parts["the largest 1 % of the runs lowered to the rest"] == pytest.approx(usual_part, abs=0.02)
+    finding = late_errors.late_error_of(heavy)
+    assert {one.words for one in finding.variations} == set(parts) - {""}
+    assert "the largest 1 % of the runs lowered to the rest" in [one.words for one in finding.reversals]
+
+
+def test_the_table_of_heavy_runs_names_the_heaviest():
+    def change(values, place):
+        values[7, -1, place] = 9.0
+
+    rows = late_errors.heavy_table(with_values(usual(), "indices", change).indices).rows
+    assert next(row for row in rows if row[0] == 2)[1:3] == ("8", "9.00")

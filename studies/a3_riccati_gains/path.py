@@ -1,17 +1,21 @@
 """The Riccati matrix of (34) along a run of the proposed law, beside the equations it could be exchanged for."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import casadi as ca
 import numpy as np
 from scipy.interpolate import CubicSpline
 
+from studies.a1_paper_tables.study import PROPOSED_STEP
 from studies.paper.card import CARD
-from studies.paper.laws import ARM
+from studies.paper.laws import ARM, proposed_repaired
 from workbench.design.riccati import care
 from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
-from workbench.study.study import Outcome
+from workbench.metrics import measure
 from workbench.validation.refusals import Array, Integers
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
@@ -19,6 +23,7 @@ EVENLY = 10_001  # evenly spaced times, of which a median over time is taken
 SETTLED = 0.05  # s: several times the time in which (34) forgets P(0)
 INSTANTS = 60  # at which the algebraic equation is solved
 RTOL = 1e-4  # of the equations in time: the path between kept states is a spline, and known no better
+STEP, EVERY = PROPOSED_STEP / 4, 1e-3 / 12 * 30  # s: P left at P(0) lets K grow by half as much again
 B, Q, R = np.diag(CARD["Lambda"]), np.asarray(CARD["Q"]), np.asarray(CARD["R"])
 G = B @ np.linalg.solve(R, B.T)
 ZERO = np.zeros((2, 2))
@@ -35,12 +40,35 @@ class Motion:
     q_hat: Array
 
 
-def motion(outcome: Outcome) -> Motion:
-    """The first `WINDOW` seconds of a run."""
-    run = outcome.measurement.trajectories
+class Setting(NamedTuple):
+    """A scenario with the weights Q I and R I of (34), in N m/(rad s)."""
+
+    scenario: str
+    Q: float
+    R: float
+
+
+@dataclass(frozen=True, eq=False)
+class Along:
+    """The mean of P over a whole run with (34), (2, 2) in N m/rad, and P beside its rivals early in that run."""
+
+    mean: Array
+    compared: Compared
+
+
+def along(setting: Setting) -> Along:
+    """The repaired law with (34) along the run of a setting."""
+    loop = proposed_repaired(setting.scenario)
+    weighted = setting.Q * np.eye(2), setting.R * np.eye(2)
+    ode = replace(loop, controller=replace(loop.controller, Q=weighted[0], R=weighted[1])).ode()
+    until = float(CARD[f"{setting.scenario}: horizon"])
+    run = measure(ode, (), until=until, h=STEP, every=EVERY).trajectories
+    P = run["controller.P"][0]
+    mean = np.trapezoid(P, run.t, axis=0) / until
     inside = run.t <= WINDOW + 1e-9
     names = "controller.K", "controller.P", "observer.state.q_hat"
-    return Motion(run.t[inside], *(run[name][0, inside] for name in names))
+    motion = Motion(run.t[inside], *(run[name][0, inside] for name in names))
+    return Along((mean + mean.T) / 2, compared(motion, *weighted))
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,8 +92,9 @@ class Compared:
         return median_in_time(far, self.t[late]), float(far.max())
 
 
-def compared(run: Motion) -> Compared:
+def compared(run: Motion, Q: Array = Q, R: Array = R) -> Compared:
     """P of (34) along a run, beside its rivals."""
+    G = B @ np.linalg.solve(R, B.T)
     t, K, P = run.t, run.K, run.P
     A = -np.linalg.solve(inertia(run.q_hat), K)
     kept = instants(len(t))
@@ -87,7 +116,7 @@ def compared(run: Motion) -> Compared:
         fpre(path, B, Q, R, P[0], t[kept], rtol=RTOL),
         -0.5 / float(np.linalg.eigvals(A[kept] - G @ X).real.max()),
         max(found.certificate.residual for found in solved),
-        {name: worst(cost(path, choice, t[kept]), backward.P[0]) for name, choice in choices.items()},
+        {name: worst(cost(path, choice, t[kept], Q, R), backward.P[0]) for name, choice in choices.items()},
     )
 
 
@@ -97,8 +126,11 @@ def instants(states: int) -> Integers:
     return np.union1d(early.round(), np.linspace(0, states - 1, INSTANTS).round()).astype(int)
 
 
-def cost(path: Callable[[float], Array], choice: Callable[[float], Array], t: Array) -> Array:
+def cost(
+    path: Callable[[float], Array], choice: Callable[[float], Array], t: Array, Q: Array = Q, R: Array = R
+) -> Array:
     """Y (2, 2): s' Y s is J of (32) over the times from s with u = -R^-1 B' P s, by a linear equation backward."""
+    G = B @ np.linalg.solve(R, B.T)
 
     def closed(time: float) -> Array:
         return path(time) - G @ choice(time)

@@ -1,135 +1,78 @@
 """The Riccati part of AOSMC-RGS: P(t) of (34) beside what it could be exchanged for, and what it does to the loop.
 
-Runs in about half a minute on two cores.
+Runs in about one and a half minutes on two cores.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from studies.a1_paper_tables.study import METRICS, PROPOSED_STEP, STEPS
-from studies.a3_riccati_gains import path
-from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared, compared, motion
+from studies.a1_paper_tables.study import METRICS, STEPS
+from studies.a3_riccati_gains import findings, path
+from studies.a3_riccati_gains.path import SETTLED, WINDOW, Compared
+from studies.a3_riccati_gains.settings import (
+    ALGEBRAIC,
+    ASSUMED,
+    AT_START,
+    FORWARD,
+    FROZEN,
+    MEAN,
+    NONE,
+    OBSERVED,
+    PLACES,
+    SETTINGS,
+    SHOWN,
+    WEIGHTS,
+    scenario_of,
+)
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
 from workbench.loop import ClosedLoop
 from workbench.notation.formula import symbol
 from workbench.study.contract import Run
-from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series, Verdict
-from workbench.study.document.phrases import Column, Table, raised
-from workbench.study.evidence.law_tables import order, side_by_side
+from workbench.study.document.document import Figure, Page, Panel, Paragraph, Section, Series
+from workbench.study.document.phrases import Column, Table
+from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.study import Case, Results, Study
 from workbench.study.work import Work
-
-FORWARD, ALGEBRAIC, AT_START, NONE = "(34)", "algebraic", "P = P(0)", "no adaptation"
-CHOICES: dict[str, dict[str, Any]] = {  # the fields of the repaired law; (33) with P = 0 leaves the gain at K(0)
-    FORWARD: {},
-    ALGEBRAIC: {"riccati": "algebraic", "P": None},
-    AT_START: {"riccati": "frozen", "Q": None, "R": None},
-    NONE: {"riccati": "frozen", "Q": None, "R": None, "P": np.zeros((2, 2))},
-}
-EVERY = 1e-3 / 12 * 30  # s: the path of P is a spline through the kept states
-SHOWN = ("RMSE (43)", "RMSE", "IAE", "peak error", "effort", "peak torque", "TV")
-PLACES = [(scenario, joint) for scenario in SCENARIOS for joint in (0, 1)]
+from workbench.validation.refusals import Array
 
 
-def cases(scenario: str) -> Iterator[Case]:
-    """All loops of a scenario, on its horizon."""
-    ours = proposed_repaired(scenario)
-    runs = {
-        variant: (replace(ours, controller=replace(ours.controller, **fields)), EVERY, PROPOSED_STEP / 4)
-        for variant, fields in CHOICES.items()  # P left at P(0) lets K grow by half as much again
+def choices_of(weights: str, mean: Array) -> dict[str, dict[str, Any]]:
+    """The fields of the repaired law by the choice of P; (33) with P = 0 leaves the gain at K(0)."""
+    Q, R = (weight * np.eye(2) for weight in WEIGHTS[weights])
+    of_all: dict[str, dict[str, Any]] = {FORWARD: {"Q": Q, "R": R}, MEAN: FROZEN | {"P": mean}}
+    if weights != ASSUMED:  # P(0) and K(0) without (34) are the same for all weights
+        return of_all
+    return {
+        FORWARD: {},
+        ALGEBRAIC: {"riccati": "algebraic", "P": None},
+        MEAN: FROZEN | {"P": mean},
+        AT_START: FROZEN,
+        NONE: FROZEN | {"P": np.zeros((2, 2))},
     }
+
+
+def cases(scenario: str, means: Mapping[str, Array]) -> Iterator[Case]:
+    """All loops of a scenario, on its horizon, with the mean of P by the name of the weights."""
+    ours, until = proposed_repaired(scenario), CARD[f"{scenario}: horizon"]
+    for weights, mean in means.items():
+        for style, (name, fields) in enumerate(choices_of(weights, mean).items()):
+            loop = replace(ours, controller=replace(ours.controller, **fields))
+            named, run = scenario_of(scenario, weights), Run(loop, METRICS[scenario], until, path.EVERY, path.STEP)
+            yield Case(named, name, run, style=style)
     observed = ClosedLoop(ours.plant, repaired_observer(), RIVALS["ASMC"], ours.reference)
-    runs["ASMC, same observer"] = observed, 0.01, STEPS["ASMC"] / 2
-    runs["ASMC"] = rival(scenario, "ASMC"), 0.01, STEPS["ASMC"] / 2
-    for style, (name, (loop, every, h)) in enumerate(runs.items()):
-        yield Case(scenario, name, Run(loop, METRICS[scenario], CARD[f"{scenario}: horizon"], every, h), style=style)
+    for style, (name, loop) in enumerate({OBSERVED: observed, "ASMC": rival(scenario, "ASMC")}.items(), 5):
+        yield Case(scenario, name, Run(loop, METRICS[scenario], until, 0.01, STEPS["ASMC"] / 2), style=style)
 
 
-def works(results: Results) -> tuple[Work, ...]:
-    """P of (34) beside its rivals, along the run of each scenario."""
-    runs = tuple(motion(results[scenario, FORWARD]) for scenario in SCENARIOS)
-    return (Work("riccati", compared, runs, seconds=3.0),)
-
-
-def changes(results: Results, variant: str, metric: str) -> list[float]:
-    """The change of a metric against the law with (34), in %, at either joint in either scenario."""
-    pairs = [[results[s, law].score(metric, j).pair[0] for law in (variant, FORWARD)] for s, j in PLACES]
-    return [100 * (other / ours - 1) for other, ours in pairs]
-
-
-def of_the_equations(results: Results) -> tuple[Verdict, ...]:
-    """(34) beside the equations it could be exchanged for."""
-    paths: Sequence[Compared] = results.work("riccati")
-    medians, largest = np.transpose([100 * np.array(one.gap(one.X)) for one in paths])
-    memories, rises = [1e3 * one.memory for one in paths], [path.rise(one.K, one.t) for one in paths]
-    costs = [100 * (one.ratios[path.FORWARD] - 1) for one in paths]
-    without = [one.ratios["P = 0"] for one in paths]
-    sample = f"along one run a scenario until {WINDOW:g} s ({' and '.join(SCENARIOS.values())})"
-    numbers = "The assumed Q and R, which the paper does not state; K and the estimate of q along the run."
-    return (
-        Verdict(
-            "found",
-            f"P(t) of (34) is at most {largest[0]:.2g} % and {largest[1]:.2g} % from the algebraic solution X from "
-            f"{1e3 * SETTLED:g} ms on, in the median over time {medians[0]:.2g} % and {medians[1]:.2g} %.",
-            f"Differences of two solutions of (34) fall to 1/e in at most {memories[0]:.3g} and {memories[1]:.3g} ms, "
-            f"while K takes {rises[0]:.3g} and {rises[1]:.3g} s for 63 % of its way.",
-            estimand=f"|P - X| / |X|, Frobenius norms, {sample}.",
-            given=numbers,
-            reversal="A smaller Q or a larger R, which slow (34) down; no other pair was tried here.",
-        ),
-        Verdict(
-            "found",
-            raised(f"As a feedback u = -R^-1 B' P(t) s of (31), P(t) of (34) costs {costs[0]:.2g} % and ")
-            + f"{costs[1]:.2g} % more than the least J of (32).",
-            f"u = 0 costs {without[0]:.3g} and {without[1]:.3g} times the least. The law applies no such u: it uses P "
-            "in (33), as a rate of learning.",
-            estimand=f"J of (32) over the first {WINDOW:g} s, from the worst s(0), over the least; A {sample}.",
-            given=numbers,
-            reversal="A smaller Q or a larger R, which slow (34) down, or another horizon of J.",
-        ),
-    )
-
-
-def of_the_loop(results: Results) -> tuple[Verdict, ...]:
-    """The loop with (34) beside the other loops."""
-    same = max(abs(c) for name in ("RMSE (43)", "IAE", "effort") for c in changes(results, ALGEBRAIC, name))
-    fs1, fs2, ss1, ss2 = changes(results, AT_START, "RMSE (43)")
-    effort = changes(results, AT_START, "effort")
-    pairs = [[results[s, law].score("RMSE (43)", j).pair for law in (FORWARD, AT_START)] for s, j in PLACES]
-    constant = [order(ours, other, MARGIN) for ours, other in pairs]
-    sample = "at two joints in two scenarios, one run each without noise, the whole horizon."
-    observer = "Both loops: positions, one observer, the true disturbance, the exact model."
-    return (
-        Verdict(
-            "found",
-            "With the algebraic equation at each instant in place of (34), RMSE (43), IAE and effort change by at most "
-            f"{same:.2g} %.",
-            estimand=f"Three metrics {sample}",
-            given=observer,
-            reversal="A smaller Q or a larger R, with which (34) lags behind X.",
-        ),
-        Verdict(
-            "found",
-            f"With P left at P(0) in place of (34), RMSE (43) of joints 1 and 2 changes by {fs1:+.2g} and {fs2:+.2g} % "
-            f"in the first scenario and by {ss1:+.2g} and {ss2:+.2g} % in the second scenario, and the effort by "
-            f"{min(effort):+.2g} to {max(effort):+.2g} % over the four.",
-            f"Beyond {100 * MARGIN:g} % RMSE (43) is the smaller with P(0) in {constant.count('above')} of "
-            f"{len(PLACES)} comparisons, and the larger in {constant.count('below')}. Two rates of learning are "
-            "compared: (33) learns with P.",
-            estimand=f"RMSE (43) and effort {sample}",
-            given=observer,
-            reversal="Another Q, R or P(0): of these the paper states P(0) alone.",
-        ),
-    )
-
-
-def findings(results: Results) -> tuple[Verdict, ...]:
-    """The verdicts on the equations, then on the loop."""
-    return (*of_the_equations(results), *of_the_loop(results))
+def all_cases(found: Mapping[str, Any]) -> tuple[Case, ...]:
+    """The loops of both scenarios."""
+    answers = dict(zip(SETTINGS, found["riccati"], strict=True))
+    means = {s: {name: answers[s, name].mean for name in WEIGHTS} for s in SCENARIOS}
+    return tuple(case for s in SCENARIOS for case in cases(s, means[s]))
 
 
 def figure(one: Compared, scenario: str) -> Figure:
@@ -178,8 +121,10 @@ def choices(one: Compared, scenario: str) -> Table:
 def loops(results: Results) -> Section:
     """The closed loops side by side."""
     about = Paragraph(
-        f"The first four rows are one law on one observer; in '{ALGEBRAIC}' P solves (34) with P' = 0, in '{NONE}' K "
-        f"stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row knows q and qd exactly. {BOLD}"
+        f"All rows but the last two are one law on one observer. In '{ALGEBRAIC}' P solves (34) with P' = 0. In "
+        f"'{MEAN}' P is constant, with the mean that (34) gives over the run; in '{AT_START}' it stays at "
+        f"{CARD['P(0)'][0, 0]:g} N m/rad. In '{NONE}' K stays {CARD['K(0)'][0, 0]:g} N m. ASMC in the last row knows q "
+        f"and qd exactly. {BOLD}"
     )
     tables = []
     for s, j in PLACES:
@@ -188,15 +133,22 @@ def loops(results: Results) -> Section:
     return Section("The loops side by side", (about, *tables))
 
 
-def sections(results: Results) -> Sequence[Section]:
-    """The findings with P(t) over time, then the tables behind them."""
-    paths = dict(zip(SCENARIOS, results.work("riccati"), strict=True))
+def sections(results: Results) -> Page:
+    """The answer and the findings, P(t) over time, then the tables behind them."""
+    answers = dict(zip(SETTINGS, results.work("riccati"), strict=True))
+    paths = {scenario: answers[scenario, ASSUMED].compared for scenario in SCENARIOS}
     figures = (figure(one, scenario) for scenario, one in paths.items())
     tables = (choices(one, scenario) for scenario, one in paths.items())
-    return (
-        Section("Findings", (*figures, *findings(results))),
-        Section("P(t) beside other choices", tuple(tables)),
-        loops(results),
+    held = findings.Evidence(results, answers)
+    return Page(
+        findings.answer(held),
+        findings.findings(held),
+        (
+            Section("P(t) over time", tuple(figures)),
+            Section("P frozen at two values", (findings.frozen_table(held),)),
+            Section("P(t) beside other choices", tuple(tables)),
+            loops(results),
+        ),
     )
 
 
@@ -204,16 +156,16 @@ study = Study(
     name="a3_riccati_gains",
     title="AOSMC-RGS: what the Riccati part does",
     question=(
-        "P(t) of (34) sets the rate at which the gain of the proposed law learns. How far is it from what the "
-        "algebraic, the backward and the constant choice would give, what does that cost in (32), and does the loop "
-        "track better with it than without?"
+        "P(t) of (34) sets the rate at which the gain of the proposed law learns. Does the loop track better with it "
+        "than with a constant P, and how far is it from the solutions of the algebraic and of the backward equation?"
     ),
     method=(
-        "The repaired law in both scenarios. Along each run A = -M^-1 K, B = Lambda of (31) are a path in time, on "
-        "which each equation is solved with its certificate, and J of (32) by a linear equation. Then the loop with "
-        "P solved for at each instant, left at P(0), without any adaptation, and with plain ASMC."
+        "The repaired law runs in both scenarios, with three pairs of Q and R. Along each run A = -M^-1 K and B = "
+        "Lambda of (31) are a path in time. Each Riccati equation is solved on that path with its certificate, and J "
+        "of (32) by a linear equation. Then the loop runs with P from the algebraic equation, frozen at its mean, "
+        "frozen at P(0), without adaptation, and with plain ASMC."
     ),
-    cases=(*cases("FS"), *cases("SS")),
-    works=works,
+    cases=all_cases,
+    works=(Work("riccati", path.along, tuple(SETTINGS.values()), seconds=8.0),),
     sections=sections,
 )

@@ -1,13 +1,12 @@
-"""The findings of a7: verdicts that turn with the figures, and the leaders of each law."""
+"""The findings of a7, which follow from the figures, and the leaders of each law."""
 
 from collections.abc import Mapping
 
 import numpy as np
 
-from studies.a7_sensitivity.results import Derivatives, LawResults, interval, leaders, named, narrow, percent
+from studies.a7_sensitivity.late_errors import EXACT, FEW, INDICES, OURS, late_parts
+from studies.a7_sensitivity.results import ROBUST, Derivatives, LawResults, interval, leaders, named, narrow, percent
 from studies.a7_sensitivity.sweeps import (
-    HELD,
-    LATE,
     METRICS,
     NARROW,
     OF_LATE,
@@ -18,133 +17,175 @@ from studies.a7_sensitivity.sweeps import (
     group_of,
     written,
 )
-from workbench.study.document.document import Column, Phrase, Table, Verdict
+from workbench.study.document.document import Column, Finding, Phrase, Table, Variation
 from workbench.study.sample import Sample
-from workbench.study.uncertainty import Estimate, share
+from workbench.study.uncertainty import Estimate, SobolIndices, share
 from workbench.study.uncertainty.outputs import Flags
 
 NEAR = 0.1  # of a variance: how far a linear share may lie from S1 and still foretell it
-FEW = 3  # leaders that a cell still names
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
-EXACT = "Exact positions and velocities for the rivals, while AOSMC-RGS observes its own from positions"
-INDICES = "of a Sobol design with a quadratic control variate, intervals by the jackknife over its scrambles, 95 %"
 
 
-def deciding_gain(ours: LawResults, metric: str = "RMSE") -> Verdict:
-    """The gain with the largest total index at each joint, or those that the runs do not tell apart."""
+def answer(laws: Mapping[str, LawResults]) -> str:
+    """The numbers that decide about the proposed law, in one line."""
+    ours = laws[PROPOSED]
+    shares = {metric: [ours.shares[named(metric, joint)] for joint in (0, 1)] for metric in ("RMSE", "TV")}
+    arm, gains = (
+        " and ".join(percent(float(one.of_group(group).value)) for one in shares["RMSE"]) for group in ("arm", "gains")
+    )
+    model = " and ".join(percent(float(one.of_group("model").value)) for one in shares["TV"])
+    high = max(part for part, _ in late_parts(ours).values())
+    return (
+        f"Over these ranges the arm has {arm} of the variance of the RMSE of {PROPOSED} at joints 1 and 2, the gains "
+        f"{gains}. The gains explain at most {100 * high:.0f} % of its late error; the model has {model} of its "
+        "chattering."
+    )
+
+
+def deciding_gain(ours: LawResults, metric: str = "RMSE") -> Finding:
+    """The gain with the largest total index at each joint, or the gains that the runs do not tell apart."""
     factors = ours.shares.factors
     places = [i for i, factor in enumerate(factors) if group_of(factor) == "gains"]
     names = [factors[i] for i in places]
-    every = [ours.shares[named(metric, joint)].ST for joint in (0, 1)]
-    totals = [Estimate(one.value[places], one.half[places]) for one in every]
+
+    def totals_of(shares: SobolIndices, output: str) -> list[Estimate]:
+        every = [shares[named(output, joint)].ST for joint in (0, 1)]
+        return [Estimate(one.value[places], one.half[places]) for one in every]
+
+    def said(totals: list[Estimate]) -> str:
+        return " and ".join(" or ".join(leaders(names, one)) for one in totals)
+
+    totals = totals_of(ours.shares, metric)
     first, second = (leaders(names, one) for one in totals)
     listed = [
         ", ".join(f"{names[i]} {interval(one[i])}" for i in np.argsort(-one.value)[:FEW].tolist()) for one in totals
     ]
-    return Verdict(
-        "found" if narrow(*totals) and len(first) == len(second) == 1 else "open",
+    screened = [
+        Estimate(size.value[spots], size.half[spots])
+        for spots in [[ours.effects.factors.index(name) for name in names]]
+        for size in (ours.effects[named(metric, joint)].mu_star for joint in (0, 1))
+    ]
+    others = {
+        **{
+            f"{one.name} in place of {metric}": totals_of(ours.shares, one.name)
+            for one in METRICS
+            if one.name != metric
+        },
+        **{f"{metric}, {words}": totals_of(ours.shares_by(metric, change), metric) for words, change in ROBUST.items()},
+        "the screening's mu* in place of ST": screened,
+    }
+    return Finding(
+        "deciding_gain",
         f"Of the gains of {PROPOSED}, over these ranges, {' or '.join(first)} decides most about the {metric} of "
-        f"joint 1, and {' or '.join(second)} about that of joint 2.",
+        f"joint 1, and {' or '.join(second)} about the {metric} of joint 2.",
         f"Total indices of the gains, joint 1: {listed[0]}; joint 2: {listed[1]}.",
-        f"ST of the {metric} up to {UNTIL:g} s, {INDICES}.",
-        f"Q and R a factor of {SPAN:g} either way, as the paper does not state them, the stated gains 10 %.",
-        "Equal ranges for stated and assumed gains, or ranges as wide as those of the card.",
+        statistic=f"The largest total index ST among the gains, for the {metric} up to {UNTIL:g} s, {INDICES}.",
+        sample=f"{len(ours.indices):,} runs of the first scenario.",
+        given=OURS,
+        chosen=f"The ranges: Q and R a factor of {SPAN:g} either way, the stated gains 10 %.",
+        answer=said(totals),
+        variations=tuple(Variation(words, said(one)) for words, one in others.items()),
+        untried="Equal ranges for stated and assumed gains, or ranges as wide as those on the card.",
+        settled=narrow(*totals) and len(first) == len(second) == 1,
     )
 
 
-def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)", "l")) -> Verdict:
-    """The effect of some gains on the tracking error beside that of the strongest factor, by the screening."""
+def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)", "l")) -> str:
+    """The effect of some gains on the tracking error beside the effect of the strongest factor, by the screening."""
     places = [ours.effects.factors.index(name) for name in names]
     sizes = [ours.effects[named("RMSE", joint)].mu_star for joint in (0, 1)]
     shares = [percent(size.value[places].max() / size.value.max()) for size in sizes]
     most = percent(max(size.high[places].max() / size.value.max() for size in sizes))
-    return Verdict(
-        "found",
-        f"{', '.join(names[:-1])} and {names[-1]} each move the RMSE of {PROPOSED} by at most {most} of what the "
-        "strongest factor does, over these ranges.",
-        f"The largest mu* among them is {shares[0]} and {shares[1]} of the largest of all (joints 1 and 2); {most} is "
-        "the upper end of its interval.",
-        "The mean size mu* of the elementary effects of the screening, with Student's interval of 95 %.",
-        f"phi, K(0) and P(0) 10 % either way, as they are stated, l a factor of {SPAN:g}.",
-        "Wider ranges: these say nothing of a boundary layer or a first gain several times as large.",
-    )
-
-
-def late_error_of(ours: LawResults) -> Verdict:
-    """The part of the variance of the late error that the gains have."""
-    total = [ours.shares[named("late error", joint)].of_group("gains", True) for joint in (0, 1)]
-    # what gains do together counts in the total index of each, so their sum bounds from above
-    high = max(float(one.high) for one in total)
-    held = [factor for factor in HELD[PROPOSED] if group_of(factor) == "gains"]
-    return Verdict(
-        "found" if narrow(*total) else "open",
-        f"Of the gains those left free ({', '.join(ours.groups['gains'])}) have at most {100 * high:.1f} % of the "
-        f"variance of the late error of {PROPOSED}; the arm and its model have at least the rest, over these ranges.",
-        f"The total indices of these gains sum to {interval(total[0], 3)} and {interval(total[1], 3)} at joints 1 and "
-        f"2; {', '.join(held)} the screening left at their values. {heaviest(ours.indices)}",
-        f"The sum of ST over the gains, for the largest |e| from {LATE:g} to {UNTIL:g} s, {INDICES}.",
-        "Links and masses of arm and model 10 % off either way, independently of each other.",
-        "A better model: the smaller its errors, the larger the part of the variance that the gains have.",
-    )
-
-
-def heaviest(sample: Sample) -> str:
-    """The part of the variance of the late error that a single run has, at the joint where it has most."""
-    values = np.stack([sample.score("late error", joint).value for joint in (0, 1)])
-    squares = (values - values.mean(axis=1, keepdims=True)) ** 2
-    part = squares.max(axis=1) / squares.sum(axis=1)
-    joint = int(part.argmax())
-    second, first = np.sort(values[joint])[-2:]
     return (
-        f"One of {len(sample):,} runs has {percent(part[joint])} of the variance at joint {joint + 1} "
-        f"({first:.2f} rad; the next is {second:.2f})."
+        f"{', '.join(names[:-1])} and {names[-1]} each move the RMSE of {PROPOSED} by at most {most} of what the "
+        f"strongest factor does, over these ranges. The largest mu* among them is {shares[0]} and {shares[1]} of the "
+        f"largest of all (joints 1 and 2); {most} is the upper end of its interval. Wider ranges may differ: these are "
+        f"10 % either way for phi, K(0) and P(0), and a factor of {SPAN:g} for l."
     )
 
 
-def chattering(ours: LawResults) -> Verdict:
+def chattering(ours: LawResults) -> Finding:
     """The parts of the variance of the total variation that the model and the gains have."""
+
+    def said(shares: SobolIndices) -> str:
+        model, gains = (
+            [shares[named("TV", joint)].of_group(group) for joint in (0, 1)] for group in ("model", "gains")
+        )
+        if all(one.low > other.high for one, other in zip(model, gains, strict=True)):
+            return "the model"
+        below = all(one.high < other.low for one, other in zip(model, gains, strict=True))
+        return "the gains" if below else "neither at both joints"
+
     shares = [ours.shares[named("TV", joint)] for joint in (0, 1)]
     model, gains = ([one.of_group(group) for one in shares] for group in ("model", "gains"))
-    above = all(one.low > other.high for one, other in zip(model, gains, strict=True))
-    below = any(one.high < other.low for one, other in zip(model, gains, strict=True))
+    apart = all(one.low > two.high or one.high < two.low for one, two in zip(model, gains, strict=True))
     parts = [" and ".join(percent(float(one.value)) for one in group) for group in (model, gains)]
-    return Verdict(
-        "found" if narrow(*model, *gains) and (above or below) else "open",
+    return Finding(
+        "chattering",
         f"The model has {parts[0]} of the variance of the chattering (TV) of {PROPOSED} at joints 1 and 2 by "
         f"itself, and all gains together {parts[1]}.",
-        f"First-order parts of the model against those of the gains, joints 1 and 2: {interval(model[0])} against "
+        f"First-order parts of the model against the gains, joints 1 and 2: {interval(model[0])} against "
         f"{interval(gains[0])} and {interval(model[1])} against {interval(gains[1])}.",
-        f"Sums of S1 of the total variation of the torque, sampled every {1e3 * SAMPLE:g} ms, {INDICES}.",
-        "Four numbers of the model and the stated gains 10 % off, Q and R a factor of "
-        f"{SPAN:g}; phi stays at its value.",
-        "A model known to 2 %, or wider ranges of the gains.",
+        statistic=f"Sums of S1 of the total variation of the torque, sampled every {1e3 * SAMPLE:g} ms, {INDICES}.",
+        sample=f"{len(ours.indices):,} runs of the first scenario.",
+        given=OURS,
+        chosen=f"The ranges: four numbers of the model and the stated gains 10 % off, Q and R a factor of {SPAN:g}; "
+        "phi stays at its value.",
+        answer=said(ours.shares),
+        variations=tuple(Variation(words, said(ours.shares_by("TV", change))) for words, change in ROBUST.items()),
+        untried="A model known to 2 %, or wider ranges of the gains.",
+        settled=narrow(*model, *gains) and apart,
     )
 
 
-def strays(laws: Mapping[str, LawResults]) -> Verdict:
+def strays(laws: Mapping[str, LawResults]) -> Finding:
     """The number of runs that leave their reference."""
-    astray = {law: [_astray(sample) for sample in one.samples] for law, one in laws.items()}
+
+    def counts(bound: float) -> dict[str, tuple[int, int]]:
+        runs = {law: [_astray(sample, bound) for sample in one.samples] for law, one in laws.items()}
+        return {law: (int(sum(map(np.sum, some))), sum(map(len, some))) for law, some in runs.items()}
+
+    def said(count: int) -> str:
+        return "none" if count == 0 else "some"
+
+    usual = counts(ASTRAY)
     drawn = {law: share(_astray(one.random)) for law, one in laws.items()}
-    counts = {law: f"{sum(map(np.sum, runs)):,} of {sum(map(len, runs)):,}" for law, runs in astray.items()}
     worst = max(np.nanmax(sample.score("late error", j).value) for sample in laws[PROPOSED].samples for j in (0, 1))
     listed = ", ".join(
-        f"{law} {counts[law]}, of random draws {percent(part.low)} to {percent(part.high)}"
+        f"{law} {usual[law][0]:,} of {usual[law][1]:,}, of random draws {percent(part.low)} to {percent(part.high)}"
         for law, part in drawn.items()
     )
-    return Verdict(
-        "found",
-        f"{counts[PROPOSED]} runs of {PROPOSED} stray: they diverge, or their late error exceeds {ASTRAY:g} rad.",
+    ours = usual[PROPOSED]
+    bounds = {bound: counts(bound)[PROPOSED][0] for bound in (ASTRAY / 2, 2 * ASTRAY)}
+    return Finding(
+        "strays",
+        f"{ours[0]:,} of {ours[1]:,} runs of {PROPOSED} stray: they diverge, or their late error exceeds {ASTRAY:g} "
+        "rad.",
         f"Its largest late error is {worst:.2g} rad. Runs that stray: {listed}.",
-        "Counts over all runs of a law, the screening at the ends of the ranges among them, so no probabilities; "
-        "shares of the independent draws with the interval of Clopper and Pearson, 95 %.",
-        f"{EXACT}; SMC has the gain of 5 N m that a1 assumes, too small for these errors of the model.",
-        "Ranges that leave the screened corners out; for SMC a larger gain.",
+        statistic="Counts over all runs of a law, the corners of the screening among them, so no probabilities; shares "
+        "of the independent draws with the interval of Clopper and Pearson, 95 %.",
+        sample="All runs of each law: screening, indices and random draws.",
+        given=f"{EXACT}; SMC has the gain of 5 N m that a1 assumes, too small for these errors of the model.",
+        chosen="The ranges, and the gains of the rivals.",
+        answer=said(ours[0]),
+        variations=(
+            *(
+                Variation(f"a bound of {bound:g} rad", said(count), f"{count:,} runs")
+                for bound, count in bounds.items()
+            ),
+            *(
+                Variation(law, said(count), f"{count:,} of {runs:,}")
+                for law, (count, runs) in usual.items()
+                if law != PROPOSED
+            ),
+        ),
+        untried="Ranges without the corners of the screening; for SMC a larger gain.",
     )
 
 
-def _astray(sample: Sample) -> Flags:
+def _astray(sample: Sample, bound: float = ASTRAY) -> Flags:
     late = np.stack([sample.score("late error", joint).value for joint in (0, 1)])
-    return np.asarray(~(late < ASTRAY).all(axis=0))  # a lost run, of NaN, is astray
+    return np.asarray(~(late < bound).all(axis=0))  # a lost run, of NaN, is astray
 
 
 def gap(one: LawResults, near: Derivatives, metric: str, joint: int) -> Estimate:
@@ -155,27 +196,41 @@ def gap(one: LawResults, near: Derivatives, metric: str, joint: int) -> Estimate
     return Estimate(apart[worst], first.half[worst])
 
 
-def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE") -> Verdict:
+def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], metric: str = "RMSE") -> Finding:
     """The derivatives at one point against the indices over the whole range."""
     gaps = {(law, joint): gap(laws[law], near[law], metric, joint) for law in near for joint in (0, 1)}
     sure = {key for key in gaps if narrow(laws[key[0]].shares[named(metric, key[1])].S1)}
-    held = [key for key, far in gaps.items() if far.high <= NEAR and key in sure]
+    close = [key for key, far in gaps.items() if far.high <= NEAR and key in sure]
     # without a gradient, where the difference is NaN, nothing is foretold
     missed = [key for key, far in gaps.items() if not far.low <= NEAR]
-    left = len(gaps) - len(held) - len(missed)
+    left = len(gaps) - len(close) - len(missed)
     listed = ", ".join(f"{law} q{joint + 1} {interval(far)}" for (law, joint), far in gaps.items())
     slopes = ", ".join(f"{law} in {one.slopes(metric)}" for law, one in near.items())
-    return Verdict(
-        "open" if left else "found",
-        f"For {len(held)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells "
+
+    def said(key: tuple[str, int]) -> str:
+        return "foretold" if key in close else "not foretold" if key in missed else "open"
+
+    first = (PROPOSED, 0)
+    return Finding(
+        "foretold",
+        f"For {len(close)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells "
         f"every first-order index of the {metric} within {NEAR:g}; for {len(missed)} it is farther off, and for "
         f"{left} the intervals leave it open.",
         f"Largest difference of a linear share from S1, with the interval of that S1: {listed}. The gradient is the "
         f"slope of the runs, of all derivatives at both joints: {slopes}.",
-        "S1, of Sobol designs with a quadratic control variate, against the share of a linear function with the exact "
-        "gradient, exact for the steps that are taken; a slope is that of runs over 0.01 % and over 1 % of a number.",
-        "The ranges of this study, which are alike for all laws.",
-        "Wider ranges, over which gains act by curves.",
+        statistic="S1, of Sobol designs with a quadratic control variate, against the share of a linear function with "
+        "the exact gradient; a slope compares runs over 0.01 % and over 1 % of a number.",
+        sample="All runs of the indices, and one run with its derivatives for each law.",
+        given="The ranges of this study, which are alike for all laws.",
+        chosen="The ranges, and the gains of the rivals.",
+        answer=said(first),
+        variations=tuple(
+            Variation(f"{law}, joint {joint + 1}", said((law, joint)), interval(far))
+            for (law, joint), far in gaps.items()
+            if (law, joint) != first
+        ),
+        untried="Wider ranges, over which gains act by curves.",
+        settled=not left,
     )
 
 

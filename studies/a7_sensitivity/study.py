@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from studies.a7_sensitivity import findings, sweeps
+from studies.a7_sensitivity import findings, late_errors, sweeps
 from studies.a7_sensitivity.results import (
     FLOOR,
     WORST,
@@ -23,7 +23,7 @@ from studies.a7_sensitivity.results import (
 )
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
 from workbench.study import Results, Study, Work
-from workbench.study.document.document import Cell, Column, Figure, Paragraph, Phrase, Section, Table, Verdict
+from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.study.pictures.traces import loops_section
 from workbench.study.uncertainty import Estimate, SobolIndices
@@ -79,7 +79,8 @@ def proposed_section(one: LawResults) -> Section:
         "rad",
         labels=labels(effects.factors),
     )
-    return Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, Paragraph(acting_pairs(one.shares))))
+    texts = Paragraph(findings.idle_gains(one)), Paragraph(acting_pairs(one.shares))
+    return Section(f"{PROPOSED} in full", (indices_figure(one, 1), plane, tornado, *texts))
 
 
 def labels(names: Sequence[str]) -> dict[str, Phrase]:
@@ -89,14 +90,14 @@ def labels(names: Sequence[str]) -> dict[str, Phrase]:
 def acting_pairs(indices: SobolIndices) -> str:
     """The pairs of factors that act together, as far as the runs can tell."""
     names = [f"{indices.factors[i]} and {indices.factors[j]}" for i, j in indices.pairs]
-    told = [
+    pairs = [
         f"{names[place]} ({output})"
         for output in indices.names
         for place in np.flatnonzero(indices[output].S2.low > FELT)
     ]
     return (
-        f"Of {len(names)} pairs of factors, whose intervals hold together, an S2 above {FELT:g} is told for "
-        f"{', '.join(told) or 'none'}."
+        f"Of {len(names)} pairs of factors, whose intervals hold together, S2 exceeds {FELT:g} for "
+        f"{', '.join(pairs) or 'none'}."
     )
 
 
@@ -197,29 +198,30 @@ def works(results: Results) -> tuple[Work, ...]:
     return Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0), Work("stress", stressed, worst, seconds=1.0)
 
 
-def verdicts(results: Results, laws: Mapping[str, LawResults]) -> tuple[Verdict, ...]:
-    ours = laws[PROPOSED]
-    return (
-        findings.deciding_gain(ours),
-        findings.idle_gains(ours),
-        findings.late_error_of(ours),
-        findings.chattering(ours),
-        findings.strays(laws),
-        findings.foretold(laws, dict(zip(sweeps.LAWS, results.work("derivatives"), strict=True))),
-    )
-
-
-def sections(results: Results) -> Sequence[Section]:
+def sections(results: Results) -> Page:
     laws = {law: results_of(results, law) for law in sweeps.LAWS}
+    near = dict(zip(sweeps.LAWS, results.work("derivatives"), strict=True))
     ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
-    return (
-        Section("What was found", (*pictures, *verdicts(results, laws), findings.leaders_table(laws))),
-        proposed_section(ours),
-        Section("Gains, arm or model", (groups_table(laws),)),
-        varied_section(laws),
-        trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-        loops_section("The laws, to be turned", TURNED, results.outcomes),
+    heavy = Paragraph(late_errors.heaviest(ours.indices)), late_errors.heavy_table(ours.indices)
+    return Page(
+        findings.answer(laws),
+        (
+            findings.deciding_gain(ours),
+            late_errors.late_error_of(ours),
+            findings.chattering(ours),
+            findings.strays(laws),
+            findings.foretold(laws, near),
+        ),
+        (
+            Section("Indices and bands", (*pictures, findings.leaders_table(laws))),
+            Section("The runs behind the late error", heavy),
+            proposed_section(ours),
+            Section("Gains, arm or model", (groups_table(laws),)),
+            varied_section(laws),
+            trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
+            loops_section("The laws, to be turned", TURNED, results.outcomes),
+        ),
     )
 
 
