@@ -106,11 +106,9 @@ def _multiples(
 
 
 def _range_of(curves: Sequence[Series]) -> list[Band]:
-    """The strip between the least and the greatest of curves over the same times, where any of them has a number."""
-    times = curves[0].x
-    if any(not np.array_equal(one.x, times) for one in curves):
-        return []
-    numbers = np.array([one.y for one in curves])
+    """The strip between the least and the greatest of curves at the times of the longest, where any has a number."""
+    times = max((one.x for one in curves), key=len)
+    numbers = np.array([np.interp(times, one.x, one.y, left=np.nan, right=np.nan) for one in curves])
     there = np.isfinite(numbers).any(axis=0)
     low, high = np.nanmin(numbers[:, there], axis=0), np.nanmax(numbers[:, there], axis=0)
     return [Band("range of all laws", times[there], low, high, "reference")] if there.any() else []
