@@ -42,7 +42,8 @@ def traces(
     """A number of a signal for several laws, by its label or counted from 0; `reference` names an output below them.
 
     A law whose style an earlier one has takes the next that is free. More than three laws have a panel each, before
-    the range of all of them in grey; of two windows, one behind the other, the second is compressed.
+    the range of all of them in grey: of two windows, one behind the other, the second is compressed; of others each
+    has its own panels.
 
     Raises
     ------
@@ -50,8 +51,10 @@ def traces(
         If there are more laws than styles.
     """
     panels, styles = [], _styles(name, outcomes)
-    if len(outcomes) > TOGETHER and (joined := _joined(windows)):
-        return _multiples(name, caption, outcomes, signal, number, ylabel, joined, reference, styles)
+    if len(outcomes) > TOGETHER:
+        for joined in _joined(windows):
+            panels += _multiples(outcomes, signal, number, ylabel, joined, reference, styles)
+        return Figure(name, caption, tuple(panels), columns=ACROSS)
     for window in windows:
         series = [
             curve(o, signal, number, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)
@@ -63,19 +66,15 @@ def traces(
     return Figure(name, caption, tuple(panels), columns=len(panels))
 
 
-def _joined(windows: Sequence[Window]) -> tuple[Window, float | None] | None:
-    """The whole of the windows and where the second begins; None if they are not one behind the other."""
-    if len(windows) == 1:
-        return windows[0], None
+def _joined(windows: Sequence[Window]) -> list[tuple[Window, float | None]]:
+    """The whole of two windows, one behind the other, and where the second begins; else each window with None."""
     if len(windows) != 2 or windows[0].end != windows[1].start:
-        return None
+        return [(window, None) for window in windows]
     first, second = windows
-    return Window(first.start, second.end, first.ylim), first.end
+    return [(Window(first.start, second.end, first.ylim), first.end)]
 
 
 def _multiples(
-    name: str,
-    caption: Phrase,
     outcomes: Sequence[Outcome],
     signal: str,
     number: int | str,
@@ -83,7 +82,7 @@ def _multiples(
     joined: tuple[Window, float | None],
     reference: str,
     styles: Sequence[int],
-) -> Figure:
+) -> list[Panel]:
     """A panel for each law: its curve, what is wanted, and the range of all laws."""
     window, cut = joined
     curves = [curve(o, signal, number, window, o.case.law, style) for o, style in zip(outcomes, styles, strict=True)]
@@ -91,7 +90,7 @@ def _multiples(
     if reference:
         longest = max(outcomes, key=_finite_rows)
         behind.insert(0, curve(longest, reference, number, window, "reference", "reference"))
-    panels = tuple(
+    return [
         Panel(
             ylabel if k % ACROSS == 0 else "",
             (one, *behind),
@@ -101,16 +100,13 @@ def _multiples(
             xcut=cut,
         )
         for k, one in enumerate(curves)
-    )
-    return Figure(name, caption, panels, columns=ACROSS)
+    ]
 
 
 def _range_of(curves: Sequence[Series]) -> list[Band]:
-    """The strip between the least and the greatest of curves over the same times, where any of them has a number."""
-    times = curves[0].x
-    if any(not np.array_equal(one.x, times) for one in curves):
-        return []
-    numbers = np.array([one.y for one in curves])
+    """The strip between the least and the greatest of curves at the times of the longest, where any has a number."""
+    times = max((one.x for one in curves), key=len)
+    numbers = np.array([np.interp(times, one.x, one.y, left=np.nan, right=np.nan) for one in curves])
     there = np.isfinite(numbers).any(axis=0)
     low, high = np.nanmin(numbers[:, there], axis=0), np.nanmax(numbers[:, there], axis=0)
     return [Band("range of all laws", times[there], low, high, "reference")] if there.any() else []
