@@ -81,8 +81,6 @@ def document(title="Six laws on one arm", *more, words="text"):
         Verdict("fails", (words, q), words),
         Verdict("holds", words),
         Verdict("open", words),
-        Verdict("depends", words, words, words, words, words),
-        Verdict("found", words, estimand=words),
         Itemize((words, q)),
         *more,
     )
@@ -136,20 +134,13 @@ def test_figures_and_tables_speak_to_those_who_cannot_see_them():
 
 def test_a_verdict_is_a_word_and_not_only_a_colour():
     words = Reader(html(document())).words
-    assert {"fails", "holds", "open", "depends"} <= set(words)
+    assert {"fails", "holds", "open"} <= set(words)
 
 
-def test_what_was_found_bears_no_word_of_right_or_wrong():
-    assert Reader(html(document())).words.count("found") == 1  # in the legend
-
-
-def test_a_verdict_has_its_sentence_its_evidence_and_its_terms_in_one_box():
-    words = [word for word in Reader(html(document())).words if word.strip()]
-    start = len(words) - words[::-1].index("depends") - 1  # the legend comes before
-    assert words[start : start + 9] == [
-        *("depends", "text", "text"),
-        *("Statistic and sample", "text", "Given", "text", "Would be reversed by", "text"),
-    ]
+def test_a_verdict_has_its_sentence_and_its_evidence_in_one_box():
+    words = [word.strip() for word in Reader(html(document())).words if word.strip()]
+    start = words.index("fails", words.index("fails") + 1) if words.count("fails") > 1 else words.index("fails")
+    assert words[start : start + 2] == ["fails", "text"]
 
 
 def test_provenance_says_how_to_get_the_report_again():

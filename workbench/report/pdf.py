@@ -136,12 +136,11 @@ class _Writer:
             case Equation() as equation:
                 tree["lines"] = [typst_math.emit(line, width=ROOM) for line in equation.lines]
                 tree["note"] = self.phrase(equation.note)
-            case Verdict(kind, statement, evidence) as verdict:
+            case Verdict(kind, statement, evidence):
                 tree |= {
                     "word": kind,
                     "statement": self.phrase(statement),
                     "evidence": self.phrase(evidence),
-                    "terms": [{"label": label, "phrase": self.phrase(phrase)} for label, phrase in verdict.terms],
                 }
             case Figure(name, caption):
                 alt = plain(named(caption, self.known))

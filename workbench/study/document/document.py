@@ -127,29 +127,14 @@ class Equation:
 @dataclass(frozen=True)
 @door
 class Verdict:
-    """A claim with its verdict and its evidence, as a bound, a residual or a witness, in one box.
+    """A claim that `holds`, `fails` or is `open`, with its evidence, as a bound, a residual or a witness, in one box.
 
-    A claim `holds`, `fails` or is `open`. One that is `found` is printed without a word of right or wrong; one that
-    `depends` has other answers to other questions. `estimand` names the statistic and its sample, `given` the
-    information on which it rests, and `reversal` the change that would reverse it.
+    A conclusion from runs is a `Finding`.
     """
 
-    kind: Literal["holds", "fails", "open", "found", "depends"]
+    kind: Literal["holds", "fails", "open"]
     statement: Phrase
     evidence: Phrase = ""
-    estimand: Phrase = ""
-    given: Phrase = ""
-    reversal: Phrase = ""
-
-    @property
-    def terms(self) -> tuple[tuple[str, Phrase], ...]:
-        """The small lines below the evidence, each with its label; those without a text are left out."""
-        lines = (
-            ("Statistic and sample", self.estimand),
-            ("Given", self.given),
-            ("Would be reversed by", self.reversal),
-        )
-        return tuple((label, phrase) for label, phrase in lines if phrase)
 
 
 Block: TypeAlias = Paragraph | Itemize | Equation | Table | Figure | Verdict
