@@ -240,12 +240,13 @@ def replace_rival(one, rival, value):
     return shares.Draws(rmse, one.points)
 
 
-def test_the_rivals_that_are_beaten_are_those_of_all_cells():
+def test_the_rivals_that_are_beaten_are_those_of_any_cell():
     every = everywhere(0.9)
     assert ranking.beaten(every) == ", ".join(LAWS[1:])
     mixed = {cell: replace_rival(one, "SMC", 0.5) for cell, one in every.items()}
     assert ranking.beaten(mixed) == ", ".join(LAWS[1:-1])
-    assert ranking.beaten(everywhere(0.9, 0.1)) == ranking.NONE
+    assert ranking.beaten(everywhere(0.9, 0.1)) == ", ".join(LAWS[1:])
+    assert ranking.beaten(everywhere(0.1)) == ranking.NONE
     assert ranking.most(everywhere(0.9, 0.1), "SMC") == shares.MIXED
 
 

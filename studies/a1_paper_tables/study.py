@@ -86,6 +86,13 @@ def variants() -> Iterator[Case]:
         yield from (brief(pair, shape, repairs.with_two_repairs(shape, Q), FREE, COARSE) for shape in SHAPES)
     for shape, (Q, horizon) in FITTED.items():
         yield brief(WITNESS, f"{shape}, Q = {Q:g} I", repairs.with_two_repairs(shape, Q), horizon, 1e-4)
+    for slip in repairs.SLIPS:
+        for shape in SHAPES:
+            loop = repairs.with_one_repair(slip, shape)
+            yield brief(repairs.ONE_REPAIR, f"{slip}, {shape}", loop, repairs.LONG, COARSE)
+    for shape in SHAPES:
+        yield brief(repairs.UNOBSERVED, f"none, {shape}", repairs.without_observer(shape), repairs.LONG, COARSE)
+    yield brief(row.OTHER_PAIR, "outer", repairs.with_other_pair(), row.OTHER_HORIZON, 1e-4)
     for change, loop in repairs.changes().items():
         yield brief(ONE_CHANGE, change, loop, FREE, PROPOSED_STEP)
     for scenario in SCENARIOS:
@@ -166,8 +173,8 @@ study = Study(
     ),
     method=(
         "Both scenarios of section 5. Each number is stated by the paper, derived from it, or assumed by a rule. The "
-        "law runs as printed, in each shape of (33) and over a grid of Q and R; then with (3) and (28) repaired; then "
-        "with four repairs, and with each slip put back alone. Five rivals run beside it, SMC with three gains. RK4 at "
+        "law runs as printed, in each shape of (33) and over a grid of Q and R; then with one slip repaired, with two, "
+        "and with four; then with each slip put back alone. Five rivals run beside it, SMC with three gains. RK4 at "
         "a step and at half of it: values are of the step, errors twice the change."
     ),
     cases=(*comparison("FS"), *comparison("SS"), *variants()),

@@ -63,7 +63,7 @@ def printed_equations(ledger: Ledger) -> Finding:
         "printed_equations",
         phrase(answer(ledger)),
         phrase(
-            f"Refuted: {', '.join(names)}. Depending on Q and R: {', '.join(depending)}. Each refutation has a witness "
+            f"Refuted: {'; '.join(names)}. Depending on Q and R: {'; '.join(depending)}. Each refutation has a witness "
             "that anyone can replay. The count depends on the rule of counting; the verdicts do not."
         ),
         statistic="The number of printed items by verdict: each equation, assumption and theorem once.",

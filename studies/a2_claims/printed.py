@@ -19,14 +19,14 @@ PRINTED = (
     Printed("(2)", "Inertia matrix M(q) = ...", ("(2)",)),
     Printed("(3)", "Coriolis and centrifugal matrix C(q, qd) = ...", ("(3)",)),
     Printed("(4)", "Gravity vector G(q) = ...", ("(4)",)),
-    Printed("(6), Assumption 1", "the initial states of the system satisfy (q(0), qd(0)) in X0", ("Assumption 1",)),
-    Printed("(7), Assumption 2", "M(q) is symmetric and uniformly positive definite", ("Assumption 2",)),
+    Printed("(6) with Assumption 1", "the initial states of the system satisfy (q(0), qd(0)) in X0", ("Assumption 1",)),
+    Printed("(7) with Assumption 2", "M(q) is symmetric and uniformly positive definite", ("Assumption 2",)),
     Printed(
         "Assumption 3",
         "The Coriolis matrix satisfies M'(q) - 2C(q, qd) is skew-symmetric.",
         ("Assumption 3", "Assumption 3, derived C"),
     ),
-    Printed("(8), Assumption 4", "The disturbance is bounded and differentiable", ("Assumption 4",)),
+    Printed("(8) with Assumption 4", "The disturbance is bounded and differentiable", ("Assumption 4",)),
     Printed("(12)", "Then, we have: x1~' = ... = x2~ - L1 x1~", ("(12)",)),
     Printed("(13)", "To derive the error dynamics for x2~, we write: ...", ("(13)",)),
     Printed(
@@ -40,7 +40,7 @@ PRINTED = (
     Printed("(21)", "Thus: V1' <= -lambda1 |x1~|^2 - lambda2 |x1~| |x2~| + c1 |x1~|^2 + c2 |x2~|^2", ("(21)",)),
     Printed("(22)", "Choosing L1, L2 sufficiently large ensures: V1' <= -alpha V1 for some alpha > 0", ("(22)",)),
     Printed(
-        "(23), Theorem 1",
+        "(23) with Theorem 1",
         "L1, L2 are positive definite matrices. Then, the observer error ... converges exponentially to zero. ... The "
         "observer error dynamics are globally exponentially stable.",
         ("Theorem 1", "Theorem 1, gains of section 5", "Theorem 1, swinging arm", "Theorem 1, small errors at rest"),

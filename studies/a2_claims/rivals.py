@@ -17,8 +17,8 @@ PAIRS = [column.values[PROPOSED] < column.values[law] for column in PUBLISHED.va
 TABLES = (
     f"The printed RMSE of AOSMC-RGS is below the rival's in {sum(PAIRS)} of {len(PAIRS)} pairs; the runs behind the "
     "tables cannot be repeated without the numbers that are unstated. a6 meets each of the 24 printed cells within "
-    "1 %, and, with a plus in (33) and one horizon, all six rows of a scenario together; in the second scenario with "
-    "one square wave. So both tables are possible, and neither is confirmed."
+    "1 %, and all six rows of the second scenario together, with one square wave and one horizon. So that table is "
+    "possible, and neither is confirmed."
 )
 SHOWN = (
     "The paper shows it in {} and prints no number for it; the runs cannot be repeated without the numbers that are "

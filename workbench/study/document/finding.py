@@ -135,7 +135,8 @@ class Finding:
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
         answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
-        rest = f"; and to {len(answers) - ANSWERS} other answers" if len(answers) > ANSWERS else ""
+        others = len(answers) - ANSWERS
+        rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
         part = f"{len(changes)} of {total} variations" if total > 1 else "the one variation"
         return f"The answer changes in {part}: {'; '.join(answers[:ANSWERS])}{rest}."
 
