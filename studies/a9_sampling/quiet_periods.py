@@ -171,7 +171,8 @@ def computed(search: QuietSearch, period: float) -> DigitalLoop:
     waiting = None
     if search.delay:  # the torque of the first instant waits already
         ode = loop.ode()
-        waiting = {"tau": ode.outputs_at(0.0, ode.states.default)["tau"]}
+        first = ode.outputs_at(0.0, ode.states.default)["tau"]
+        waiting = {"tau": first if search.limit is None else np.clip(first, -search.limit, search.limit)}
     return DigitalLoop(loop, period, instruments, search.delay, waiting)
 
 

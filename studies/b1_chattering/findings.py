@@ -70,6 +70,14 @@ def medians(rows: Sequence[Row]) -> str:
     return f"{frequency:.0f} % and {amplitude:.0f} %"
 
 
+def spans(every: Sequence[Sequence[Row]]) -> tuple[str, str]:
+    """The median errors of frequency and of amplitude in %, each the least and the largest over the starts."""
+    both = np.array([np.median(errors_of(rows), axis=1) for rows in every]).T
+    ends = ((f"{one.min():.0f}", f"{one.max():.0f}") for one in both)
+    first, second = (low if low == high else f"{low} to {high}" for low, high in ends)
+    return first, second
+
+
 def smallest(rows: Sequence[Row]) -> str:
     """The verdict on exact cycles."""
     count, total = met(rows).split(" of ")
@@ -98,20 +106,19 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
 
 def balance_finding(every: Sequence[Sequence[Row]]) -> Finding:
     """The errors of harmonic balance for a relay."""
-    rows = every[0]
-    frequency, amplitude = errors_of(rows)
+    rows, (frequency, amplitude) = every[0], spans(every)
+    worst = np.max([errors_of(some).max(axis=1) for some in every], axis=0)
     pairs = [(r.relay[1], o.relay[1]) for others in every[1:] for r, o in zip(rows, others, strict=True)]
     moved = sum(abs((one.frequency or 0) / (other.frequency or np.inf) - 1) > NEARLY - 1 for one, other in pairs)
     return Finding(
         name="balance_of_a_relay",
-        statement=f"For a relay, harmonic balance is off by {np.median(frequency):.0f} % in frequency and by "
-        f"{np.median(amplitude):.0f} % in amplitude, in the median; at worst by {frequency.max():.0f} % and "
-        f"{amplitude.max():.0f} %.",
+        statement=f"For a relay, harmonic balance is off by {frequency} % in frequency and by {amplitude} % in "
+        f"amplitude, by the medians from {len(every)} starts; at worst by {worst[0]:.0f} % and {worst[1]:.0f} %.",
         evidence="A sampled relay switches at sampling instants only, so that its half period is a whole number of "
         f"periods; the balance has no such steps. In {moved} of {len(pairs)} runs from other starts the relay has "
         "another frequency.",
         statistic="Error relative to the simulated oscillation. Answer: the number with the smaller median error.",
-        sample=sample_of(rows),
+        sample=f"s of joint 1 from {LATE:g} s on, {len(rows)} pairs of lag and period, {len(every)} starts.",
         given=GIVEN,
         chosen=CHOSEN,
         answer=nearer(rows),

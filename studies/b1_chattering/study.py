@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from studies.b1_chattering.findings import errors_of, findings
+from studies.b1_chattering.findings import findings, spans
 from studies.b1_chattering.loops import (
     PAIRS,
     PERIODS,
@@ -33,11 +33,11 @@ def sections(results: Results) -> Page:
     """The findings, the picture, and both tables."""
     every = rows_of(results)
     rest, relay, cycle = findings(every)
-    frequency, amplitude = np.median(errors_of(every[0]), axis=1)
+    frequency, amplitude = spans(every)
     return Page(
         answer=f"Harmonic balance predicts in {rest.answer} cases whether a boundary layer of {PHI:g} rad/s ends "
-        f"chattering. For a relay it is {frequency:.0f} % off in frequency and {amplitude:.0f} % in amplitude, in the "
-        "median.",
+        f"chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in amplitude, by "
+        f"the medians from {len(every)} starts.",
         findings=(rest, relay, cycle),
         sections=(
             Section("Predicted and simulated amplitude", (picture(every[0]),)),

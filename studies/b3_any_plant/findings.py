@@ -193,7 +193,7 @@ def answer(results: Results) -> str:
     rest, _, tanks, *_ = findings(results)
     less, _ = standing(next(iter(orders(results).values())))
     return (
-        f"{rest.answer} loops settle in a computer. LQG has the smaller error in {less} of {COUNT} settings; other "
-        f"statistics differ. Four tanks under PI settle {tanks.answer} times as slowly with a right half-plane zero, "
-        "which does not force it."
+        f"{rest.answer} loops settle in a computer. LQG has less error in {less} of {COUNT} settings; other statistics "
+        f"differ. Under PI, tank level h_1 settles {tanks.answer} times as slowly with a right half-plane zero, which "
+        "does not force it."
     )

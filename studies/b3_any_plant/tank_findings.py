@@ -30,7 +30,8 @@ def tank_finding(results: Results) -> Finding:
         statement=f"Under the published PI controllers h_1 settles {slow[0] / easy[0]:.1f} times as slowly at P+ as at "
         f"P\N{MINUS SIGN}, which the zero does not force: a placed design settles both levels in "
         f"{max(witness.settling):.0f} s.",
-        evidence=f"The design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V. The "
+        evidence=f"The design has no mode slower than {witness.decay:.2g} 1/s and needs {low:.1f} to {high:.1f} V; "
+        f"its disk margin is {witness.disk:.2f}, of PI {by[HARD, PID, 1.0].disk:.2f}. The "
         f"zero at {z:+.4f} 1/s bounds the bandwidth and fixes a weighted integral of the levels. LQG has its mirror "
         f"image, a mode at \N{MINUS SIGN}{optimal.decay:.4f} 1/s, because its weights make control cheap.",
         statistic="Ratio of two settling times: h_1 within 5 % of its distance at the start.",
