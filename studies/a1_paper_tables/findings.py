@@ -279,9 +279,9 @@ def answer_line(results: Results) -> str:
     largest = max(four, two, nearest(results[row.OTHER_PAIR, "outer"]).miss)
     tracking = any(min(each) <= NEAR for each in grid.late_errors(results).values())
     return (
-        f"As printed, the law {'tracks in some runs' if tracking else 'does not track'}. Repairs of (3) and (28), of "
-        f"(3) and (33), and of all four each meet its printed RMSE of the first scenario within {row.limit(largest)} "
-        "%: the table does not identify the law."
+        f"As printed, with observer (10), the law {'tracks in some runs' if tracking else 'does not track'}. Repairs "
+        "of (3) and (28), of (3) and (33), and of four each meet its printed RMSE of the first scenario within "
+        f"{row.limit(largest)} %, so the row identifies no law."
     )
 
 
