@@ -22,6 +22,7 @@ from studies.a9_sampling.quiet_periods import (
     CLOSE,
     GAINLESS,
     GRID,
+    MOMENTUM,
     ON_REFERENCE,
     PARTS,
     QUIET,
@@ -36,6 +37,7 @@ from studies.a9_sampling.quiet_periods import (
 )
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.linearization import SEVEN
+from workbench.core import rk4
 from workbench.metrics import measure
 from workbench.simulate import simulate
 from workbench.study.compiled import compile_sweep
@@ -90,7 +92,7 @@ def test_the_longest_quiet_period_of_smc_is_between_a_quiet_and_a_loud_one(smc):
 
 
 def test_the_total_variation_of_a_search_is_that_of_the_continuous_torque(smc):
-    run = simulate(QuietSearch("SMC", "SS").loop.ode().step(2.5e-4), until=HORIZON["SS"], every=1e-3)
+    run = simulate(rk4(QuietSearch("SMC", "SS").loop.ode(), 2.5e-4), until=HORIZON["SS"], every=1e-3)
     # a change each millisecond, summed by NumPy; the step of the search is the same
     own = np.abs(np.diff(run["tau"][0], axis=0)).sum(axis=0) / HORIZON["SS"]
     np.testing.assert_allclose(smc.TV, own, rtol=2e-2)
@@ -104,10 +106,20 @@ def test_on_the_reference_arm_and_observer_start_where_and_as_fast_as_is_wanted(
         np.testing.assert_allclose(getattr(block, qd), speed, rtol=1e-15)
 
 
+def test_on_the_reference_an_observer_of_the_momentum_takes_no_motion_for_a_disturbance():
+    loop = QuietSearch(LAWS[0], "FS", ON_REFERENCE, True, MOMENTUM).loop
+    # M(0) = [[5, 2], [2, 1]] at a speed of (2, 1.5), by hand
+    np.testing.assert_allclose(loop.observer.disturbance.p_hat, (13.0, 5.5), rtol=1e-15)
+    ode = loop.ode()
+    seen = ode.outputs_at(0.0, ode.states.default)
+    np.testing.assert_allclose(seen["d_error"], seen["d"], atol=1e-12)  # D_hat = 0
+    assert np.abs(seen["tau"]).max() < 1e-12  # at q = 0 the reference needs none, and D_hat adds none
+
+
 def test_a_limited_torque_stays_within_its_limit():
-    limited = computed(QuietSearch("SMC", delay=True, limit=20.0), 1e-3).ode()
+    limited = computed(QuietSearch("SMC", delay=True, limit=10.0), 1e-3).ode()
     run = simulate(limited.step(1), until=0.5)
-    assert np.abs(run["tau_applied"]).max() == 20.0  # from the paper's start SMC asks for more
+    assert np.abs(run["tau_applied"]).max() == 10.0  # from the paper's start SMC asks for more
 
 
 def test_smc_is_quiet_below_its_limit_and_chatters_above():

@@ -79,6 +79,14 @@ def test_a_finding_with_variations_needs_an_answer_to_compare_them_with():
         wb.Variation("words", " ")
 
 
+def test_a_sentence_with_a_number_that_was_not_computed_is_refused():
+    with pytest.raises(ValueError, match=r"`Finding\(evidence=...\)` must be a sentence without 'nan'.*nan N m"):
+        replace(BEST, evidence=f"The median peak is {float('nan'):.3g} N m.")
+    with pytest.raises(ValueError, match=r"`Variation\(detail=...\)` must be a sentence without 'nan'"):
+        wb.Variation("the median", "SMC", f"{float('nan')} against 1.4")
+    assert replace(BEST, evidence="Nandrolone is no number.").kind == "depends"
+
+
 def test_a_page_has_at_most_five_findings():
     six = tuple(replace(BEST, name=f"n{i}") for i in range(6))
     with pytest.raises(ValueError, match=r"`Page\(findings=...\)` must be at most 5 findings"):

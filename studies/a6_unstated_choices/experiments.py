@@ -46,7 +46,7 @@ from workbench.study.uncertainty.factors import Factor
 from workbench.validation.refusals import Array, Integers
 
 COMMON = (18, 22, 26)  # s, the horizons at which the rows of the first scenario are sought
-OF_COMMON, COMMON_POPULATION = 288, 24  # choices of each search
+OF_COMMON, COMMON_POPULATION = 864, 24  # choices of each search; 288 find four rows of six
 COMMON_AGAIN = 3  # points of a law that are run again at the fine step
 
 BY_HAND = 0.8162, 0.3741  # rad: the amplitudes of the search by hand

@@ -17,6 +17,9 @@ from workbench.study.study import Results
 from workbench.validation.refusals import Array
 
 MET, MISSED = "met", "not met"
+ROW = f"the printed row of {PROPOSED} in the first scenario"
+BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
+SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row does not identify the law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
     f"Runs are in continuous time with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. "
@@ -73,12 +76,11 @@ def row_finding(results: Results, every: Sequence[Row]) -> Finding:
 
 def _row_statement(signs: Sequence[str]) -> str:
     """The answer of the row by the signs of (33) that meet it."""
-    row = f"the printed row of {PROPOSED} in the first scenario"
     if len(signs) == 2:
-        return f"Both signs of (33) meet {row} within {100 * CLOSE:g} %: the row does not identify the law."
+        return BOTH_SIGNS
     if signs:
-        return f"Of the signs of (33) the {signs[0]} alone meets {row} within {100 * CLOSE:g} %."
-    return f"No choice of the searches meets {row} within {100 * CLOSE:g} %."
+        return f"Of the signs of (33) the {signs[0]} alone meets {ROW} within {100 * CLOSE:g} %."
+    return f"No choice of the searches meets {ROW} within {100 * CLOSE:g} %."
 
 
 def row_variations(results: Results, every: Sequence[Row]) -> Iterator[Variation]:

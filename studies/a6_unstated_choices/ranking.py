@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from studies.a6_unstated_choices.draws import LIMIT, LIMITED, OF_CARD, PRIORS, RANDOM, drawn
-from studies.a6_unstated_choices.loops import PID, PROPOSED, slug
+from studies.a6_unstated_choices.loops import PID, PROPOSED, SCENARIOS, slug
 from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
 from studies.a6_unstated_choices.shares import (
     COLUMNS,
@@ -120,14 +120,12 @@ def below_finding(results: Results, every: Cells, limited: Cells, again: Mapping
     """The rivals below which the proposed law is in most draws, by column and prior."""
     never = [rival for rival in RIVALS if most(every, rival) == NO]
     others = [rival for rival in RIVALS if rival not in never]
-    peak, without, with_limit = pid_words(results)
     answer = beaten(every)
     return Finding(
         name="below_rivals",
         statement=f"{'No rival' if answer == NONE else answer + ' alone'} has a larger RMSE than {PROPOSED} in most "
         "draws, in all four columns and under all four priors.",
-        evidence=f"{_by_rival(never, others)} Without a limit the median peak torque of {PID} is {peak}. With {LIMITS} "
-        f"its median RMSE of joint 1 in the first scenario goes from {without} to {with_limit} rad.",
+        evidence=f"{_by_rival(never, others)} {pid_words(results)}",
         statistic=f"Rivals above {PROPOSED} in RMSE in more than half of the draws, with the interval of the share, in "
         "all columns under all priors.",
         sample=SAMPLE,
@@ -168,12 +166,21 @@ def _by_rival(never: Sequence[str], others: Sequence[str]) -> str:
     return " ".join(parts)
 
 
-def pid_words(results: Results) -> tuple[str, str, str]:
-    """The median peak torque of PID in N m, and its median RMSE without and with a limit, prior of the card."""
+def pid_words(results: Results) -> str:
+    """The median peak torque of PID, and its median RMSE without and with a limit; a lost run counts as infinite."""
     peak = results.sample(slug("peaks", "FS")).values[:, -1].max(axis=1)
-    rmse = [drawn(results, kind, "FS", OF_CARD)[PID][: LIMITED.runs, 0] for kind in ("random", "limited")]
-    medians = [float(np.median(np.where(np.isnan(each), np.inf, each))) for each in rmse]
-    return f"{np.median(peak):,.0f} N m", *(f"{each:.3f}" for each in medians)  # type: ignore[return-value]
+    parts = []
+    for scenario, title in SCENARIOS.items():
+        rmse = [drawn(results, kind, scenario, OF_CARD)[PID][: LIMITED.runs, 0] for kind in ("random", "limited")]
+        parts.append(f"from {_median(rmse[0]):.3g} to {_median(rmse[1]):.3g} rad in the {title}")
+    return (
+        f"Without a limit the median peak torque of {PID} is {_median(peak):,.0f} N m. With {LIMITS} its median RMSE "
+        f"of joint 1 goes {' and '.join(parts)}."
+    )
+
+
+def _median(values: np.ndarray) -> float:
+    return float(np.median(np.where(np.isnan(values), np.inf, values)))
 
 
 def step_words(again: Mapping[Cell, Rerun]) -> str:

@@ -71,7 +71,7 @@ def first_blocks(results: Results, every: Cells, limited: Cells) -> tuple[Block,
 def answer(found: tuple[findings.Finding, ...]) -> str:
     """The answer of the page in one line, from its findings."""
     first, _, _, row, _ = found
-    return f"{first.statement} {row.statement}"
+    return f"{first.statement} {findings.SHORT_ROW if row.statement == findings.BOTH_SIGNS else row.statement}"
 
 
 ROWS = Paragraph(

@@ -128,13 +128,20 @@ def paper_searches() -> tuple[QuietSearch, ...]:
 
 
 def on_reference(loop: ClosedLoop) -> ClosedLoop:
-    """The loop whose arm and observer start where and as fast as is wanted, as a machine is driven there before."""
+    """The loop whose arm and observers start where and as fast as is wanted, as a machine is driven there before.
+
+    An observer of the momentum starts with the momentum of that motion: with 0 it would take it for a disturbance.
+    """
     q, qd = (np.array(ca.DM(part)).ravel() for part in loop.reference.motion(0.0)[:2])
     loop = replace(loop, plant=replace(loop.plant, q=q, qd=qd))
-    if isinstance(loop.observer, WithDisturbance) and not isinstance(loop.observer.state, FullState):
-        state = replace(loop.observer.state, q_hat=q, qd_hat=qd)
-        loop = replace(loop, observer=replace(loop.observer, state=state))
-    return loop
+    if not isinstance(loop.observer, WithDisturbance):
+        return loop
+    state, disturbance = loop.observer.state, loop.observer.disturbance
+    if not isinstance(state, FullState):
+        state = replace(state, q_hat=q, qd_hat=qd)
+    if isinstance(disturbance, MomentumObserver):
+        disturbance = replace(disturbance, p_hat=np.array(ca.DM(ARM.mass_matrix(q))) @ qd)
+    return replace(loop, observer=replace(loop.observer, state=state, disturbance=disturbance))
 
 
 def momentum_loop(scenario: str = "FS") -> ClosedLoop:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-from workbench.study.document.phrases import Phrase, check_name
+from workbench.study.document.phrases import Phrase, check_name, parts
 from workbench.validation.refusals import refusal
 from workbench.validation.signatures import door
 
@@ -34,6 +34,8 @@ class Variation:
         for part in ("words", "answer"):
             if not getattr(self, part).strip():
                 raise refusal(f"Variation({part}=...)", "a text", getattr(self, part))
+        for part in ("words", "answer", "detail"):
+            _refuse_nan(f"Variation({part}=...)", getattr(self, part))
 
     @property
     def line(self) -> str:
@@ -71,7 +73,8 @@ class Finding:
     Raises
     ------
     ValueError
-        If a name is no name, two variations have the same words, or there are variations but no answer.
+        If a name is no name, a sentence holds "nan", two variations have the same words, or there are variations but no
+        answer.
 
     Examples
     --------
@@ -97,6 +100,8 @@ class Finding:
 
     def __post_init__(self) -> None:
         check_name("Finding", self.name)
+        for part in ("statement", "evidence", "answer"):
+            _refuse_nan(f"Finding({part}=...)", getattr(self, part))
         if twice := [words for words, count in Counter(one.words for one in self.variations).items() if count > 1]:
             raise ValueError(f"`Finding(variations=...)` needs distinct words; {twice} came more than once.")
         if self.variations and not self.answer.strip():
@@ -148,6 +153,14 @@ class Finding:
             ("Not tried", self.untried),
         )
         return tuple((label, phrase) for label, phrase in lines if phrase)
+
+
+def _refuse_nan(call: str, phrase: Phrase) -> None:
+    """Refuse a sentence with a number that was not computed."""
+    for part in parts(phrase):
+        if isinstance(part, str) and re.search(r"\bnan\b", part):
+            must = "a sentence without 'nan', the text of a number that does not exist"
+            raise refusal(call, must, part, "; say which runs were lost, and count them")
 
 
 def _named(variations: Sequence[Variation]) -> str:
