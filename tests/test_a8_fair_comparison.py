@@ -6,7 +6,7 @@ import pytest
 from samples import made_sample
 from tunings import tuning
 
-from studies.a8_fair_comparison import findings
+from studies.a8_fair_comparison import changes, findings
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY, steady_gain
 from studies.a8_fair_comparison.changes import NOBODY
 from studies.a8_fair_comparison.conditions import (
@@ -341,6 +341,25 @@ def test_the_riccati_equation_is_judged_by_the_law_that_is_tuned_again_without_i
     at_start = next(one for one in finding.variations if one.words.startswith("P at the tuned P(0)"))
     assert at_start.answer == "lower cost with (34)"
     assert finding.cites == ("a3_riccati_gains/riccati_gain",)
+
+
+def test_a_change_that_rests_on_one_scenario_is_also_given_without_it():
+    """Five times the cost in one of two scenarios, the same in the other: 124 % over both, nothing without the one."""
+    retuned = costs(a=PART | {RICCATI: 5.0}, b=PART)
+    held = evidence(costs(a=WINS, b=WINS), retuned=retuned)
+    finding = findings.riccati(held)
+    assert "rises by 124 %" in finding.statement  # the square root of five
+    assert finding.statement.endswith("and changes by +0 % without 'a'.")
+    assert finding.reversals
+    assert findings.answer(held).endswith("it costs +124 %, without 'a' +0 %.")
+
+
+def test_the_scenarios_with_a_motion_of_the_tuning_are_also_left_out():
+    assert changes.SEEN == ("paper", "push", "limit", "slow")
+    members = costs(paper=WINS, slow=WINS, fast=LOSES)
+    words = "without 'paper' and 'slow', which have a motion of the tuning"
+    (one,) = (one for one in changes.changes(evidence(members), BOTH.key) if one.words == words)
+    assert (one.answer, one.scenarios, one.counts) == ("SMC", 1, {"SMC": 1})
 
 
 def test_the_line_under_the_title_is_short_and_of_the_same_figures():

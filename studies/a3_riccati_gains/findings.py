@@ -25,6 +25,7 @@ from workbench.study.document.document import Column, Finding, Table, Variation
 from workbench.study.study import Results
 
 RMSE = "RMSE (43)"
+ADAPTATION = "adaptation"
 NEAR = 0.05  # of X, within which P(t) is near it
 CHEAP = 0.05  # of the least J, by which a choice may exceed it and still be cheap
 SMALL = 0.01  # of a metric, a change that is small
@@ -54,16 +55,16 @@ def change(held: Evidence, law: str, metric: str = RMSE, weights: str = ASSUMED,
     return float(np.expm1(np.mean(logs)))
 
 
-def size(moved: float) -> str:
-    """The change in a word: larger, smaller, or too close to call."""
+def size(moved: float, part: str = "(34)") -> str:
+    """The change without a part in a word: larger, smaller, or too close to call."""
     if abs(moved) <= MARGIN:
         return f"within {100 * MARGIN:g} %"
-    return "larger without (34)" if moved > 0 else "smaller without (34)"
+    return f"{'larger' if moved > 0 else 'smaller'} without {part}"
 
 
-def variation(words: str, moved: float) -> Variation:
-    """A variation whose answer is the size of a change."""
-    return Variation(words, size(moved), f"{100 * moved:+.3g} %")
+def variation(words: str, moved: float, part: str = "(34)") -> Variation:
+    """A variation whose answer is the size of a change without a part."""
+    return Variation(words, size(moved, part), f"{100 * moved:+.3g} %")
 
 
 def spread(held: Evidence, law: str, metric: str = RMSE) -> str:
@@ -74,12 +75,16 @@ def spread(held: Evidence, law: str, metric: str = RMSE) -> str:
 
 def answer(held: Evidence) -> str:
     """The part of (34) in the law, in one line."""
-    same = max(abs(change(held, ALGEBRAIC, name, places=[place])) for name in (RMSE, "effort") for place in PLACES)
     return (
-        f"Of (34) the level of P matters: with P frozen at its mean RMSE changes by {spread(held, MEAN)}, with P "
-        f"frozen at P(0) by {spread(held, AT_START)}, at more torque; the algebraic equation gives the same loop "
-        f"within {100 * same:.1g} %."
+        f"(34) sets how fast K learns: with P frozen at its mean, RMSE changes by {spread(held, MEAN)} and effort by "
+        f"{effort(held, MEAN)}; frozen at P(0), RMSE by {spread(held, AT_START)} and effort by "
+        f"{effort(held, AT_START)}."
     )
+
+
+def effort(held: Evidence, law: str) -> str:
+    """The change of the effort without (34), as a mean over places, in %."""
+    return f"{100 * change(held, law, 'effort'):+.2g} %"
 
 
 def findings(held: Evidence) -> tuple[Finding, ...]:
@@ -112,7 +117,8 @@ def riccati_gain(held: Evidence) -> Finding:
         f"Without (34), with P frozen at its mean over the run, {RMSE} changes by {spread(held, MEAN)}; with P frozen "
         f"at P(0) = {CARD['P(0)'][0, 0]:g} N m/rad it changes by {spread(held, AT_START)}.",
         f"The diagonal of the mean is {level} N m/rad. P is the rate at which (33) learns: a P that is frozen above "
-        f"its mean learns faster, tracks better and takes more torque (effort {spread(held, AT_START, 'effort')}).",
+        f"its mean learns faster, tracks better and takes more torque (effort {spread(held, AT_START, 'effort')}). "
+        f"Frozen at its mean, it changes the effort by {spread(held, MEAN, 'effort')}.",
         statistic=f"The change of {RMSE} when (34) is left out, as a geometric mean over joints and scenarios.",
         sample=RUNS,
         given=GIVEN,
@@ -127,6 +133,10 @@ def riccati_gain(held: Evidence) -> Finding:
 def adaptation(held: Evidence) -> Finding:
     """The loop with (34) beside the loop whose gain stays at K(0)."""
     moved = change(held, NONE)
+
+    def less(words: str, moved: float) -> Variation:
+        return variation(words, moved, ADAPTATION)
+
     return Finding(
         "adaptation",
         f"Without any adaptation of K, {RMSE} changes by {spread(held, NONE)}.",
@@ -136,21 +146,22 @@ def adaptation(held: Evidence) -> Finding:
         given=GIVEN,
         chosen=CHOSEN,
         fitted=FITTED,
-        answer=size(moved),
+        answer=size(moved, ADAPTATION),
         variations=(
-            *(
-                variation(f"joint {j + 1}, {SCENARIOS[s]} alone", change(held, NONE, places=[(s, j)]))
-                for s, j in PLACES
-            ),
-            *(
-                variation(f"{metric} in place of {RMSE}", change(held, NONE, metric))
-                for metric in ("IAE", "effort", "TV")
-            ),
-            *(variation(f"beside (34) with {w}", change(held, NONE, weights=w)) for w in OTHERS),
-            variation("ASMC in place of a constant K", change(held, OBSERVED)),
+            *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(held, NONE, places=[(s, j)])) for s, j in PLACES),
+            *(less(f"{metric} in place of {RMSE}", change(held, NONE, metric)) for metric in ("IAE", "effort", "TV")),
+            *(less(f"beside (34) with {w}", change(held, NONE, weights=w)) for w in OTHERS),
+            less("ASMC in place of a constant K", change(held, OBSERVED)),
         ),
         untried="A constant K above K(0).",
     )
+
+
+def bound(moved: float) -> str:
+    """A change in % with two digits, rounded up."""
+    percent = 100 * moved
+    step = 10.0 ** (np.floor(np.log10(percent)) - 1)
+    return f"{step * np.ceil(percent / step - 1e-9):.2g}"
 
 
 def algebraic(held: Evidence) -> Finding:
@@ -159,20 +170,24 @@ def algebraic(held: Evidence) -> Finding:
     def said(moved: float) -> str:
         return f"at most {100 * SMALL:g} %" if moved <= SMALL else f"more than {100 * SMALL:g} %"
 
-    def largest(names: Iterable[str], places: Places = PLACES) -> float:
-        return max(abs(change(held, ALGEBRAIC, name, places=[place])) for name in names for place in places)
+    def largest(names: Iterable[str], places: Places = PLACES, weights: str = ASSUMED) -> float:
+        return max(abs(change(held, ALGEBRAIC, name, weights, [place])) for name in names for place in places)
 
     three = (RMSE, "IAE", "effort")
     others = {
         **{f"{name} alone": largest([name]) for name in three},
         **{f"{name} in place of the three": largest([name]) for name in ("peak error", "peak torque", "TV")},
         **{f"{SCENARIOS[s]} alone": largest(three, [(s, j) for j in (0, 1)]) for s in SCENARIOS},
+        **{w: largest(three, weights=w) for w in OTHERS},
+        **{f"{RMSE} alone, {w}": largest([RMSE], weights=w) for w in OTHERS},
     }
     return Finding(
         "algebraic",
         f"With the algebraic equation at each instant in place of (34), {RMSE}, IAE and effort change by at most "
-        f"{100 * largest(three):.2g} %.",
-        "P(t) of (34) follows the algebraic solution within milliseconds, while K moves in tenths of a second.",
+        f"{bound(largest(three))} % with the assumed Q and R.",
+        "With these P(t) of (34) follows the algebraic solution within milliseconds; K moves in tenths of a second. "
+        f"The change is up to {' and '.join(f'{bound(largest(three, weights=w))} % with {w}' for w in OTHERS)}, where "
+        "(34) forgets P(0) more slowly.",
         statistic="The largest change of three metrics over joints and scenarios.",
         sample=RUNS,
         given=GIVEN,
@@ -180,7 +195,7 @@ def algebraic(held: Evidence) -> Finding:
         fitted=FITTED,
         answer=said(largest(three)),
         variations=tuple(Variation(words, said(moved), f"{100 * moved:.2g} %") for words, moved in others.items()),
-        untried="The loop with a smaller Q or a larger R, with which (34) lags behind X.",
+        untried="Noise, and other values of P(0).",
     )
 
 

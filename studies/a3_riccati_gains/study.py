@@ -43,7 +43,11 @@ from workbench.validation.refusals import Array
 def choices_of(weights: str, mean: Array) -> dict[str, dict[str, Any]]:
     """The fields of the repaired law by the choice of P; (33) with P = 0 leaves the gain at K(0)."""
     Q, R = (weight * np.eye(2) for weight in WEIGHTS[weights])
-    of_all: dict[str, dict[str, Any]] = {FORWARD: {"Q": Q, "R": R}, MEAN: FROZEN | {"P": mean}}
+    of_all: dict[str, dict[str, Any]] = {
+        FORWARD: {"Q": Q, "R": R},
+        ALGEBRAIC: {"Q": Q, "R": R, "riccati": "algebraic", "P": None},
+        MEAN: FROZEN | {"P": mean},
+    }
     if weights != ASSUMED:  # P(0) and K(0) without (34) are the same for all weights
         return of_all
     return {

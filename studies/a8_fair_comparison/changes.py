@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from studies.a8_fair_comparison.conditions import HELD_OUT
+from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING
 from studies.a8_fair_comparison.evidence import ASKED, OTHERS, Evidence
 from workbench.study.document.finding import Variation
 from workbench.study.evidence import Comparison, Judgement, Pooled, Standings
 from workbench.study.evidence.pooling import Way
 
 SCENARIOS = len(HELD_OUT)
+SEEN = tuple(one.name for one in HELD_OUT if any(one.reference is other.reference for other in TRAINING))
 MEASURE = f"{ASKED.words} cost"
 NOBODY = "no law"
 BASE: Way = "geometric mean"
@@ -34,9 +35,9 @@ class Change:
         return Variation(self.words, self.answer, self.detail)
 
 
-def tally(standings: Standings, words: str = ASKED.words, without: str = "") -> dict[str, int]:
+def tally(standings: Standings, words: str = ASKED.words, without: Collection[str] = ()) -> dict[str, int]:
     """The number of scenarios in which each law is best by a statistic, most first; laws that never are left out."""
-    wins = {law: sum(s != without for s in where) for law, where in standings.wins[words].items()}
+    wins = {law: sum(s not in without for s in where) for law, where in standings.wins[words].items()}
     return {law: count for law, count in sorted(wins.items(), key=lambda pair: -pair[1]) if count}
 
 
@@ -52,9 +53,11 @@ def counted(counts: Mapping[str, int], scenarios: int) -> str:
     return ", ".join(words)
 
 
-def counted_change(words: str, standings: Standings, statistic: str = ASKED.words, without: str = "") -> Change:
+def counted_change(
+    words: str, standings: Standings, statistic: str = ASKED.words, without: Collection[str] = ()
+) -> Change:
     """A change of which each scenario is judged by itself."""
-    scenarios = len(standings.judgements) - bool(without)
+    scenarios = sum(scenario not in without for scenario in standings.judgements)
     counts = tally(standings, statistic, without)
     answer = champion(counts, scenarios)
     first = next(iter(counts.items()), None)
@@ -87,10 +90,18 @@ def changes(evidence: Evidence, key: str) -> Iterator[Change]:
     for words, standings in evidence.weighted.get(key, {}).items():
         yield counted_change(f"weights: {words}", standings)
     for scenario in cost.judgements:
-        yield counted_change(f"without scenario '{scenario}'", cost, without=scenario)
+        yield counted_change(f"without scenario '{scenario}'", cost, without=(scenario,))
+    if seen := [one for one in SEEN if one in cost.judgements]:
+        yield counted_change(f"without {listed(seen)}, which have a motion of the tuning", cost, without=seen)
     for way, pooled in evidence.pooled[key].items():
         for scenario, judgement in pooled.without.items():
             yield pooled_change(f"all but '{scenario}' together, {way}", judgement)
+
+
+def listed(scenarios: Sequence[str]) -> str:
+    """The names of scenarios in words."""
+    *others, last = (f"'{one}'" for one in scenarios)
+    return f"{', '.join(others)} and {last}" if others else last
 
 
 def compared_pairs(fewer: Standings, all_laws: Standings) -> str:

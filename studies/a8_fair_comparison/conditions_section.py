@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from studies.a8_fair_comparison import conditions
+from studies.a8_fair_comparison.changes import SEEN, listed
 from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL
 from workbench.study.document.document import Column, Paragraph, Reference, Section, Table
@@ -71,7 +72,8 @@ def scenarios() -> Table:
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
     return Table(
         "scenarios",
-        "The scenarios. No law is tuned in a scenario of the comparison.",
+        f"The scenarios. No law is tuned in a scenario of the comparison, but {listed(SEEN)} have the motion of the "
+        "first scenario of the tuning. 'paper' has its start, too; it differs by its masses and by what is drawn.",
         (Column("name"), Column("used for"), Column("wanted motion and what is unusual")),
         tuple(rows),
         (
