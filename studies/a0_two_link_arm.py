@@ -124,7 +124,6 @@ def _place(entry: EntryVerdict) -> str:
 def skewness_finding() -> Finding:
     """Assumption 3 for the printed arm, the repaired one and the derived one."""
     answers = {arm: "true" if judged.kind == "proved" else "false" for arm, judged in SKEW.items()}
-    others = {REPAIRED.name: "the right C[1,2] in (3)", DERIVED.name: "C derived from the energies"}
     return Finding(
         "assumption_3",
         f"Assumption 3, that M' - 2C is skew-symmetric, is {answers[PRINTED.name]} for (3) as printed and "
@@ -134,7 +133,6 @@ def skewness_finding() -> Finding:
         sample="Proved for all states and parameters, or refuted at one state.",
         given="M as printed, which is right.",
         answer=answers[PRINTED.name],
-        variations=tuple(Variation(words, answers[arm]) for arm, words in others.items()),
     )
 
 

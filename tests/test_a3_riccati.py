@@ -95,6 +95,6 @@ def test_each_loop_without_34_holds_the_p_that_it_names():
 
 
 def test_the_word_for_a_change_needs_more_than_the_margin():
-    assert findings.size(0.1) == "larger without (34)"
-    assert findings.size(-0.1) == "smaller without (34)"
+    assert findings.size(0.1) == "better with (34)"
+    assert findings.size(-0.1) == "worse with (34)"
     assert findings.size(0.019) == findings.size(-0.019) == "within 2 %"

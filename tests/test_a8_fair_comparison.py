@@ -324,10 +324,10 @@ def test_each_statistic_stands_beside_the_one_asked():
 @pytest.mark.parametrize(
     ("without", "answer", "words"),
     [
-        (1.5, "lower cost with (34)", "rises by 50 %"),
+        (1.5, "better with (34)", "rises by 50 %"),
         (1.001, "no difference", "rises by 0.1 %"),
-        (0.5, "higher cost with (34)", "falls by 50 %"),
-        (200.0, "lower cost with (34)", "rises to 200 times its value"),
+        (0.5, "worse with (34)", "falls by 50 %"),
+        (200.0, "better with (34)", "rises to 200 times its value"),
     ],
 )
 def test_the_riccati_equation_is_judged_by_the_law_that_is_tuned_again_without_it(without, answer, words):
@@ -339,7 +339,7 @@ def test_the_riccati_equation_is_judged_by_the_law_that_is_tuned_again_without_i
     assert "rises to 214 times its value if P is kept at the tuned P(0)" in finding.evidence
     assert f"Plain {PLAIN} behind the same observers costs +4 %" in finding.evidence
     at_start = next(one for one in finding.variations if one.words.startswith("P at the tuned P(0)"))
-    assert at_start.answer == "lower cost with (34)"
+    assert at_start.answer == "better with (34)"
     assert finding.cites == ("a3_riccati_gains/riccati_gain",)
 
 

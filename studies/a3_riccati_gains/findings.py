@@ -56,10 +56,10 @@ def change(held: Evidence, law: str, metric: str = RMSE, weights: str = ASSUMED,
 
 
 def size(moved: float, part: str = "(34)") -> str:
-    """The change without a part in a word: larger, smaller, or too close to call."""
+    """The worth of a part in words, by the change without it: better or worse with the part, or too close to call."""
     if abs(moved) <= MARGIN:
         return f"within {100 * MARGIN:g} %"
-    return f"{'larger' if moved > 0 else 'smaller'} without {part}"
+    return f"{'better' if moved > 0 else 'worse'} with {part}"
 
 
 def variation(words: str, moved: float, part: str = "(34)") -> Variation:

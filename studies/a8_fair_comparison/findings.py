@@ -168,9 +168,7 @@ def effect(one: Comparison, without: str) -> str:
     """The effect of a part on the cost of AOSMC-RGS, in words."""
     if one.alike(PROPOSED, without):
         return "no difference"
-    return {"below": "lower cost with (34)", "above": "higher cost with (34)"}.get(
-        one.order(PROPOSED, without), "undecided"
-    )
+    return {"below": "better with (34)", "above": "worse with (34)"}.get(one.order(PROPOSED, without), "undecided")
 
 
 def change_of(one: Comparison, without: str) -> tuple[float, float, float]:
