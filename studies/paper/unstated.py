@@ -183,6 +183,38 @@ OF_LAW = (
         "zero",
         "as the observer (10) starts",
     ),
+    _reading(
+        "C of the simulated arm",
+        "(1), (3)",
+        "(3), with the entry C[1,2] without velocity",
+        ("derived", "printed"),
+        "derived",
+        "an arm obeys its energies, whatever a page prints",
+    ),
+    _reading(
+        "direction of (34)",
+        "(34)",
+        "P(0) and a quadratic cost without a horizon",
+        ("forward from P(0)", "backward"),
+        "forward from P(0)",
+        "as P(0) is stated",
+    ),
+    _reading(
+        "sign(0) in (33)",
+        "(33)",
+        "sign(s), for s that may be zero",
+        ("0", "1 or -1"),
+        "0",
+        "the usual meaning of sign",
+    ),
+    _reading(
+        "starts in the second scenario",
+        "section 5",
+        "K(0), P(0) and the observer's start, before both scenarios",
+        ("as stated", "others"),
+        "as stated",
+        "nothing else is stated",
+    ),
 )
 OF_RIVALS = (
     _reading(
@@ -210,6 +242,14 @@ OF_RIVALS = (
         "as in textbooks",
         "rivals",
     ),
+    _reading(
+        "derivative and start of PID",
+        *RIVAL,
+        ("exact velocity, integral from zero", "a filter, another start"),
+        "exact velocity, integral from zero",
+        "the plainest PID",
+        "PID",
+    ),
     _reading("G in PID", *RIVAL, ("without", "with"), "without", "the plain PID has no model", "PID"),
 )
 OF_EXPERIMENT = (
@@ -229,6 +269,15 @@ OF_EXPERIMENT = (
         ("at t = 0", "one sample later"),
         "at t = 0",
         "arrays begin with the start",
+        "",
+    ),
+    _reading(
+        "square wave of the second scenario",
+        "section 5",
+        "square(pi f t)",
+        ("half high and half low, high first", "another duty or phase"),
+        "half high and half low, high first",
+        "the usual meaning of square",
         "",
     ),
     _reading("torque limit", "section 5", "nothing", ("none", "some limit"), "none", "none is mentioned", ""),
