@@ -51,11 +51,11 @@ def printed_equations(ledger: Ledger) -> Finding:
     published = [ledger[name] for name in (*(metric[0] for metric in METRICS), *ALSO_AS_PUBLISHED)]
     left = [line for item, line in items if item.name not in SUBSTITUTIONS]
     rules = {
-        "each claim of the finer split counts": refuted(split),
-        "of the finer split, only claims over ranges of the paper count": refuted(of_paper),
-        "what depends on Q and R counts as refuted": refuted(lines, "depends on"),
-        "the seven plain substitutions do not count": refuted(left),
-        "the statements on simulations count as well": refuted([*lines, *published]),
+        "a count of each claim of the finer split": refuted(split),
+        "a count of those claims of the finer split whose ranges are the paper's": refuted(of_paper),
+        "a count of what depends on Q and R as refuted": refuted(lines, "depends on"),
+        "a count without the seven plain substitutions": refuted(left),
+        "a count of the statements on simulations as well": refuted([*lines, *published]),
     }
     names = [item.name for item, line in items if line.ruling.kind == "refuted"]
     depending = [item.name for item, line in items if line.ruling.kind == "depends on"]
