@@ -134,8 +134,8 @@ def below_finding(results: Results, every: Cells, limited: Cells, again: Mapping
         f"draws, in any column or under any prior{_with_plus(beaten(of_plus))}.",
         evidence=f"Half of the draws have the minus of (33): there {PROPOSED} is below a rival in at most "
         f"{percent(most_of_minus)}. {pid_words(results)}",
-        statistic=f"Rivals above {PROPOSED} in RMSE in more than half of the draws, with the interval of the share, in "
-        "at least one column under one prior.",
+        statistic=f"Rivals above {PROPOSED} in RMSE in more than half of the draws, in at least one column under one "
+        "prior. The interval of the share counts.",
         sample=SAMPLE,
         given=GIVEN,
         chosen=CHOSEN,

@@ -204,7 +204,8 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
     # without a gradient, where the difference is NaN, nothing is foretold
     missed = [key for key, far in gaps.items() if not far.low <= NEAR]
     left = len(gaps) - len(close) - len(missed)
-    listed = ", ".join(f"{law} q{joint + 1} {interval(far)}" for (law, joint), far in gaps.items())
+    shown = {key: interval(far) if np.isfinite(far.value) else "no gradient" for key, far in gaps.items()}
+    listed = ", ".join(f"{law} q{joint + 1} {text}" for (law, joint), text in shown.items())
     slopes = ", ".join(f"{law} in {one.slopes(metric)}" for law, one in near.items())
 
     def said(key: tuple[str, int]) -> str:
@@ -225,8 +226,8 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
         chosen="The ranges, and the gains of the rivals.",
         answer=said(first),
         variations=tuple(
-            Variation(f"{law}, joint {joint + 1}", said((law, joint)), interval(far))
-            for (law, joint), far in gaps.items()
+            Variation(f"{law}, joint {joint + 1}", said((law, joint)), text)
+            for (law, joint), text in shown.items()
             if (law, joint) != first
         ),
         untried="Wider ranges, over which gains act by curves.",

@@ -110,6 +110,15 @@ def calls() -> dict[str, Any]:
         "Column": partial(study.Column, "RMSE", "rad", "right", 3),
         "Case": partial(Case, "S", "law", RUN, 0, ""),
         "Factor": partial(Factor, "k", ("k",), Uniform(0.5, 4.0), "stated", True),
+        "Finding": partial(
+            study.Finding,
+            "best",
+            "PID has the least mean cost, 1.2.",
+            "SMC has 1.4.",
+            answer="PID",
+            variations=(study.Variation("the median in place of the mean", "SMC", "1.2 against 1.4"),),
+            cites=("a8_fair_comparison/best",),
+        ),
         "Factor.of": partial(Factor.of, given, ("k",), True),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
@@ -124,6 +133,7 @@ def calls() -> dict[str, Any]:
         "Normal": partial(study.Normal, 1.0, 0.5, 0.0, 2.0),
         "Objective": tuning.Objective,
         "OneAtATime": partial(study.OneAtATime, 2, (0.05, 0.95), 0.5),
+        "Page": partial(study.Page, "PID leads.", (study.Finding("best", "PID leads."),), sections(None)),
         "Published": partial(law_tables.Published, "table 1", "IAE", 0, {"law": 0.4}, 2),
         "Results": partial(Results, outcomes(), (sample(),), (tuned(),), {"doubled": (2, 4.0)}),
         "SobolDesign": partial(study.SobolDesign, 2, 16, True, 3),
@@ -165,6 +175,7 @@ def calls() -> dict[str, Any]:
             0.5,
         ),
         "Uniform": partial(study.Uniform, 0.0, 2.0),
+        "Variation": partial(study.Variation, "the median", "SMC", "1.2 against 1.4"),
         "against_published": partial(law_tables.against_published, "t", "c", published, {"law": outcomes()[0]}),
         "equal_budget": partial(
             tuning.equal_budget, {"pd": ((TRIAL,), (FACTOR,))}, objective, evaluations=16, population=8, seeds=(0,)
