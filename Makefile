@@ -37,7 +37,7 @@ test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
 	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n 2 --dist loadfile $(MARKED)
+	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(MARKED)
 
 test-all: MARKED = -m ""
 test-all: test
@@ -47,7 +47,7 @@ test-pythons:
 		if command -v $$python > /dev/null && $$python -c '' 2> /dev/null; then \
 			echo "$$python"; $$python -m venv --clear .venv-$$python; \
 			.venv-$$python/bin/python $(PIP) --editable '.[dev]'; \
-			.venv-$$python/bin/python -m pytest -n 2 --dist loadfile; \
+			.venv-$$python/bin/python -m pytest -n auto --maxprocesses 4 --dist loadfile; \
 		else echo "$$python is not here: skipped"; fi; \
 	done
 

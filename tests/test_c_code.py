@@ -55,7 +55,7 @@ def test_every_law_of_the_gallery_has_its_bits_from_every_compiler(compiler, tmp
     for number, name in enumerate(gallery()):
         sampled, law = digital(name)
         y, r, u, z = recorded(sampled, law, 2000)
-        for option in OPTIONS:
+        for option in {OPTIONS[number % len(OPTIONS)], OPTIONS[-1]}:  # each level for a fourth, the last for all
             (folder := tmp_path / f"{number}{option}").mkdir()
             found = compiled(c_code(law, "law"), folder, compiler, (option,))(y, r)
             assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0), name
