@@ -1,9 +1,13 @@
-"""Kills of a study at random moments: what is held afterwards, and how often each piece was computed."""
+"""Kills of a study at random moments: what is held afterwards, and how often each piece was computed.
+
+`python tests/kills.py 200` makes so many by hand, some five seconds each.
+"""
 
 import os
 import random
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -145,3 +149,8 @@ def survive(folder, kills, seed):
             if found.get(name) != wanted.get(name)
         ]
     return tally
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as made:
+        print(survive(Path(made), int(sys.argv[1]), seed=2030))  # noqa: T201

@@ -292,4 +292,4 @@ def lead(change: Change, words: str) -> str:
     if change.answer in counts:
         return f"{change.answer}{words.format(counts[change.answer])}"
     first = next((f"{law} in {n}" for law, n in counts.items()), "all undecided")
-    return f"{NOBODY} leads in most ({first})"
+    return f"none leads in most ({first})"
