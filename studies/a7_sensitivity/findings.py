@@ -29,16 +29,12 @@ ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 def answer(laws: Mapping[str, LawResults]) -> str:
     """The numbers that decide about the proposed law, in one line."""
     ours = laws[PROPOSED]
-    shares = {metric: [ours.shares[named(metric, joint)] for joint in (0, 1)] for metric in ("RMSE", "TV")}
-    arm, gains = (
-        " and ".join(percent(float(one.of_group(group).value)) for one in shares["RMSE"]) for group in ("arm", "gains")
-    )
-    model = " and ".join(percent(float(one.of_group("model").value)) for one in shares["TV"])
+    shares = [ours.shares[named("RMSE", joint)] for joint in (0, 1)]
+    arm, gains = (" and ".join(percent(float(one.of_group(of).value)) for one in shares) for of in ("arm", "gains"))
     high = max(part for part, _ in late_parts(ours).values())
     return (
-        f"Over these ranges the arm has {arm} of the variance of the RMSE of {PROPOSED} at joints 1 and 2, the gains "
-        f"{gains}. The gains explain at most {100 * high:.0f} % of its late error; the model has {model} of its "
-        "chattering."
+        f"The arm has {arm} of the variance of {PROPOSED}'s RMSE (joints 1, 2) over these ranges, its gains {gains}; "
+        f"the gains explain at most {100 * high:.0f} % of its late error's."
     )
 
 
@@ -151,17 +147,19 @@ def strays(laws: Mapping[str, LawResults]) -> Finding:
     usual = counts(ASTRAY)
     drawn = {law: share(_astray(one.random)) for law, one in laws.items()}
     worst = max(np.nanmax(sample.score("late error", j).value) for sample in laws[PROPOSED].samples for j in (0, 1))
-    listed = ", ".join(
-        f"{law} {usual[law][0]:,} of {usual[law][1]:,}, of random draws {percent(part.low)} to {percent(part.high)}"
+    shown = {
+        law: f"{usual[law][0]:,} of {usual[law][1]:,}, of random draws {percent(part.low)} to {percent(part.high)}"
         for law, part in drawn.items()
-    )
-    ours = usual[PROPOSED]
+    }
+    ours, others = usual[PROPOSED], [law for law in laws if law != PROPOSED]
+    listed = "; ".join(f"{law} {shown[law]}" for law in others if usual[law][0]) or "none"
     bounds = {bound: counts(bound)[PROPOSED][0] for bound in (ASTRAY / 2, 2 * ASTRAY)}
     return Finding(
         "strays",
         f"{ours[0]:,} of {ours[1]:,} runs of {PROPOSED} stray: they diverge, or their late error exceeds {ASTRAY:g} "
         "rad.",
-        f"Its largest late error is {worst:.2g} rad. Runs that stray: {listed}.",
+        f"Of its random draws {percent(drawn[PROPOSED].low)} to {percent(drawn[PROPOSED].high)} stray; its largest "
+        f"late error is {worst:.2g} rad. Runs of the other {len(others)} laws that stray: {listed}.",
         statistic="Counts over all runs of a law, the corners of the screening among them, so no probabilities; shares "
         "of the independent draws with the interval of Clopper and Pearson, 95 %.",
         sample="All runs of each law: screening, indices and random draws.",
@@ -173,11 +171,7 @@ def strays(laws: Mapping[str, LawResults]) -> Finding:
                 Variation(f"a bound of {bound:g} rad", said(count), f"{count:,} runs")
                 for bound, count in bounds.items()
             ),
-            *(
-                Variation(law, said(count), f"{count:,} of {runs:,}")
-                for law, (count, runs) in usual.items()
-                if law != PROPOSED
-            ),
+            *(Variation(law, said(usual[law][0]), shown[law]) for law in others),
         ),
         untried="Ranges without the corners of the screening; for SMC a larger gain.",
     )
@@ -205,8 +199,11 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
     missed = [key for key, far in gaps.items() if not far.low <= NEAR]
     left = len(gaps) - len(close) - len(missed)
     shown = {key: interval(far) if np.isfinite(far.value) else "no gradient" for key, far in gaps.items()}
-    listed = ", ".join(f"{law} q{joint + 1} {text}" for (law, joint), text in shown.items())
-    slopes = ", ".join(f"{law} in {one.slopes(metric)}" for law, one in near.items())
+    farthest = sorted(gaps, key=lambda key: -np.nan_to_num(gaps[key].value, nan=np.inf))[:FEW]
+    listed = ", ".join(f"{law} q{joint + 1} {shown[law, joint]}" for law, joint in farthest)
+    slopes = ", ".join(
+        f"{law} in {one.slopes(metric)}" for law, one in sorted(near.items(), key=lambda named: named[0] == PROPOSED)
+    )
 
     def said(key: tuple[str, int]) -> str:
         return "foretold" if key in close else "not foretold" if key in missed else "open"
@@ -217,8 +214,8 @@ def foretold(laws: Mapping[str, LawResults], near: Mapping[str, Derivatives], me
         f"For {len(close)} of {len(gaps)} pairs of law and joint the gradient at the numbers of the card foretells "
         f"every first-order index of the {metric} within {NEAR:g}; for {len(missed)} it is farther off, and for "
         f"{left} the intervals leave it open.",
-        f"Largest difference of a linear share from S1, with the interval of that S1: {listed}. The gradient is the "
-        f"slope of the runs, of all derivatives at both joints: {slopes}.",
+        f"Linear shares lie farthest from S1, with the interval of that S1, for {listed}. The gradient is the slope of "
+        f"the runs in so many of all derivatives: {slopes}.",
         statistic="S1, of Sobol designs with a quadratic control variate, against the share of a linear function with "
         "the exact gradient; a slope compares runs over 0.01 % and over 1 % of a number.",
         sample="All runs of the indices, and one run with its derivatives for each law.",
