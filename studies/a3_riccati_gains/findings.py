@@ -76,15 +76,10 @@ def spread(held: Evidence, law: str, metric: str = RMSE) -> str:
 def answer(held: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
-        f"(34) sets how fast K learns: with P frozen at its mean, RMSE changes by {spread(held, MEAN)} and effort by "
-        f"{effort(held, MEAN)}; frozen at P(0), RMSE by {spread(held, AT_START)} and effort by "
-        f"{effort(held, AT_START)}."
+        f"(34) sets how fast K learns: P frozen at its mean changes RMSE by {spread(held, MEAN)} and effort by "
+        f"{spread(held, MEAN, 'effort')}; frozen at P(0), RMSE by {spread(held, AT_START)} and effort by "
+        f"{spread(held, AT_START, 'effort')}."
     )
-
-
-def effort(held: Evidence, law: str) -> str:
-    """The change of the effort without (34), as a mean over places, in %."""
-    return f"{100 * change(held, law, 'effort'):+.2g} %"
 
 
 def findings(held: Evidence) -> tuple[Finding, ...]:
@@ -151,7 +146,6 @@ def adaptation(held: Evidence) -> Finding:
             *(less(f"joint {j + 1}, {SCENARIOS[s]} alone", change(held, NONE, places=[(s, j)])) for s, j in PLACES),
             *(less(f"{metric} in place of {RMSE}", change(held, NONE, metric)) for metric in ("IAE", "effort", "TV")),
             *(less(f"beside (34) with {w}", change(held, NONE, weights=w)) for w in OTHERS),
-            less("ASMC in place of a constant K", change(held, OBSERVED)),
         ),
         untried="A constant K above K(0).",
     )
@@ -194,7 +188,7 @@ def algebraic(held: Evidence) -> Finding:
         chosen=CHOSEN,
         fitted=FITTED,
         answer=said(largest(three)),
-        variations=tuple(Variation(words, said(moved), f"{100 * moved:.2g} %") for words, moved in others.items()),
+        variations=tuple(Variation(words, said(moved), f"{bound(moved)} %") for words, moved in others.items()),
         untried="Noise, and other values of P(0).",
     )
 
@@ -225,7 +219,7 @@ def distance(held: Evidence) -> Finding:
         variations=(
             *(
                 Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), f"{100 * gaps[s, w][1]:.2g} %")
-                for w in WEIGHTS
+                for w in OTHERS
                 for s in SCENARIOS
             ),
             *(

@@ -194,8 +194,9 @@ def noise_and_rate(results: Results) -> Figure:
         for name, one in candidates(results).items()
     ]
     caption = (
-        "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode seen in the region. The line "
-        "are double poles at -22 to -60 1/s; left of zero a mode grows somewhere."
+        "Noise in the velocity estimate, as an H2 norm, against the slowest frozen mode seen in the region. The grey "
+        "curve: double poles at -22 to -60 1/s. The vertical lines: 0, left of which a mode grows, and "
+        f"{SURFACE:g} 1/s, the rate of the surface."
     )
     panel = Panel(
         "noise gain [s^(-3/2)]", (*marks, line), xlabel="slowest frozen mode [1/s]", yscale="log", vlines=(0.0, SURFACE)

@@ -35,9 +35,9 @@ def sections(results: Results) -> Page:
     rest, relay, cycle = findings(every)
     frequency, amplitude = spans(every)
     return Page(
-        answer=f"Harmonic balance predicts in {rest.answer} cases whether a boundary layer of {PHI:g} rad/s ends "
-        f"chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in amplitude, by "
-        f"the medians from {len(every)} starts.",
+        answer=f"Harmonic balance predicts in {rest.answer} of {len(every[0])} pairs of lag and period whether a layer "
+        f"of {PHI:g} rad/s ends chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in "
+        f"amplitude, by the medians from {len(every)} starts.",
         findings=(rest, relay, cycle),
         sections=(
             Section("Predicted and simulated amplitude", (picture(every[0]),)),
