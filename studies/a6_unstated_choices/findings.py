@@ -19,7 +19,7 @@ from workbench.validation.refusals import Array
 MET, MISSED = "met", "not met"
 ROW = f"the printed row of {PROPOSED} in the first scenario"
 BOTH_SIGNS = f"Both signs of (33) meet {ROW} within {100 * CLOSE:g} %: the row does not identify the law."
-SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row does not identify the law."
+SHORT_ROW = "Both signs of (33) meet its printed row in the first scenario, so the row identifies no law."
 SHORT = 30.0  # s, the longest horizon of an earlier search
 FINE_RUNS = (
     f"Runs are in continuous time with the boundary layer of the paper, at {1e3 * fits.FINE:.3g} ms and at half of it. "
