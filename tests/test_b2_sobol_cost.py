@@ -32,7 +32,7 @@ def test_bars_are_reached_or_missed_as_the_figures_say():
     assert [one.answer for one in study.findings(slow)] == ["missed"] * 3
     assert [one.kind for one in study.findings(slow)] == ["found", "found", "depends"]  # one turn reaches its bar
     (turn,) = study.findings(replace(FAST, turns=((9.9, 10), (9.8, 10), (9.4, 10))))[2].reversals
-    assert (turn.words, turn.answer, turn.detail) == ("turn 3", "missed", "6.0%")
+    assert (turn.words, turn.answer, turn.detail) == ("turn 3", "missed", "6.0 %")
     assert "11.0 s and 1.20 GB" in study.answer(slow)
     assert study.answer(slow).startswith("On one machine in one run")
     # where others use the machine too, the clock decides nothing

@@ -133,11 +133,16 @@ def word(reached: bool) -> str:
     return "reached" if reached else "missed"
 
 
+def percent(share: float) -> str:
+    """A share in percent."""
+    return f"{100 * share:.1f} %"
+
+
 def answer(cost: Cost) -> str:
     """The page in one line."""
     return (
         f"On one machine in one run, {cost.runs:,} runs from command to report took {cost.wall:.1f} s and "
-        f"{cost.memory:.2f} GB; ledger and orchestration took {median(cost.shares):.1%} of the processor time."
+        f"{cost.memory:.2f} GB; ledger and orchestration took {percent(median(cost.shares))} of the processor time."
     )
 
 
@@ -147,7 +152,8 @@ def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
     sample = "One run of the command in a process of its own, on an empty folder."
     once = "another machine, other load, and a repetition: the command was run once"
     each = [
-        Variation(f"turn {i}", word(share <= SHARE), f"{share:.1%}") for i, share in enumerate(cost.shares, start=1)
+        Variation(f"turn {i}", word(share <= SHARE), f"{100 * share:.1f} %")
+        for i, share in enumerate(cost.shares, start=1)
     ]
     quick, idle, middle = cost.wall <= WALL, cost.others < BUSY, median(cost.shares)
     return (
@@ -175,8 +181,8 @@ def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
         ),
         Finding(
             name="ledger_share",
-            statement=f"Ledger and orchestration took {middle:.1%} of the processor time; the bar is {SHARE:.0%}.",
-            evidence=f"The median of {len(cost.shares)} turns, from {min(cost.shares):.1%} to {max(cost.shares):.1%}; "
+            statement=f"Ledger and orchestration took {percent(middle)} of the processor time; the bar is {100 * SHARE:.0f} %.",
+            evidence=f"The median of {len(cost.shares)} turns, from {percent(min(cost.shares))} to {percent(max(cost.shares))}; "
             "a share below zero is noise.",
             statistic="One minus the processor time of the engine alone over that through the ledger, median of turns.",
             sample=f"{len(cost.shares)} turns in one process.",
