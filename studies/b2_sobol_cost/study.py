@@ -181,9 +181,10 @@ def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
         ),
         Finding(
             name="ledger_share",
-            statement=f"Ledger and orchestration took {percent(middle)} of the processor time; the bar is {100 * SHARE:.0f} %.",
-            evidence=f"The median of {len(cost.shares)} turns, from {percent(min(cost.shares))} to {percent(max(cost.shares))}; "
-            "a share below zero is noise.",
+            statement=f"Ledger and orchestration took {percent(middle)} of the processor time; the bar is "
+            f"{100 * SHARE:.0f} %.",
+            evidence=f"The median of {len(cost.shares)} turns, from {percent(min(cost.shares))} to "
+            f"{percent(max(cost.shares))}; a share below zero is noise.",
             statistic="One minus the processor time of the engine alone over that through the ledger, median of turns.",
             sample=f"{len(cost.shares)} turns in one process.",
             answer=word(middle <= SHARE),
