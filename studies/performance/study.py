@@ -87,8 +87,14 @@ def answer(every: Sequence[Row]) -> str:
     fast = f"the engine is {short(min(ratios))} to {short(max(ratios))} times as fast as its peers" if ratios else ""
     count = f"{len(measured) - len(missed)} of {len(measured)} bars are reached"
     return f"On one machine in one run {fast or 'no peer was measured'}, and {count}{'; missed: ' * bool(missed)}" + (
-        f"{'; '.join(missed)}."
+        f"{first_of(missed, 1)}."
     )
+
+
+def first_of(words: Sequence[str], most: int) -> str:
+    """The first few words of a list, and the number of the others."""
+    rest = len(words) - most
+    return "; ".join([*words[:most], *([f"{rest} more"] if rest > 0 else [])])
 
 
 def findings(every: Sequence[Row]) -> tuple[Finding, ...]:
@@ -134,7 +140,7 @@ def peer_findings(peers: Sequence[Row]) -> tuple[Finding, ...]:
 def bars_finding(measured: Sequence[Row]) -> Finding:
     """The bars that are reached and missed."""
     missed = [row for row in measured if not row.reached]
-    named = "; ".join(map(missed_words, missed))
+    named = first_of([missed_words(row) for row in missed], 3)
     return Finding(
         name="bars_reached",
         statement=f"{len(measured) - len(missed)} of {len(measured)} bars that were measured are reached"
