@@ -77,7 +77,7 @@ def answer(held: Evidence) -> str:
     """The part of (34) in the law, in one line."""
     return (
         f"(34) sets how fast K learns: P frozen at its mean changes RMSE by {spread(held, MEAN)} and effort by "
-        f"{spread(held, MEAN, 'effort')}; frozen at P(0), RMSE by {spread(held, AT_START)} and effort by "
+        f"{spread(held, MEAN, 'effort')}; at P(0), RMSE by {spread(held, AT_START)} and effort by "
         f"{spread(held, AT_START, 'effort')}."
     )
 

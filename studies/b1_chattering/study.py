@@ -37,7 +37,7 @@ def sections(results: Results) -> Page:
     return Page(
         answer=f"Harmonic balance predicts in {rest.answer} of {len(every[0])} pairs of lag and period whether a layer "
         f"of {PHI:g} rad/s ends chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in "
-        f"amplitude, by the medians from {len(every)} starts.",
+        f"amplitude (medians, {len(every)} starts).",
         findings=(rest, relay, cycle),
         sections=(
             Section("Predicted and simulated amplitude", (picture(every[0]),)),
