@@ -63,9 +63,8 @@ def delays(results: Results) -> Finding:
                 made.append(Variation(f"{law}, {words}, {pose}", larger(*pair), f"{pair[0]:.3g} and {pair[1]:.3g}"))
     return Finding(
         name="delay_and_learned_gain",
-        statement=f"Larger delay margin of ASMC: {larger(first, learned)}. With its first gain, that of SMC, it is "
-        f"{first:.2f} ms at one torque, with the learned gain {learned:.2g} ms; the repaired {PROPOSED} has "
-        f"{every[PROPOSED][LEVEL].delay:.0f} ms.",
+        statement=f"With its first gain, which is that of SMC, ASMC has a delay margin of {first:.2f} ms at one "
+        f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED} has {every[PROPOSED][LEVEL].delay:.0f} ms.",
         evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end of "
         "the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase more. "
         f"The observer of {PROPOSED} is told the torque that is commanded, so that its loop with the law has no delay.",
@@ -226,7 +225,7 @@ def answer(results: Results) -> str:
     ours = {pose: every[PROPOSED][pose].alpha for pose in POSES}
     first, learned = every["SMC"][LEVEL].delay, every["ASMC"][late(LEVEL)].delay
     return (
-        f"At the level of the second scenario SMC tolerates a delay of {first:.2f} ms, ASMC with its learned gain "
+        f"At rest at the second scenario's level SMC tolerates a delay of {first:.2f} ms, ASMC with its learned gain "
         f"{learned:.2g} ms, {PROPOSED} {every[PROPOSED][LEVEL].delay:.0f} ms if its observer knows the torque before "
-        f"the delay; disk margin {ours[LEVEL]:.2f}, upright {ours['upright']:.3f}."
+        f"the delay; its disk margin is {ours[LEVEL]:.2f}, upright {ours['upright']:.3f}."
     )

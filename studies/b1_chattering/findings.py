@@ -95,7 +95,7 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
         f"of {PHI:g} rad/s ends the chattering of joint 1.",
         evidence=f"In {thin} pairs the layer is thinner than the least width of the balance: there the arm should "
         "oscillate, and come to rest in all others. The least width is that below which the linear loop in the layer "
-        f"is unstable. No pair is a close case: it is {nearest:.0f} % or more away from {PHI:g} rad/s in each.",
+        f"is unstable. No pair is a close case: it is {np.floor(nearest):.0f} % or more off {PHI:g} rad/s in each.",
         statistic="Rest or oscillation of s of joint 1.",
         sample=sample_of(rows),
         given=GIVEN,

@@ -34,8 +34,9 @@ def sections(results: Results) -> Page:
     every = rows_of(results)
     rest, relay, cycle = findings(every)
     frequency, amplitude = spans(every)
+    agreed = rest.answer.replace("all", f"all {len(every[0])}")
     return Page(
-        answer=f"Harmonic balance predicts in {rest.answer} of {len(every[0])} pairs of lag and period whether a layer "
+        answer=f"Harmonic balance predicts in {agreed} pairs of lag and period whether a layer "
         f"of {PHI:g} rad/s ends chattering. For a relay it is {frequency} % off in frequency and {amplitude} % in "
         f"amplitude (medians, {len(every)} starts).",
         findings=(rest, relay, cycle),
