@@ -64,7 +64,8 @@ def delays(results: Results) -> Finding:
     return Finding(
         name="delay_and_learned_gain",
         statement=f"With its first gain, which is that of SMC, ASMC has a delay margin of {first:.2f} ms at one "
-        f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED} has {every[PROPOSED][LEVEL].delay:.0f} ms.",
+        f"torque; with its learned gain {learned:.2g} ms. The repaired {PROPOSED} has "
+        f"{every[PROPOSED][LEVEL].delay:.0f} ms.",
         evidence=f"K is {CARD['SMC: K'][0]:g} N m for SMC, with which ASMC begins, and for ASMC the gain at the end of "
         "the first scenario. A larger gain crosses over at a higher frequency, where a delay turns the phase more. "
         f"The observer of {PROPOSED} is told the torque that is commanded, so that its loop with the law has no delay.",
