@@ -8,6 +8,7 @@ import pytest
 from studies.a9_sampling import period_findings
 from studies.a9_sampling import study as a9
 from studies.a9_sampling.evidence import Evidence
+from studies.a9_sampling.period_rules import PeriodRules
 from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from studies.b4_handover import findings, machine_tables, machines, margins, operations
 from studies.b4_handover import study as b4
@@ -163,7 +164,7 @@ def quiet_at(search, longest):
     """A search that ends with a longest period in s."""
     trials = tuple((LoopTrial({TV: np.full(2, share)}, {TV: np.zeros(2)}),) for share in (0.5, 50.0))
     found = LargestSetting(Threshold((longest, 1.1 * longest), (True, False)), trials)
-    return QuietPeriod(search, found, np.ones(2), 5.0, 1e-3)
+    return QuietPeriod(search, found, np.ones(2), PeriodRules(5.0, 1e-3, 1e-3))
 
 
 @pytest.fixture
@@ -208,13 +209,13 @@ def test_the_longest_period_is_answered_by_start(figures):
     _, quiet, _ = figures
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("quiet at 0.25 ms", "found")
-    assert "too long for none from near starts, and for none from farther starts" in found.evidence
+    assert "too long for none from near starts, and for none from farther starts" in found.evidence[-1]
     far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("not quiet at 0.25 ms", "depends")
     assert "0.5 ms from a start on the reference but up to 0.033 ms from the paper's start" in found.statement
-    assert "too long for none from near starts, and for AOSMC-RGS from farther starts" in found.evidence
+    assert "too long for none from near starts, and for AOSMC-RGS from farther starts" in found.evidence[-1]
 
 
 def test_both_pages_give_the_same_answer_for_the_same_searches(figures):

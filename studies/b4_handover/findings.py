@@ -6,12 +6,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from studies.a9_sampling.period_rules import HALF
 from studies.a9_sampling.quiet_periods import (
+    COMMANDED,
     FACTORS,
     HANDED_OVER,
     ON_REFERENCE,
     PAPERS,
     at_hand_over,
+    bracket_words,
     conditions,
     ends,
     in_ms,
@@ -89,34 +92,39 @@ def longest_period(results: Results) -> Finding:
     """The longest period beside the declared one, by start."""
     quiet = quiet_periods(results)
     near, far = (quiet[PROPOSED, start] for start in (ON_REFERENCE, PAPERS))
-    variations = [Variation(conditions(near.search), at_hand_over(near), f"up to {in_ms(ends(near))} ms")]
+    variations = [Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
     variations += [
         Variation(
             f"{conditions(one.search)}, at most {factor:g} times the total variation",
             at_hand_over(one, factor),
-            f"up to {in_ms(ends(one, factor))} ms",
+            f"{bracket_words(ends(one, factor))} ms",
         )
         for one in (far, near)
         for factor in FACTORS
     ]
     variations += [
-        Variation(conditions(one.search), at_hand_over(one), f"up to {in_ms(ends(one))} ms")
+        Variation(conditions(one.search), at_hand_over(one), f"{bracket_words(ends(one))} ms")
         for one in results.work("quiet")
-        if one.search.law == PROPOSED and one.search.limit is not None
+        if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
     too_long = [declared_too_long(lambda one, start=start: allowed(results, one, start)) for start in BOTH]
     return Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
         f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
-        f"Its gain K grows with the error at the start: to {near.K or 0:.2g} N m and to {far.K or 0:.2g} N m. The "
-        f"declared period is too long for {too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
+        (
+            "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the error at the start, and ",
+            HALF,
+            f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. The declared period is too long for "
+            f"{too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
+        ),
         statistic=f"Laws of the paper's arm: the search of a9, total variation at most {QUIET:g} times its value in "
         f"continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,
-        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole.",
+        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole. The observer of the momentum "
+        "counts on the torque that acts, which is late.",
         fitted=FITTED,
         answer=at_hand_over(far),
         variations=tuple(variations),
