@@ -101,8 +101,8 @@ def computer_section() -> Section:
         "With a delay, the torque of one instant acts from the next instant on, and the observer counts on the torque "
         "that acts. In a5 it counts on the commanded torque; the searches below run that, too. Laws, numbers, "
         "scenarios (FS and SS) and horizons are those of a1. AOSMC-RGS is the repaired law; its observer uses the true "
-        "disturbance, which no instrument gives. The total variation (TV) counts each change of the torque, on a grid of "
-        "1 ms in continuous time. No torque is limited."
+        "disturbance, which no instrument gives. The total variation (TV) counts each change of the torque, on a grid "
+        "of 1 ms in continuous time. No torque is limited."
     )
     table = CARD.table("assumed", "computer", "What is assumed of a realistic computer.")
     return Section("The computer", (Paragraph(words), table))
