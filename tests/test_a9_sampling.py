@@ -164,7 +164,10 @@ def test_the_rule_is_the_limit_of_the_sampled_error_and_half_of_it_a_period_late
             assert (np.abs(np.linalg.eigvals(step)).max() < 1) is np.bool_(stable)
     assert smc.rule == smc.rules.rule / 2
     assert replace(smc, search=replace(smc.search, delay=False)).rule == smc.rules.rule
-    assert replace(smc, search=replace(smc.search, counts_on=COMMANDED)).rule == smc.rules.rule
+    assert replace(smc, search=replace(smc.search, counts_on=COMMANDED)).rule == smc.rules.rule / 2
+    told = QuietSearch(LAWS[0], delay=True, counts_on=COMMANDED)
+    assert replace(smc, search=told).rule == smc.rules.rule
+    assert replace(smc, search=replace(told, observer=MOMENTUM)).rule == smc.rules.rule / 2
     assert smc.rules.bound <= smc.rules.rule
 
 

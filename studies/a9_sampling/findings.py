@@ -39,9 +39,9 @@ def answer(evidence: Evidence) -> str:
     change = worst_change(evidence)[1]
     quiet = listed(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
     return (
-        f"At {MS} the RMSE changes by at most {100 * change:.1f} %, but only {quiet} do not chatter. In the first "
-        f"scenario, with a torque a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms, from a start on the "
-        f"reference up to {in_ms(ends(near))} ms."
+        f"At {MS} only {quiet} do not chatter; RMSE changes by at most {100 * change:.1f} %. In the first scenario, a "
+        f"period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms from a start on the "
+        "reference."
     )
 
 

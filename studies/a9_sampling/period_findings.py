@@ -81,8 +81,8 @@ def longest_period(evidence: Evidence) -> Finding:
             HALF,
             f" is {period(late.rule)} and {period(near.rule)} ms; the searches end between "
             f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(late))} and between "
-            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. An observer that counts on the commanded "
-            f"torque allows {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. Observer (10), if it counts on the "
+            f"commanded torque, allows {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
         ),
         statistic=f"The longest period tried up to which the total variation of the torque is at most {QUIET:g} times "
         "its value in continuous time, at both joints.",

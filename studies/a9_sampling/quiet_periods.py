@@ -83,7 +83,8 @@ class QuietPeriod:
         """The period in s that the eigenvalues of M^-1 K give, or None.
 
         The mode s_(k+1) = (1 - T rho / phi) s_k grows from T = 2 phi / rho on. With a torque that is a period late,
-        s_(k+1) = s_k - T rho / phi s_(k-1) grows from half of that on, unless the observer makes up for it.
+        s_(k+1) = s_k - T rho / phi s_(k-1) grows from half of that on. Observer (10), whose estimates give the law its
+        s, makes up for the delay if it counts on the commanded torque.
         """
         return None if self.rules is None else self.rules.rule / self._periods
 
@@ -94,7 +95,9 @@ class QuietPeriod:
 
     @property
     def _periods(self) -> int:
-        return 2 if self.search.delay and self.search.counts_on == ACTING else 1
+        search = self.search
+        makes_up = search.law == PROPOSED and search.observer == TRUTH and search.counts_on == COMMANDED
+        return 2 if search.delay and not makes_up else 1
 
 
 def conditions(search: QuietSearch) -> str:

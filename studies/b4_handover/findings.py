@@ -40,6 +40,7 @@ from studies.b4_handover.margins import (
     QUIET,
     Loss,
     Losses,
+    effects_of,
     losses,
     margins,
     quiet_periods,
@@ -78,14 +79,14 @@ def amount(value: float, unit: str) -> str:
 
 
 def allowed(results: Results, one: Handed, start: str = NEAR_START) -> float:
-    """The longest period in s that sampling allows a loop from a start."""
+    """The longest period allowed in s, of a loop from a start."""
     scan = scans(results).periods.get((one.key, start))
     return scan.threshold.largest if scan else ends(quiet_periods(results)[one.name, PATHS[start]])[0]
 
 
-def declared_too_long(longest: Callable[[Handed], float]) -> str:
+def declared_too_long(longest: Callable[[Handed], float]) -> list[str]:
     """The laws whose declared period is longer than a period that is given by loop."""
-    return listed(one.name for one in handed() if longest(one) < one.period)
+    return [one.name for one in handed() if longest(one) < one.period]
 
 
 def longest_period(results: Results) -> Finding:
@@ -107,7 +108,7 @@ def longest_period(results: Results) -> Finding:
         for one in results.work("quiet")
         if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
-    too_long = [declared_too_long(lambda one, start=start: allowed(results, one, start)) for start in BOTH]
+    too_long = [listed(declared_too_long(lambda one, start=start: allowed(results, one, start))) for start in BOTH]
     return Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
@@ -118,8 +119,8 @@ def longest_period(results: Results) -> Finding:
             f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. The declared period is too long for "
             f"{too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
         ),
-        statistic=f"Laws of the paper's arm: the search of a9, total variation at most {QUIET:g} times its value in "
-        f"continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
+        statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
+        f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,
@@ -185,14 +186,17 @@ def loss_finding(results: Results) -> Finding:
     error, step, unit = error_of(results, worst)
     grown = error * (1 + by[worst].together.value)
     far = all_losses(results, start=FAR_START)[worst].together
+    chattering = declared_too_long(lambda one: allowed(results, one, FAR_START))
     return Finding(
         "error_growth",
         f"Single precision, {CLOCK} together raise the error of {worst} most: by {percent(by[worst].together)}, from "
         f"{amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {percent(others)}.",
         f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
-        f"its error is {amount(error_of(results, worst, start=FAR_START)[0], unit)}, and grows by {percent(far)}.",
+        f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
+        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {percent(far)}.",
         statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
-        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws.",
+        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws. That "
+        f"run chatters from farther starts, and is no sound base there: {listed(chattering)}.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
         given=GIVEN,
         chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",
@@ -250,16 +254,17 @@ def clock_finding(results: Results) -> Finding:
         for effect in ("jitter", "coarser readings")
     ]
     each = ", ".join(f"{name} {100 * level:.3g} %" for name, level in reach.items())
+    levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
     return Finding(
         "missed_periods",
-        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % only up to {100 * min(reach.values()):.3g} % "
-        f"missed periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
-        f"By loop: {each}. The error of {PROPOSED} is the smallest, so the same change is a larger part of it.",
+        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % {level_words(min(reach.values()))} missed "
+        f"periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
+        f"The largest levels tried that keep it: {each}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, eight or nine levels.",
         given=GIVEN,
-        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels; periods missed independently of each other.",
+        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
         fitted=FITTED,
         answer=frail,
         variations=tuple(variations),
@@ -269,4 +274,19 @@ def clock_finding(results: Results) -> Finding:
 
 def frail_words(reach: dict[str, float]) -> tuple[str, str]:
     """The frailest loops, and the level up to which they keep their error."""
-    return frailest(reach), f"up to {100 * min(reach.values()):.3g} %"
+    return frailest(reach), level_words(min(reach.values()))
+
+
+def missed_levels() -> tuple[float, ...]:
+    """The levels of missed periods that are tried, the same for each loop."""
+    return next(effect.levels for effect in effects_of(handed()[0]) if effect.name == "missed periods")
+
+
+def level_words(level: float) -> str:
+    """The largest level of missed periods that keeps an error, and the next one tried, which does not."""
+    later = [each for each in missed_levels() if each > level]
+    if not later:
+        return f"up to {100 * level:.3g} %, the largest level tried,"
+    if not level:
+        return f"not even at {100 * later[0]:.3g} %, the least level tried,"
+    return f"at {100 * level:.3g} % but not at {100 * later[0]:.3g} %"

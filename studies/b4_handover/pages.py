@@ -59,7 +59,7 @@ def answer(results: Results) -> str:
         return bits
     return (
         f"{bits} {PROPOSED} in doubles takes {1e3 * far.count / far.clock:.2g} ms on a Cortex-M4F: {percent_of(near)} "
-        f"of its longest quiet period from a start on the reference, {percent_of(far)} from the paper's start."
+        f"of the longest period allowed from a start on the reference, {percent_of(far)} from the paper's start."
     )
 
 
@@ -185,7 +185,7 @@ def periods_figure(results: Results) -> Figure:
 
 
 def periods_section(results: Results) -> Section:
-    """The longest period that sampling allows, by start."""
+    """The longest period allowed, by start."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
         cells: list[Cell] = []
@@ -215,9 +215,9 @@ def periods_section(results: Results) -> Section:
         "table of what is handed over. Rule: the period from which on the layer is unstable, by the largest eigenvalue "
         "of the inverse of M times K along the run in continuous time (a9); a dash where there is no gain K.",
     )
-    caption = "The longest period that sampling allows from the near and from the far start."
+    caption = "The longest period allowed from the near and from the far start."
     table = Table("periods_table", caption, columns, tuple(rows), notes)
-    return Section("The longest period", (table,))
+    return Section("The longest period allowed", (table,))
 
 
 def bracket(threshold: Threshold) -> tuple[float, float]:
