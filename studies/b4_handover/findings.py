@@ -120,7 +120,8 @@ def longest_period(results: Results) -> Finding:
             f"{too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
-        f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
+        f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
+        f"LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,

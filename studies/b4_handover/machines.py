@@ -158,7 +158,8 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
         f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
         f"paper's start{other}.",
         f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not "
-        f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} bytes.",
+        f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} "
+        "bytes.",
         statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
         f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
         sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
