@@ -344,6 +344,14 @@ def test_a_run_counts_as_lost_by_its_error_too():
     assert answers["lost: more than 5 times the RMSE of continuous time"] == "no run is lost"
 
 
+def test_the_runs_lost_a_period_late_are_blamed_as_the_others():
+    where = ("AOSMC-RGS", "FS", Computer(5e-3, True, "euler"))
+    found = findings.lost_runs(evidence(lost, lambda *one: one == where))
+    assert found.answer == "no run is lost"  # without a delay
+    (late,) = (one for one in found.variations if one.words == "torque a period late")
+    assert (late.answer, late.detail) == ("the integrator", "8, 0 and 0 of 8 runs")
+
+
 def test_the_lost_runs_are_counted_and_named():
     euler = lost_by("euler")
     assert "Explicit Euler loses 8 of 784 runs, all of AOSMC-RGS" in words(findings.lost_runs(euler))

@@ -113,11 +113,14 @@ def worst_change(evidence: Evidence) -> tuple[tuple[str, str, int], float, float
 
 
 def blame(
-    evidence: Evidence, above: float = np.inf, cells: Iterable[tuple[str, float]] | None = None
+    evidence: Evidence,
+    above: float = np.inf,
+    cells: Iterable[tuple[str, float]] | None = None,
+    delay: bool = False,
 ) -> tuple[int, ...]:
     """Of the runs that Euler loses: those lost by the integrator, by the law, and unsettled."""
     chosen = [(scenario, period) for scenario in SCENARIOS for period in APART] if cells is None else list(cells)
-    each = [evidence.causes(*cell, above) for cell in chosen]
+    each = [evidence.causes(*cell, above, delay) for cell in chosen]
     flow, law, unsettled = (sum(getattr(one, by) for one in each) for by in ("by_integrator", "by_law", "unsettled"))
     return flow, law, unsettled
 
@@ -149,6 +152,10 @@ def lost_runs(evidence: Evidence) -> Finding:
         for scenario, period in CELLS
         if sum(blame(evidence, cells=[(scenario, period)]))
     ]
+    late = blame(evidence, delay=True)
+    if sum(late):
+        counted = f"{late[0]}, {late[1]} and {late[2]} of {sum(late)} runs"
+        variations.append(Variation("torque a period late", blame_words(*late), counted))
     for above in LOST_ABOVE:
         by = blame(evidence, above)
         words = f"lost: more than {above:g} times the RMSE of continuous time"
@@ -166,13 +173,14 @@ def lost_runs(evidence: Evidence) -> Finding:
         statistic=f"Counts of runs that diverge. RMSE: the largest of {len(PLACES)} joints and scenarios, exact "
         "readings.",
         sample=f"{len(SEVEN)} laws, two scenarios, {len(PERIODS)} periods up to {1e3 * max(PERIODS):g} ms, no delay: "
-        f"one run with exact readings and {NOISY} with noise. {PROPOSED} at {apart()}: four ways to step.",
+        f"one run with exact readings and {NOISY} with noise. {PROPOSED} at {apart()}: four ways to step, at once and "
+        "a period late.",
         given=f"{PROPOSED}: positions, the true disturbance and the exact model.",
         chosen=CHOSEN,
         fitted=FITTED,
         answer=blame_words(*counts),
         variations=tuple(variations),
-        untried="A delay with noise, or with other steps; longer periods.",
+        untried="A delay with noise for other laws, longer periods.",
         settled=total > 0 and not counts[2],
     )
 
