@@ -8,6 +8,7 @@ import pytest
 from studies.a9_sampling import period_findings
 from studies.a9_sampling import study as a9
 from studies.a9_sampling.evidence import Evidence
+from studies.a9_sampling.period_rules import PeriodRules
 from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from studies.b4_handover import findings, machine_tables, machines, margins, operations
 from studies.b4_handover import study as b4
@@ -163,7 +164,7 @@ def quiet_at(search, longest):
     """A search that ends with a longest period in s."""
     trials = tuple((LoopTrial({TV: np.full(2, share)}, {TV: np.zeros(2)}),) for share in (0.5, 50.0))
     found = LargestSetting(Threshold((longest, 1.1 * longest), (True, False)), trials)
-    return QuietPeriod(search, found, np.ones(2), 5.0, 1e-3)
+    return QuietPeriod(search, found, np.ones(2), PeriodRules(5.0, 1e-3, 1e-3))
 
 
 @pytest.fixture
@@ -187,17 +188,43 @@ def results_of(quiet):
 
 
 def test_the_finding_on_errors_names_the_loop_whose_error_grows_most(figures):
-    held, *_ = figures
+    held, quiet, _ = figures
     held[TWISTING] = replace(all_of(0.01), together=Loss(0.37, 0.01))
-    found = findings.loss_finding(Results())
+    found = findings.loss_finding(results_of(quiet))
+    assert "chatters" not in found.evidence
     assert found.answer == TWISTING
     assert "raise the error of super-twisting most: by 37 %, from 10 µrad to 13.7" in found.statement
     assert "of the other loops by at most 1 %" in found.statement
     assert found.kind == "depends"  # by each effect alone all grow alike, and the first is named
 
 
+def test_a_loop_that_chatters_at_its_declared_period_has_no_growth_from_there(figures):
+    held, quiet, _ = figures
+    held[PROPOSED] = replace(all_of(0.01), together=Loss(0.37, 0.01))
+    far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
+    quiet[far] = quiet_at(far, 3.3e-5)
+    found = findings.loss_finding(results_of(quiet))
+    assert "From a farther start it chatters at its declared period: its error is 10 µrad, and changes by 37 %." in (
+        found.evidence
+    )
+    assert found.statistic.endswith("no sound base there: AOSMC-RGS.")
+
+
+@pytest.mark.parametrize(
+    ("place", "words"),
+    [
+        (-1, "not even at 0.1 %, the least level tried,"),
+        (0, "at 0.1 % but not at"),
+        (-2, "the largest level tried,"),
+    ],
+)
+def test_a_level_that_keeps_an_error_is_printed_with_the_next_one_tried(place, words):
+    levels = (*findings.missed_levels(), 0.0)
+    assert words in findings.level_words(levels[place])
+
+
 def test_the_variations_of_the_errors_hold_all_starts_and_statistics(figures):
-    words = [one.words for one in findings.loss_finding(Results()).variations]
+    words = [one.words for one in findings.loss_finding(results_of(figures[1])).variations]
     for start in findings.START_WORDS.values():
         for statistic in (ERROR, SIZE, WHOLE):
             asked = f"{statistic}, {start}"
@@ -208,13 +235,13 @@ def test_the_longest_period_is_answered_by_start(figures):
     _, quiet, _ = figures
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("quiet at 0.25 ms", "found")
-    assert "too long for none from near starts, and for none from farther starts" in found.evidence
+    assert "too long for none from near starts, and for none from farther starts" in found.evidence[-1]
     far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("not quiet at 0.25 ms", "depends")
     assert "0.5 ms from a start on the reference but up to 0.033 ms from the paper's start" in found.statement
-    assert "too long for none from near starts, and for AOSMC-RGS from farther starts" in found.evidence
+    assert "too long for none from near starts, and for AOSMC-RGS from farther starts" in found.evidence[-1]
 
 
 def test_both_pages_give_the_same_answer_for_the_same_searches(figures):
@@ -310,8 +337,9 @@ def test_a_count_is_a_share_of_the_longest_period_from_a_named_start(figures):
     assert far_fit.share == pytest.approx(1e-4 / 3.3e-5)
     found = machines.fit_finding(Results(works=works), near, far_fit)
     assert found.answer == PROPOSED
-    assert "takes 0.1 ms a period on a Cortex-M4F: 20 % of its longest period from a start on the reference" in (
-        found.statement
+    assert (
+        "takes 0.1 ms a period on a Cortex-M4F: 20 % of the longest period allowed from a start on the reference"
+        in (found.statement)
     )
     assert "303 % from the paper's start" in found.statement
 

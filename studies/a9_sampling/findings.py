@@ -9,7 +9,7 @@ import numpy as np
 from studies.a9_sampling.evidence import APART, PERIODS, PLACES, Evidence, Scores, printed
 from studies.a9_sampling.loops import MS, NOISY, REALISTIC, RMSE, SCENARIOS, TV, WAYS
 from studies.a9_sampling.period_findings import base, longest_period, reference, rule_of_thumb
-from studies.a9_sampling.quiet_periods import FACTORS, QUIET, ends, in_ms
+from studies.a9_sampling.quiet_periods import ACTING, FACTORS, PAPERS, QUIET, TRUTH, ends, in_ms
 from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed, rounded
 from studies.paper.card import MARGIN, PROPOSED
 from studies.paper.linearization import SEVEN
@@ -39,7 +39,7 @@ def answer(evidence: Evidence) -> str:
     change = worst_change(evidence)[1]
     quiet = listed(quiet_laws(evidence, evidence.at(TV, REALISTIC)))
     return (
-        f"A computer of {MS} changes the RMSE by at most {100 * change:.1f} %, but only {quiet} do not chatter. A "
+        f"At {MS} only {quiet} do not chatter; RMSE changes by at most {100 * change:.1f} %. In the first scenario, a "
         f"period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms, or {in_ms(ends(near))} ms from a start on the "
         "reference."
     )
@@ -113,11 +113,14 @@ def worst_change(evidence: Evidence) -> tuple[tuple[str, str, int], float, float
 
 
 def blame(
-    evidence: Evidence, above: float = np.inf, cells: Iterable[tuple[str, float]] | None = None
+    evidence: Evidence,
+    above: float = np.inf,
+    cells: Iterable[tuple[str, float]] | None = None,
+    delay: bool = False,
 ) -> tuple[int, ...]:
     """Of the runs that Euler loses: those lost by the integrator, by the law, and unsettled."""
     chosen = [(scenario, period) for scenario in SCENARIOS for period in APART] if cells is None else list(cells)
-    each = [evidence.causes(*cell, above) for cell in chosen]
+    each = [evidence.causes(*cell, above, delay) for cell in chosen]
     flow, law, unsettled = (sum(getattr(one, by) for one in each) for by in ("by_integrator", "by_law", "unsettled"))
     return flow, law, unsettled
 
@@ -149,6 +152,10 @@ def lost_runs(evidence: Evidence) -> Finding:
         for scenario, period in CELLS
         if sum(blame(evidence, cells=[(scenario, period)]))
     ]
+    late = blame(evidence, delay=True)
+    if sum(late):
+        counted = f"{late[0]}, {late[1]} and {late[2]} of {sum(late)} runs"
+        variations.append(Variation("torque a period late", blame_words(*late), counted))
     for above in LOST_ABOVE:
         by = blame(evidence, above)
         words = f"lost: more than {above:g} times the RMSE of continuous time"
@@ -161,19 +168,32 @@ def lost_runs(evidence: Evidence) -> Finding:
         if not others
         else f"Explicit Euler loses {total + others} of {runs} runs, {total} of them of {PROPOSED}.",
         f"If finer steps keep a run finite, the integrator lost it, otherwise the law. Finite is not accurate: at "
-        f"{1e3 * max(APART):g} ms the RMSE over its value in continuous time is {worst}.",
+        f"{1e3 * max(APART):g} ms the RMSE over its value in continuous time is {worst}. With exact readings and a "
+        f"torque a period late, the searches lose {late_losses(evidence)}.",
         statistic=f"Counts of runs that diverge. RMSE: the largest of {len(PLACES)} joints and scenarios, exact "
         "readings.",
         sample=f"{len(SEVEN)} laws, two scenarios, {len(PERIODS)} periods up to {1e3 * max(PERIODS):g} ms, no delay: "
-        f"one run with exact readings and {NOISY} with noise. {PROPOSED} at {apart()}: four ways to step.",
+        f"one run with exact readings and {NOISY} with noise. {PROPOSED} at {apart()}: four ways to step, at once and "
+        "a period late.",
         given=f"{PROPOSED}: positions, the true disturbance and the exact model.",
         chosen=CHOSEN,
         fitted=FITTED,
         answer=blame_words(*counts),
         variations=tuple(variations),
-        untried="A delay at these periods, longer periods.",
+        untried="A delay with noise for other laws, longer periods.",
         settled=total > 0 and not counts[2],
     )
+
+
+def late_losses(evidence: Evidence) -> str:
+    """The runs that diverge in the searches with a torque that is a period late, from the paper's start."""
+    lost: dict[tuple[str, str], list[str]] = {}
+    for one in evidence.searched(delay=True, start=PAPERS, observer=TRUTH, counts_on=ACTING):
+        for period, share in zip(one.found.threshold.values, one.found.worst(TV), strict=True):
+            if np.isinf(share):
+                lost.setdefault((one.search.law, one.search.scenario), []).append(f"{1e3 * period:.3g}")
+    each = [f"{law} in {scenario} at {listed(periods)} ms" for (law, scenario), periods in lost.items()]
+    return "; ".join(each) or "no run"
 
 
 def judged_by(evidence: Evidence, way: str) -> tuple[str, str]:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 
 from studies.a9_sampling.evidence import Evidence
 from studies.a9_sampling.loops import SCENARIOS
+from studies.a9_sampling.period_rules import BOUND, HALF, RULE
 from studies.a9_sampling.quiet_periods import (
+    ACTING,
+    COMMANDED,
     FACTORS,
     ON_REFERENCE,
     PAPERS,
     QUIET,
-    RULE,
     STARTS,
     TRUTH,
     QuietPeriod,
     QuietSearch,
     at_hand_over,
+    bracket_words,
     conditions,
     ends,
     in_ms,
 )
-from studies.a9_sampling.words import CHOSEN, FITTED, GIVEN, listed
+from studies.a9_sampling.words import CHOSEN, COUNTS_ON, FITTED, GIVEN, listed
 from studies.paper.card import PROPOSED
 from workbench.study.document.finding import Finding, Variation
 
@@ -39,14 +43,21 @@ def base(evidence: Evidence) -> QuietPeriod:
     return next(one for one in evidence.quiet if one.search == BASE)
 
 
-def reference(evidence: Evidence) -> QuietPeriod:
+def reference(evidence: Evidence, counts_on: str = ACTING) -> QuietPeriod:
     """The same search from a start on the reference."""
-    return one_of(evidence, law=PROPOSED, scenario="FS", start=ON_REFERENCE, delay=True, observer=TRUTH)
+    fields = {"scenario": "FS", "start": ON_REFERENCE, "delay": True, "observer": TRUTH}
+    return one_of(evidence, law=PROPOSED, counts_on=counts_on, **fields)
+
+
+def commanded(evidence: Evidence) -> QuietPeriod:
+    """The search of `base` with an observer that counts on the commanded torque."""
+    return next(one for one in evidence.quiet if one.search == replace(BASE, counts_on=COMMANDED))
 
 
 def longest_period(evidence: Evidence) -> Finding:
     """The longest quiet period of AOSMC-RGS, by start."""
     late, near = base(evidence), reference(evidence)
+    told, told_near = commanded(evidence), reference(evidence, COMMANDED)
     variations = [
         Variation(conditions(one.search), at_hand_over(one), detail(one))
         for one in evidence.searched(law=PROPOSED)
@@ -56,22 +67,28 @@ def longest_period(evidence: Evidence) -> Finding:
         Variation(
             f"at most {factor:g} times the total variation",
             at_hand_over(late, factor),
-            f"up to {in_ms(ends(late, factor))} ms",
+            f"{bracket_words(ends(late, factor))} ms",
         )
         for factor in FACTORS
     ]
     return Finding(
         "longest_period",
-        f"With a torque that is a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms from the paper's start "
-        f"and up to {in_ms(ends(near))} ms from a start on the reference.",
-        f"Its gain K grows with the error at the start: to {late.K or 0:.2g} N m from the paper's, to "
-        f"{near.K or 0:.2g} N m from a start on the reference. The next periods tried, {1e3 * ends(late)[1]:.2g} and "
-        f"{1e3 * ends(near)[1]:.2g} ms, chatter.",
+        f"In the first scenario, with a torque a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms from "
+        f"the paper's start and up to {in_ms(ends(near))} ms from a start on the reference.",
+        (
+            "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the "
+            "error at the start. Along the runs in continuous time ",
+            HALF,
+            f" is {period(late.rule)} and {period(near.rule)} ms; the searches end between "
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(late))} and between "
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. Observer (10), if it counts on the "
+            f"commanded torque, allows {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
+        ),
         statistic=f"The longest period tried up to which the total variation of the torque is at most {QUIET:g} times "
         "its value in continuous time, at both joints.",
         sample="One run a period, first scenario, exact readings.",
         given=GIVEN,
-        chosen=f"{CHOSEN} The limit of {QUIET:g} times; explicit Euler; a torque without limit.",
+        chosen=f"{CHOSEN} {COUNTS_ON} The limit of {QUIET:g} times; explicit Euler; a torque without limit.",
         fitted=FITTED,
         answer=at_hand_over(late),
         variations=tuple(variations),
@@ -80,81 +97,108 @@ def longest_period(evidence: Evidence) -> Finding:
     )
 
 
+def period(seconds: float | None) -> str:
+    """A period in ms with three digits."""
+    return f"{1e3 * (seconds or 0):.3g}"
+
+
 def detail(one: QuietPeriod) -> str:
-    """The longest quiet period, and the largest gain."""
-    return f"up to {in_ms(ends(one))} ms; K up to {one.K or 0:.2g} N m"
+    """The two ends of a search, and the period that the rule gives."""
+    return f"{bracket_words(ends(one))} ms; rule {period(one.rule)} ms"
 
 
-# The rule of thumb
+# The rules
 
 
-def ruled(quiet: Iterable[QuietPeriod], factor: float = QUIET) -> dict[str, tuple[float, float]]:
-    """By law, the ends of its search over its rule of thumb, each the least of several scenarios."""
-    by_law: dict[str, list[QuietPeriod]] = {}
-    for one in quiet:
-        if one.rule is not None and one.search.observer == TRUTH:
-            by_law.setdefault(one.search.law, []).append(one)
+def ratios_of(
+    quiet: Iterable[QuietPeriod], factor: float = QUIET, by: str = "rule"
+) -> dict[tuple[str, str], tuple[float, float]]:
+    """By law and scenario, the two ends of a search over the rule, or over the bound."""
     ratios = {}
-    for law, each in by_law.items():
-        rule = min(one.rule for one in each if one.rule is not None)
-        low, high = (min(ends(one, factor)[i] for one in each) for i in (0, 1))
-        ratios[law] = (low / rule, high / rule)
+    for one in quiet:
+        rule: float | None = getattr(one, by)
+        if rule is not None and one.search.observer == TRUTH:
+            low, high = ends(one, factor)
+            ratios[one.search.law, one.search.scenario] = (low / rule, high / rule)
     return ratios
 
 
-def too_long(ratios: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
-    """The laws whose rule of thumb is too long: both ends of the search are below 1."""
-    return tuple(law for law, (_, high) in ratios.items() if high < 1)
+Ratios = Mapping[tuple[str, str], tuple[float, float]]
 
 
-def undecided(ratios: Mapping[str, tuple[float, float]]) -> tuple[str, ...]:
-    """The laws whose rule of thumb lies between the ends of the search, so that it is neither safe nor too long."""
-    return tuple(law for law, (low, high) in ratios.items() if low < 1 <= high)
+def too_long(ratios: Ratios) -> str:
+    """The loops whose rule is too long: both ends of the search are below it."""
+    return listed(f"{law} in {scenario}" for (law, scenario), (_, high) in ratios.items() if high <= 1)
+
+
+def within(ratios: Ratios) -> int:
+    """The number of loops whose rule lies between the ends of the search."""
+    return sum(low <= 1 <= high for low, high in ratios.values())
+
+
+def farthest(ratios: Ratios) -> tuple[tuple[str, str], float]:
+    """The loop whose rule is farthest off the ends of its search, and the distance in parts of the rule."""
+    off = {loop: max(low - 1, 1 - high, 0.0) for loop, (low, high) in ratios.items()}
+    worst = max(off, key=off.__getitem__)
+    return worst, off[worst]
+
+
+def rule_variations(evidence: Evidence) -> Iterator[Variation]:
+    """The loops for which a rule is too long: the bound, each scenario, other starts and delays, other limits."""
+    still = evidence.searched(start=PAPERS, delay=False)
+    cases = [("the bound in place of the eigenvalue", ratios_of(still, by="bound"))]
+    cases += [(f"{one} alone", ratios_of(each for each in still if each.search.scenario == one)) for one in SCENARIOS]
+    for start in STARTS:
+        for delay in (False, True):
+            for told in (ACTING, COMMANDED) if delay else (ACTING,):
+                if (start, delay) != (PAPERS, False):
+                    words = f"{STARTS[start]}, {'torque a period late' if delay else 'no delay'}"
+                    words += f", {PROPOSED} alone, whose observer counts on the command" * (told == COMMANDED)
+                    cases.append((words, ratios_of(evidence.searched(start=start, delay=delay, counts_on=told))))
+    for factor in FACTORS:
+        cases.append((f"at most {factor:g} times the total variation", ratios_of(still, factor)))
+    for words, ratios in cases:
+        yield Variation(
+            words, f"too long for {too_long(ratios)}", f"between the ends in {within(ratios)} of {len(ratios)}"
+        )
 
 
 def rule_of_thumb(evidence: Evidence) -> Finding:
-    """The rule of thumb beside the searches."""
-    still = ruled(evidence.searched(start=PAPERS, delay=False))
-    unsafe, open_ = too_long(still), undecided(still)
-    safe = [law for law in still if law not in unsafe + open_]
-    variations = []
-    for start, delay, scenarios in (
-        (start, delay, scenarios)
-        for start in STARTS
-        for delay in (False, True)
-        for scenarios in (SCENARIOS, *((one,) for one in SCENARIOS))
-    ):
-        each = [one for one in evidence.searched(start=start, delay=delay) if one.search.scenario in scenarios]
-        if (start, delay, scenarios) != (PAPERS, False, SCENARIOS) and each:
-            ratios = ruled(each)
-            words = f"{' and '.join(scenarios)}, {STARTS[start]}, {'torque a period late' if delay else 'no delay'}"
-            variations.append(Variation(words, f"too long for {listed(too_long(ratios))}", ratio_words(ratios)))
-    for factor in FACTORS:
-        ratios = ruled(evidence.searched(start=PAPERS, delay=False), factor)
-        words = f"at most {factor:g} times the total variation"
-        variations.append(Variation(words, f"too long for {listed(too_long(ratios))}", ratio_words(ratios)))
-    between = f"; for {listed(open_)} the search cannot decide" if open_ else ""
+    """The period that the eigenvalues of M^-1 K give, and the bound, beside the longest quiet period."""
+    still = evidence.searched(start=PAPERS, delay=False)
+    ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
+    (law, scenario), off = farthest(ratios)
+    others = f" The rule is farthest off for {law} in {scenario}, by {100 * off:.2g} %." if off else ""
+    own = "; ".join(f"{PROPOSED} in {one} {ratio_words(bounds[PROPOSED, one])}" for one in SCENARIOS)
     return Finding(
         "rule_of_thumb",
         (
-            "Without delay the period ",
+            "Without delay ",
             RULE,
-            f" is quiet for {len(safe)} of {len(still)} laws with a gain K and too long for {listed(unsafe)}{between}.",
+            f" is the longest quiet period, to the width of the search, in {within(ratios)} of {len(ratios)} loops of "
+            f"laws with a gain K; it is too long for {too_long(ratios)}.",
         ),
-        f"The longest quiet period over the rule lies between: {ratio_words(still)}. A rule within these ends is "
-        "neither quiet nor too long.",
-        statistic="The two ends of the search for the longest quiet period, over the rule with the largest K of a run "
-        "and the least eigenvalue of M along it. Error: the width of the search.",
-        sample=f"{len(still)} laws, both scenarios, the paper's start, one run a period.",
+        (
+            "The bound ",
+            BOUND,
+            " needs no eigenvalue of a product, and may be much shorter. The longest quiet period over it: "
+            f"{own}; of all loops {min(low for low, _ in bounds.values()):.2g} to "
+            f"{max(high for _, high in bounds.values()):.2g}.{others}",
+        ),
+        statistic="The two ends of the search over the rule, by law and scenario. Rule: the largest eigenvalue "
+        "ρ of the inverse of M times K, along the run in continuous time, within the layer; "
+        "a period late, half of the rule.",
+        sample=f"{len(ratios)} loops: {len({law for law, _ in ratios})} laws, two scenarios, the paper's start, one "
+        "run a period.",
         given=GIVEN,
         chosen=f"{CHOSEN} Quiet: at most {QUIET:g} times the total variation of continuous time.",
         fitted=FITTED,
-        answer=f"too long for {listed(unsafe)}",
-        variations=tuple(variations),
+        answer=f"too long for {too_long(ratios)}",
+        variations=tuple(rule_variations(evidence)),
         untried="Arms with other masses.",
     )
 
 
-def ratio_words(ratios: Mapping[str, tuple[float, float]]) -> str:
-    """The ends of each law."""
-    return ", ".join(f"{law} {low:.2f} to {high:.2f}" for law, (low, high) in ratios.items())
+def ratio_words(ends: tuple[float, float]) -> str:
+    """The two ends of a search over a period."""
+    return f"{ends[0]:.2f} to {ends[1]:.2f}"

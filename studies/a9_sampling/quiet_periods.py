@@ -4,36 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import partial
 
 import casadi as ca
 import numpy as np
 
 from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
+from studies.a9_sampling.late_drive import LateDrive
 from studies.a9_sampling.loops import HORIZON, SUBSTEP, TV, metrics
+from studies.a9_sampling.period_rules import PeriodRules, period_rules
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, proposed_repaired
 from studies.paper.linearization import SEVEN, loop_of
 from workbench.loop import ClosedLoop, DigitalLoop, Instruments
-from workbench.metrics import Measurement, measure
-from workbench.notation.formula import Number, Product, Quotient, symbol
+from workbench.metrics import AbstractMetric, measure, total_variation
 from workbench.observers import FullState, MomentumObserver, WithDisturbance
+from workbench.plants import Equipped
 from workbench.study.evidence import LargestSetting, LoopLimits, largest_setting
 from workbench.validation.refusals import Array
 
 QUIET = 2.0  # times the total variation of the loop in continuous time, at most
 FACTORS = (1.5, 3.0, 10.0)  # in its place, as variations
-RULE = Quotient(Product((Number(Fraction(2)), symbol("phi"), symbol("lambda_min"))), symbol("K"))  # of thumb, in s
 GRID = 1e-2  # s, the sample time of (43), which every period divides
 PARTS = (400, 200, 100, 50, 20, 10, 5, 2, 1)  # of the grid: the periods that a search looks at before it narrows
+CLOSER = 0.5  # of a part of the grid: no closer to an end lies another period
 CLOSE = 1.12  # how far apart the longest quiet period and the next one tried may be
-EVERY = 25  # of the kept states of a run, one in 10 ms, the rule of thumb looks at one in so many
-GAINLESS = ("PID", "super-twisting")  # the rule of thumb has no gain K for these
+FINER = 1e-1  # s, whose parts are tried where two neighbours of the grid are farther apart
 HANDED_OVER = 2.5e-4  # s, the period at which b4 hands AOSMC-RGS over
 PAPERS, ON_REFERENCE = "paper", "reference"  # starts
 STARTS = {PAPERS: "the paper's start", ON_REFERENCE: "a start on the reference"}
+ACTING, COMMANDED = "acting", "commanded"  # the torque on which the observer of AOSMC-RGS counts, if it comes late
 TRUTH, MOMENTUM = "truth", "momentum"  # what AOSMC-RGS knows of the disturbance
 OBSERVERS = {
     TRUTH: "observer (10) and the true disturbance",
@@ -45,7 +46,8 @@ OBSERVERS = {
 class QuietSearch:
     """A law whose longest quiet period is sought in a scenario, from a start, with or without a period of delay.
 
-    `observer` is that of AOSMC-RGS, and `limit` the largest torque in N m, None for no limit.
+    `observer` belongs to AOSMC-RGS and counts on one torque: `counts_on` says which. `limit` is the largest torque in
+    N m, None for no limit.
     """
 
     law: str
@@ -54,6 +56,7 @@ class QuietSearch:
     delay: bool = False
     observer: str = TRUTH
     limit: float | None = None
+    counts_on: str = ACTING
 
     @property
     def loop(self) -> ClosedLoop:
@@ -66,15 +69,35 @@ class QuietSearch:
 class QuietPeriod:
     """The answer of a search.
 
-    `TV` (2,) is the total variation in continuous time in N m/s, `K` the largest gain along that run in N m, and `rule`
-    the rule of thumb in s; both are None for a law without a gain K.
+    `TV` (2,) is the total variation in continuous time in N m/s, and `rules` are those of that run, None for a law
+    without a gain K.
     """
 
     search: QuietSearch
     found: LargestSetting
     TV: Array
-    K: float | None
-    rule: float | None
+    rules: PeriodRules | None
+
+    @property
+    def rule(self) -> float | None:
+        """The period in s that the eigenvalues of M^-1 K give, or None.
+
+        The mode s_(k+1) = (1 - T rho / phi) s_k grows from T = 2 phi / rho on. With a torque that is a period late,
+        s_(k+1) = s_k - T rho / phi s_(k-1) grows from half of that on. Observer (10), whose estimates give the law its
+        s, makes up for the delay if it counts on the commanded torque.
+        """
+        return None if self.rules is None else self.rules.rule / self._periods
+
+    @property
+    def bound(self) -> float | None:
+        """The bound in s, or None."""
+        return None if self.rules is None else self.rules.bound / self._periods
+
+    @property
+    def _periods(self) -> int:
+        search = self.search
+        makes_up = search.law == PROPOSED and search.observer == TRUTH and search.counts_on == COMMANDED
+        return 2 if search.delay and not makes_up else 1
 
 
 def conditions(search: QuietSearch) -> str:
@@ -82,6 +105,8 @@ def conditions(search: QuietSearch) -> str:
     parts = [search.scenario, STARTS[search.start], "torque a period late" if search.delay else "no delay"]
     if search.observer != TRUTH:
         parts.append(OBSERVERS[search.observer])
+    if search.counts_on == COMMANDED:
+        parts.append("the observer counts on the commanded torque")
     if search.limit is not None:
         parts.append(f"torque within {search.limit:g} N m")
     return ", ".join(parts)
@@ -106,6 +131,14 @@ def in_ms(bracket: tuple[float, float]) -> str:
     return f"{1e3 * low:.2g}" + (" or more" if np.isinf(high) else "")
 
 
+def bracket_words(bracket: tuple[float, float]) -> str:
+    """The longest quiet period in ms and the next one tried, which is not quiet."""
+    low, high = bracket
+    if not low:
+        return f"not {1e3 * high:.3g}"
+    return f"{1e3 * low:.3g}, {f'not {1e3 * high:.3g}' if np.isfinite(high) else 'the longest tried'}"
+
+
 def at_hand_over(quiet: QuietPeriod, factor: float = QUIET) -> str:
     """The answer to the question whether a law is quiet at the period at which b4 hands AOSMC-RGS over."""
     met = ends(quiet, factor)[0] >= HANDED_OVER
@@ -115,7 +148,7 @@ def at_hand_over(quiet: QuietPeriod, factor: float = QUIET) -> str:
 def paper_searches() -> tuple[QuietSearch, ...]:
     """The searches of a9: all laws in both scenarios, and from a start on the reference in the first one.
 
-    The second reference jumps every 2 s, so no start can spare a law its errors there.
+    The second reference jumps every 2 s, so no start can spare a law its errors there; AOSMC-RGS is run from it, too.
     """
     made = [
         QuietSearch(law, scenario, start, delay)
@@ -123,8 +156,10 @@ def paper_searches() -> tuple[QuietSearch, ...]:
         for scenario, start in (("FS", PAPERS), ("SS", PAPERS), ("FS", ON_REFERENCE))
         for delay in (False, True)
     ]
+    made += [QuietSearch(PROPOSED, "SS", ON_REFERENCE, delay) for delay in (False, True)]
     made += [QuietSearch(PROPOSED, "FS", start, True, MOMENTUM) for start in STARTS]
-    return tuple(made)
+    late = [one for one in made if one.law == PROPOSED and one.delay]
+    return (*made, *(replace(one, counts_on=COMMANDED) for one in late))
 
 
 def on_reference(loop: ClosedLoop) -> ClosedLoop:
@@ -150,17 +185,21 @@ def momentum_loop(scenario: str = "FS") -> ClosedLoop:
 
 
 def quiet_period(search: QuietSearch) -> QuietPeriod:
-    """The longest of the periods 10 ms / m with at most `QUIET` times the total variation of continuous time.
+    """The longest of the periods tried with at most `QUIET` times the total variation of continuous time.
 
     All readings are exact, and all memories step by explicit Euler.
     """
     h = STEPS.get(search.law, PROPOSED_STEP) / 2
     still = measure(search.loop.ode(), metrics(1e-3), until=HORIZON[search.scenario], h=h, every=GRID)
     most = np.array([still.score(TV, joint).pair[0] for joint in (0, 1)])
-    limits = LoopLimits(partial(computed, search), metrics, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP)
+    limits = LoopLimits(partial(computed, search), variation, {TV: QUIET * most}, HORIZON[search.scenario], SUBSTEP)
     found = largest_setting(limits, [GRID / part for part in PARTS], ratio=CLOSE, between=middle)
-    K, rule = (None, None) if search.law in GAINLESS else rule_of_thumb(search.law, still)
-    return QuietPeriod(search, found, most, K, rule)
+    return QuietPeriod(search, found, most, period_rules(search.law, still))
+
+
+def variation(period: float) -> tuple[AbstractMetric, ...]:
+    """The total variation alone: it needs no period that divides the sample time of (43)."""
+    return (total_variation(period),)
 
 
 def computed(search: QuietSearch, period: float) -> DigitalLoop:
@@ -173,23 +212,20 @@ def computed(search: QuietSearch, period: float) -> DigitalLoop:
         ode = loop.ode()
         first = ode.outputs_at(0.0, ode.states.default)["tau"]
         waiting = {"tau": first if search.limit is None else np.clip(first, -search.limit, search.limit)}
+        if search.counts_on == COMMANDED:
+            drive = LateDrive("tau", waits=waiting["tau"])
+            return DigitalLoop(replace(loop, plant=Equipped(loop.plant, (drive,))), period, instruments)
     return DigitalLoop(loop, period, instruments, search.delay, waiting)
 
 
 def middle(low: float, high: float) -> float | None:
-    """The period 10 ms / m between two others that is nearest to their geometric mean; None between neighbours."""
-    most, least = round(GRID / low), round(GRID / high)
-    return GRID / round(np.sqrt(most * least)) if most - least > 1 else None
+    """The period 10 ms / m between two others that is nearest to their geometric mean.
 
-
-def rule_of_thumb(law: str, still: Measurement) -> tuple[float, float]:
-    """The largest gain K in N m and the least 2 phi lambda_min(M) / K in s along a run, within the layer."""
-    run = still.trajectories
-    some = np.arange(len(run.t) - 1, 0, -EVERY)[::-1]
-    chosen = some[(np.abs(run["s"][0][some]) < PAPER["phi"]).all(axis=1)]
-    q = ca.SX.sym("q", 2)
-    M = ca.Function("M", [q], [ARM.mass_matrix(q)])
-    least = np.array([np.linalg.eigvalsh(np.array(M(pose)))[0] for pose in run["q"][0][chosen]])
-    K = np.full((1, 1), np.max(PAPER["SMC: K"])) if law == "SMC" else run["controller.K"][0][chosen]
-    K = np.linalg.norm(K, 2, axis=(1, 2)) if K.ndim == 3 else K.max(axis=1)
-    return float(K.max()), float((2 * PAPER["phi"] * least / K).min())
+    Between neighbours it is the nearest 100 ms / m, or None if these are neighbours, too.
+    """
+    for grid in (GRID, FINER):
+        most, least = grid / low, grid / high
+        part = round(np.sqrt(most * least))
+        if least + CLOSER < part < most - CLOSER:
+            return grid / part
+    return None

@@ -9,6 +9,7 @@ GIVEN = (
     "model."
 )
 CHOSEN = "Scenarios, horizons and the numbers of the laws as in a1; the computer of Table 1."
+COUNTS_ON = "The observer counts on the torque that acts, which may be late; that of a5 counts on the commanded one."
 FITTED = "Q, R and the horizon of the first scenario: to the printed RMSE of AOSMC-RGS (a1)."
 
 

@@ -6,12 +6,15 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from studies.a9_sampling.period_rules import HALF
 from studies.a9_sampling.quiet_periods import (
+    COMMANDED,
     FACTORS,
     HANDED_OVER,
     ON_REFERENCE,
     PAPERS,
     at_hand_over,
+    bracket_words,
     conditions,
     ends,
     in_ms,
@@ -37,6 +40,7 @@ from studies.b4_handover.margins import (
     QUIET,
     Loss,
     Losses,
+    effects_of,
     losses,
     margins,
     quiet_periods,
@@ -75,48 +79,54 @@ def amount(value: float, unit: str) -> str:
 
 
 def allowed(results: Results, one: Handed, start: str = NEAR_START) -> float:
-    """The longest period in s that sampling allows a loop from a start."""
+    """The longest period allowed in s, of a loop from a start."""
     scan = scans(results).periods.get((one.key, start))
     return scan.threshold.largest if scan else ends(quiet_periods(results)[one.name, PATHS[start]])[0]
 
 
-def declared_too_long(longest: Callable[[Handed], float]) -> str:
+def declared_too_long(longest: Callable[[Handed], float]) -> list[str]:
     """The laws whose declared period is longer than a period that is given by loop."""
-    return listed(one.name for one in handed() if longest(one) < one.period)
+    return [one.name for one in handed() if longest(one) < one.period]
 
 
 def longest_period(results: Results) -> Finding:
     """The longest period beside the declared one, by start."""
     quiet = quiet_periods(results)
     near, far = (quiet[PROPOSED, start] for start in (ON_REFERENCE, PAPERS))
-    variations = [Variation(conditions(near.search), at_hand_over(near), f"up to {in_ms(ends(near))} ms")]
+    variations = [Variation(conditions(near.search), at_hand_over(near), f"{bracket_words(ends(near))} ms")]
     variations += [
         Variation(
             f"{conditions(one.search)}, at most {factor:g} times the total variation",
             at_hand_over(one, factor),
-            f"up to {in_ms(ends(one, factor))} ms",
+            f"{bracket_words(ends(one, factor))} ms",
         )
         for one in (far, near)
         for factor in FACTORS
     ]
     variations += [
-        Variation(conditions(one.search), at_hand_over(one), f"up to {in_ms(ends(one))} ms")
+        Variation(conditions(one.search), at_hand_over(one), f"{bracket_words(ends(one))} ms")
         for one in results.work("quiet")
-        if one.search.law == PROPOSED and one.search.limit is not None
+        if one.search.law == PROPOSED and (one.search.limit is not None or one.search.counts_on == COMMANDED)
     ]
-    too_long = [declared_too_long(lambda one, start=start: allowed(results, one, start)) for start in BOTH]
+    too_long = [listed(declared_too_long(lambda one, start=start: allowed(results, one, start))) for start in BOTH]
     return Finding(
         "longest_period",
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
         f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
-        f"Its gain K grows with the error at the start: to {near.K or 0:.2g} N m and to {far.K or 0:.2g} N m. The "
-        f"declared period is too long for {too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
-        statistic=f"Laws of the paper's arm: the search of a9, total variation at most {QUIET:g} times its value in "
-        f"continuous time. LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
+        (
+            "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the error at the start, and ",
+            HALF,
+            f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. The declared period is too long for "
+            f"{too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
+        ),
+        statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
+        f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
+        f"LQG, and EKF and LQR, designed anew for each period: error at most {KEPT:g} and total "
         f"variation at most {QUIET:g} times their values at a quarter of the declared period.",
         sample="One run a period, exact readings, the first scenario for the laws of the paper.",
         given=GIVEN,
-        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole.",
+        chosen=f"{CHOSEN}; both limits; the farther starts of LQG and of the cart-pole. The observer of the momentum "
+        "counts on the torque that acts, which is late.",
         fitted=FITTED,
         answer=at_hand_over(far),
         variations=tuple(variations),
@@ -177,14 +187,17 @@ def loss_finding(results: Results) -> Finding:
     error, step, unit = error_of(results, worst)
     grown = error * (1 + by[worst].together.value)
     far = all_losses(results, start=FAR_START)[worst].together
+    chattering = declared_too_long(lambda one: allowed(results, one, FAR_START))
     return Finding(
         "error_growth",
         f"Single precision, {CLOCK} together raise the error of {worst} most: by {percent(by[worst].together)}, from "
         f"{amount(error, unit)} to {amount(grown, unit)}; of the other loops by at most {percent(others)}.",
         f"The step of its readings is {amount(step, unit)}, {step / error:.2g} times that error. From a farther start "
-        f"its error is {amount(error_of(results, worst, start=FAR_START)[0], unit)}, and grows by {percent(far)}.",
+        f"{'it chatters at its declared period: ' * (worst in chattering)}its error is "
+        f"{amount(error_of(results, worst, start=FAR_START)[0], unit)}, and changes by {percent(far)}.",
         statistic=f"{ERROR}: the root of the mean square from {100 * SETTLED:.0f} % of the run on, the worst joint, as "
-        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws.",
+        "a ratio to the run of the same start in double precision with a perfect clock; the mean over the draws. That "
+        f"run chatters from farther starts, and is no sound base there: {listed(chattering)}.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, each with its own jitter.",
         given=GIVEN,
         chosen=f"{CHOSEN}; the statistic; the starts; {CLOCK}.",
@@ -242,16 +255,17 @@ def clock_finding(results: Results) -> Finding:
         for effect in ("jitter", "coarser readings")
     ]
     each = ", ".join(f"{name} {100 * level:.3g} %" for name, level in reach.items())
+    levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
     return Finding(
         "missed_periods",
-        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % only up to {100 * min(reach.values()):.3g} % "
-        f"missed periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
-        f"By loop: {each}. The error of {PROPOSED} is the smallest, so the same change is a larger part of it.",
+        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % {level_words(min(reach.values()))} missed "
+        f"periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
+        f"The largest levels tried that keep it: {each}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, eight or nine levels.",
         given=GIVEN,
-        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels; periods missed independently of each other.",
+        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
         fitted=FITTED,
         answer=frail,
         variations=tuple(variations),
@@ -261,4 +275,19 @@ def clock_finding(results: Results) -> Finding:
 
 def frail_words(reach: dict[str, float]) -> tuple[str, str]:
     """The frailest loops, and the level up to which they keep their error."""
-    return frailest(reach), f"up to {100 * min(reach.values()):.3g} %"
+    return frailest(reach), level_words(min(reach.values()))
+
+
+def missed_levels() -> tuple[float, ...]:
+    """The levels of missed periods that are tried, the same for each loop."""
+    return next(effect.levels for effect in effects_of(handed()[0]) if effect.name == "missed periods")
+
+
+def level_words(level: float) -> str:
+    """The largest level of missed periods that keeps an error, and the next one tried, which does not."""
+    later = [each for each in missed_levels() if each > level]
+    if not later:
+        return f"up to {100 * level:.3g} %, the largest level tried,"
+    if not level:
+        return f"not even at {100 * later[0]:.3g} %, the least level tried,"
+    return f"at {100 * level:.3g} % but not at {100 * later[0]:.3g} %"

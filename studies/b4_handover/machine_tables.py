@@ -92,7 +92,7 @@ def single_table(results: Results) -> Table:
 
 
 def sizes_table(results: Results) -> Table:
-    """Stack, code and data, the time of a period, and its share of the longest period, on the microcontrollers."""
+    """Stack, code and data, the time of a period, and its share of the longest period allowed, by microcontroller."""
     rows: list[tuple[Cell, ...]] = []
     for one in handed():
         for key, clock in BOARDS.items():
@@ -119,7 +119,7 @@ def sizes_table(results: Results) -> Table:
     )
     notes = (
         f"Time: the count of a period at one instruction a cycle, {clocks}. Per cent: the same, in double and in "
-        "single precision, of the longest period that sampling allows from the near and from the far start. Stack: the "
+        "single precision, of the longest period allowed from the near and from the far start. Stack: the "
         f"deepest chain of calls from the step, by the compiler's account; at most {STACK:,} bytes are wanted. Code: "
         "with constants, at -O2. Data: what changes, without the state.",
     )

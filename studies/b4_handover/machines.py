@@ -54,7 +54,7 @@ def by_target(results: Results) -> dict[str, dict[str, TargetResult]]:
 
 
 def fit_of(results: Results, one: Handed, key: str, start: str = NEAR_START, precision: str = "double") -> Fit | None:
-    """The count of a law at the clock of a microcontroller, on the longest period that sampling allows from a start."""
+    """The count of a law at the clock of a microcontroller, on the longest period allowed from a start."""
     work = "replays" if precision == "double" else "single_replays"
     each = replays(results, work)[one.name]
     count = next((r.figures.instructions for r in each if r.target == TARGETS[key].name), None)
@@ -155,12 +155,13 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
     return Finding(
         "period_used",
         f"In double precision {PROPOSED} takes {1e3 * far.count / far.clock:.2g} ms a period on a Cortex-M4F: "
-        f"{percent_of(near)} of its longest period from a start on the reference, {percent_of(far)} from the paper's "
-        f"start{other}.",
-        f"The longest periods are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not fit from "
-        f"the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} bytes.",
+        f"{percent_of(near)} of the longest period allowed from a start on the reference, {percent_of(far)} from the "
+        f"paper's start{other}.",
+        f"The longest periods allowed are {1e3 * near.period:.2g} and {1e3 * far.period:.2g} ms. Doubles that do not "
+        f"fit from the farther starts: {unfit(results, M4F, FAR_START)[0]}. The deepest stack takes {max(stacks):,} "
+        "bytes.",
         statistic=f"Mean count of instructions a period under QEMU, at one instruction a cycle and "
-        f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period that sampling allows.",
+        f"{CLOCKS[M4F] / 1e6:g} MHz, over the longest period allowed (the finding longest_period).",
         sample="Six laws by gcc -O2; the processors Cortex-M4F and Cortex-M7; two starts.",
         given="Double precision, which the Cortex-M4F has in software alone.",
         chosen="The clocks, 168 and 480 MHz, and one cycle an instruction: waits for memory and divisions take more.",

@@ -9,6 +9,7 @@ from functools import cache, partial
 import numpy as np
 
 from studies.a9_sampling.quiet_periods import (
+    ACTING,
     MOMENTUM,
     QUIET,
     TRUTH,
@@ -215,14 +216,16 @@ def scans(results: Results) -> Scans:
 def quiet_periods(results: Results) -> dict[tuple[str, str], QuietPeriod]:
     """The longest quiet periods of the laws of the paper's arm, a period late, by their names and starts."""
     found = results.work("quiet")
-    return {(each.search.law, each.search.start): each for each in found if each.search.limit is None}
+    handed_over = (each for each in found if each.search.limit is None and each.search.counts_on == ACTING)
+    return {(each.search.law, each.search.start): each for each in handed_over}
 
 
 def searches() -> tuple[QuietSearch, ...]:
     """The searches of a9 that are about the laws that are handed over here, and these with a limited torque."""
     ours = {(PROPOSED, MOMENTUM), *((law, TRUTH) for law in (SMC, TWISTING, PID))}
     shared = [one for one in paper_searches() if one.scenario == "FS" and one.delay and (one.law, one.observer) in ours]
-    limited = [replace(one, limit=float(CARD["limit of tau"])) for one in shared if one.law in (PROPOSED, SMC)]
+    most = float(CARD["limit of tau"])
+    limited = [replace(one, limit=most) for one in shared if one.law in (PROPOSED, SMC) and one.counts_on == ACTING]
     return (*shared, *limited)
 
 

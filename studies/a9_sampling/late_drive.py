@@ -1,0 +1,35 @@
+"""A drive that takes its torque a period late, behind an observer that counts on the torque that is commanded."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import casadi as ca
+
+from workbench.core import block, initial
+from workbench.core.block import Column, Vector
+from workbench.plants.elements import AbstractElement, Memory
+
+
+@block
+class LateDrive(AbstractElement):
+    """The command of the instant before, held from one instant of the computer to the next:
+
+        acts+ = waits,      waits+ = v,      y = acts.
+
+    The delay of a `DigitalLoop` is in the computer, whose observer counts on the torque that acts. This delay is in the
+    plant, so that the observer counts on the torque that is commanded.
+    """
+
+    acts: Vector = initial(0.0, unit="{unit}", shape=("*",))
+    waits: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    @property
+    def recursion(self) -> bool:
+        return True
+
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        return z["acts"]
+
+    def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        return {"acts": z["waits"], "waits": v}
