@@ -213,9 +213,9 @@ def test_a_loop_that_chatters_at_its_declared_period_has_no_growth_from_there(fi
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        (-1, "not even at 0.1 %, the least level tried,"),
+        (-1, "at no level tried, of which the least is 0.1 %"),
         (0, "at 0.1 % but not at"),
-        (-2, "the largest level tried,"),
+        (-2, "the largest level tried"),
     ],
 )
 def test_a_level_that_keeps_an_error_is_printed_with_the_next_one_tried(place, words):

@@ -116,8 +116,8 @@ def longest_period(results: Results) -> Finding:
         (
             "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the error at the start, and ",
             HALF,
-            f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. The declared period is too long for "
-            f"{too_long[0]} from near starts, and for {too_long[1]} from farther starts.",
+            f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. Laws for which the declared "
+            f"period is too long: {too_long[0]} from near starts, {too_long[1]} from farther ones.",
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
         f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
@@ -258,8 +258,9 @@ def clock_finding(results: Results) -> Finding:
     levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
     return Finding(
         "missed_periods",
-        f"{frail} keeps its settled error within {100 * (KEPT - 1):.0f} % {level_words(min(reach.values()))} missed "
-        f"periods, the other loops up to {100 * sorted(set(reach.values()))[1]:.3g} % or more.",
+        f"With missed periods {frail} keeps its settled error within {100 * (KEPT - 1):.0f} % "
+        f"{level_words(min(reach.values()))}; the other loops up to "
+        f"{100 * sorted(set(reach.values()))[1]:.3g} % or more.",
         f"The largest levels tried that keep it: {each}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
@@ -287,7 +288,7 @@ def level_words(level: float) -> str:
     """The largest level of missed periods that keeps an error, and the next one tried, which does not."""
     later = [each for each in missed_levels() if each > level]
     if not later:
-        return f"up to {100 * level:.3g} %, the largest level tried,"
+        return f"up to {100 * level:.3g} %, the largest level tried"
     if not level:
-        return f"not even at {100 * later[0]:.3g} %, the least level tried,"
+        return f"at no level tried, of which the least is {100 * later[0]:.3g} %"
     return f"at {100 * level:.3g} % but not at {100 * later[0]:.3g} %"
