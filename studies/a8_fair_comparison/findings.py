@@ -20,7 +20,8 @@ from studies.a8_fair_comparison.changes import (
     leading,
 )
 from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
-from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, PLAIN, Evidence, Parts
+from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, Parts
+from studies.a8_fair_comparison.other_numbers import PLAIN
 from workbench.study.document.finding import Finding, Variation
 from workbench.study.evidence import Comparison, Judgement, Pooled
 from workbench.study.evidence.judgement import figures

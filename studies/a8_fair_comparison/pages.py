@@ -12,7 +12,8 @@ from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT
 from studies.a8_fair_comparison.conditions_section import conditions_section
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, LAWS, OBSERVER, PROPOSED, READINGS, Given
-from studies.a8_fair_comparison.evidence import ASKED, MARGIN, PLAIN, Evidence, evidence
+from studies.a8_fair_comparison.evidence import ASKED, MARGIN, Evidence, evidence
+from studies.a8_fair_comparison.other_numbers import PLAIN
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
 from workbench.study.evidence import ablation_table, change_without, level_of
