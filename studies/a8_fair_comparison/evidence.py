@@ -10,8 +10,8 @@ import numpy as np
 
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSED, READINGS, Entrant
-from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, contenders
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, READINGS, Entrant
+from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, RIVALS, contenders, run_name
 from workbench.loop import DigitalLoop
 from workbench.study import Results, Work
 from workbench.study.contract import Run, Sweep
@@ -125,6 +125,7 @@ class Parts:
 
     frozen: Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
     retuned: Mapping[Way, Pooled]  # tuned again without the part
+    searches: Pooled  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
     by_term: tuple[Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
 
@@ -237,8 +238,48 @@ def without_parts(results: Results, runs: Mapping[str, Samples]) -> Parts:
     return Parts(
         leave_one_out(frozen, judge_means),
         {way: leave_one_out(retuned, judge_means, way) for way in WAYS},
+        leave_one_out({s.name: cost_of(searched(results, s)) for s in HELD_OUT}, judge_means),
         tuple(judge_means(pool({name: of(held) for name, held in alone.items()})).by[ASKED.words] for of in costs),
     )
+
+
+def searched(results: Results, scenario: Scenario) -> dict[str, Sample]:
+    """The runs of AOSMC-RGS, of the law without (34) and of plain ASMC, as tuned and with other numbers."""
+    return {
+        run_name(law, kind): results.sample(name_of(scenario, one.key + kind))
+        for law, one in ((PROPOSED, PROPOSAL), *RIVALS.items())
+        for kind in ("", *AGAIN)
+    }
+
+
+def together(standings: Standings) -> Judgement:
+    """The laws of several scenarios by the geometric mean of their costs, mean over the draws."""
+    return judge_means(pool({name: one.paired for name, one in standings.judgements.items()}))
+
+
+def by_mean_costs(members: Mapping[str, Paired]) -> Judgement:
+    """The laws by the geometric mean over the scenarios of their mean costs m_s, G = (prod_s m_s)^(1/S).
+
+    Draw k counts as G (1/S) sum_s y_sk / m_s, of which the mean is G, so that intervals hold to first order. The errors
+    of the steps are those of the runs that have them, treated alike. A law with a failed run is left out.
+    """
+    means = {name: one.values.mean(axis=0) for name, one in members.items()}
+    level = np.exp(np.log(list(means.values())).mean(axis=0))
+    kept = np.flatnonzero(np.isfinite(level))
+    parts = {}
+    for name, one in members.items():
+        factor = level[kept] / means[name][kept]
+        off = None if one.repeated is None else one.repeated[:, kept] * factor
+        parts[name] = replace(
+            one,
+            laws=tuple(one.laws[i] for i in kept),
+            values=one.values[:, kept] * factor,
+            errors=one.errors[kept] * factor,
+            failed=one.failed[kept],
+            sources=(),
+            repeated=off,
+        )
+    return judge_means(pool(parts, "arithmetic mean"))
 
 
 def term_of(held: Samples, term: Term) -> Paired:

@@ -44,6 +44,11 @@ AGAIN: Mapping[str, tuple[str, Callable[[Tuned], dict[str, float]]]] = {  # a ki
 }
 
 
+def run_name(law: str, kind: str = "") -> str:
+    """The name of a law with other numbers, of a kind of `AGAIN`; as tuned without one."""
+    return f"{law}, {AGAIN[kind][0]}" if kind else law
+
+
 def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
     """The laws of least training cost of those that are given the same, and AOSMC-RGS."""
     least = sorted(entrants, key=lambda one: tuned[one.key].objective)[:CONTENDERS]
