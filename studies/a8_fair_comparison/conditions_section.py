@@ -41,9 +41,9 @@ def conditions_section() -> Section:
                 (Column("metric"), Column("acceptable", align="right"), Column("unit"), Column("what it stands for")),
                 tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
                 (
-                    f"In 'jumps', and in 'ss' of the tuning, the square wave jumps at {conditions.HORIZON:g} s, too, "
-                    "as a run ends. The computer still answers this jump. TV counts the answer, and no other metric "
-                    "does. In 'jumps' this adds about 8 % to TV, and 0.07 or 3 % to the cost of each law.",
+                    f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
+                    "when a run ends. The computer still answers this jump. TV counts the answer, and no other metric "
+                    "does. In 'jumps' it is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
                 ),
             ),
             Paragraph(
