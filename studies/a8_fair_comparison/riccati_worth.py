@@ -140,7 +140,7 @@ def effect_of(words: str, judgement: Judgement, law: str, whole: str = PROPOSED,
 
 
 def headline(parts: Parts) -> str:
-    """What the cost of AOSMC-RGS changes by without (34): by the searches, where these have different answers."""
+    """The change of the cost of AOSMC-RGS without (34), by the searches, where these have different answers."""
     one, name = parts.retuned[BASE].whole.by[ASKED.words], decisive(parts)
     if worth(parts) != OPEN:
         scenario, less = least_change(parts.retuned[BASE], RICCATI)
