@@ -39,7 +39,7 @@ from studies.a8_fair_comparison.evidence import (
     judge_means,
 )
 from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, half_budget, run_name, second_search, third_search
-from studies.a8_fair_comparison.riccati_worth import A3
+from studies.a8_fair_comparison.riccati_worth import A3, failures
 from studies.a8_fair_comparison.study import study
 from studies.paper.card import CARD
 from workbench.core import Signals, grouped, lift
@@ -403,6 +403,16 @@ def test_what_34_is_worth_is_not_decided_if_another_search_has_another_answer():
         "worse with (34)"
     )
     assert "costs 0.900 to 1.50 times as much without its Riccati equation (by search)" in findings.answer(held)
+
+
+def test_a_search_by_which_a_law_fails_in_most_draws_of_a_scenario_is_named():
+    members = searched(costs(limit=PART, slow=PART), **{f"{PROPOSED}_third": 100.0})
+    parts = Parts(None, {}, leave_one_out(members, judge_means), ())
+    many = "in 0, 0 and 160 of 160 draws of '{}', and without (34) in 0, 0 and 0"
+    assert failures(parts) == (
+        f" By its three searches, best first, the whole law costs more than 20 {many.format('limit')}; "
+        f"{many.format('slow')}."
+    )
 
 
 def test_the_answer_of_a3_is_the_one_that_its_report_has():

@@ -161,20 +161,20 @@ def ends(span: tuple[float, float]) -> str:
     return " to ".join(digits(end, "+") for end in span)
 
 
-def chattering(parts: Parts) -> str:
-    """The draws in which the whole law and that without (34) chatter in the decisive scenario, by their searches."""
-    name = decisive(parts)
-    paired = parts.searches.members[name]
-
-    def counts(law: str) -> str:
-        above = (paired.values[:, paired.place(run_name(law, kind))] > CHATTERS for kind in SEARCHES)
-        *first, last = (str(int(one.sum())) for one in above)
-        return f"{', '.join(first)} and {last}"
-
-    return (
-        f"In '{name}' the whole law costs more than {CHATTERS:g} in {counts(PROPOSED)} of {len(paired)} draws by its "
-        f"three searches, best first, and the law without (34) in {counts(RICCATI)}."
-    )
+def failures(parts: Parts) -> str:
+    """The draws with a high cost of the whole law and of that without (34), where a search has them in most draws."""
+    said = []
+    for name, paired in parts.searches.members.items():
+        high = {
+            law: [int((paired.values[:, paired.place(run_name(law, kind))] > CHATTERS).sum()) for kind in SEARCHES]
+            for law in (PROPOSED, RICCATI)
+        }
+        if 2 * max(max(counts) for counts in high.values()) > len(paired):
+            whole, less = (f"{', '.join(map(str, first))} and {last}" for *first, last in high.values())
+            said.append(f"in {whole} of {len(paired)} draws of '{name}', and without (34) in {less}")
+    if not said:
+        return ""
+    return f" By its three searches, best first, the whole law costs more than {CHATTERS:g} {'; '.join(said)}."
 
 
 def riccati(evidence: Evidence) -> Finding:
@@ -183,7 +183,7 @@ def riccati(evidence: Evidence) -> Finding:
     one, frozen = parts.retuned[BASE].whole.by[ASKED.words], parts.frozen.whole.by[ASKED.words]
     name, rest = least_change(parts.retuned[BASE], PLAIN)
     answer = worth(parts)
-    by_best = f"With the best searches it {moves(one, RICCATI)}. {chattering(parts)} " * (answer == OPEN)
+    by_best = f"With the best searches it {moves(one, RICCATI)}.{failures(parts)} " if answer == OPEN else ""
     elsewhere = f" In a3, without noise, the answer is '{A3}'." if answer != A3 else ""
     return Finding(
         "riccati_gain",
