@@ -70,11 +70,11 @@ def winner(evidence: Evidence, given: Given) -> Finding:
 def other_searches(evidence: Evidence, given: Given) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers."""
     found = [
-        f"by {words} {counted(tally(standings), len(standings.judgements))}"
+        f"by {words}, {counted(tally(standings), len(standings.judgements))}"
         for words, standings in evidence.again[given.key].items()
         if words.endswith("laws") and "search" in words
     ]
-    return f"It is {'; '.join(found)}." if found else ""
+    return f"In how many each law is lowest changes with the search: {'; '.join(found)}." if found else ""
 
 
 def pooled_variations(evidence: Evidence) -> list[Variation]:
