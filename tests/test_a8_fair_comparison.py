@@ -1,5 +1,8 @@
 """a8: the same conditions for all laws, numbers that reach them, and findings that follow from figures."""
 
+import json
+from pathlib import Path
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -25,18 +28,18 @@ from studies.a8_fair_comparison.evidence import (
     DRAWN,
     FAMILY,
     OTHERS,
-    PLAIN,
     RESAMPLES,
     Evidence,
     LostRuns,
     Parts,
+    by_mean_costs,
     cause_of,
     cost_of,
-    half_budget,
     judge_laws,
     judge_means,
-    other_search,
 )
+from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, half_budget, run_name, second_search, third_search
+from studies.a8_fair_comparison.riccati_worth import A3, failures
 from studies.a8_fair_comparison.study import study
 from studies.paper.card import CARD
 from workbench.core import Signals, grouped, lift
@@ -121,10 +124,12 @@ def test_the_error_of_the_step_is_the_largest_of_the_runs_that_were_run_again():
     assert np.isinf(cost_of({"a": held, "b": unbounded}).errors).tolist() == [False, True]
 
 
-def test_the_other_search_and_half_of_the_budget_are_what_their_names_say():
-    found = tune(tuning(evaluations=32, seeds=(0, 1)))
+def test_the_other_searches_and_half_of_the_budget_are_what_their_names_say():
+    found = tune(tuning(evaluations=32, seeds=(0, 1, 2)))
     own = found.place // 32
-    assert other_search(found) == found.best_of(found.tuning.seeds[1 - own])
+    second, third = sorted((k for k in range(3) if k != own), key=lambda k: found.bests[k])
+    assert second_search(found) == found.best_of(found.tuning.seeds[second])
+    assert third_search(found) == found.best_of(found.tuning.seeds[third])
     assert half_budget(found) == found.best_within(16)  # of 32 in each search
 
 
@@ -217,11 +222,29 @@ PART = {PROPOSED: 1.0, PLAIN: 1.04, RICCATI: 1.0, STEADY: 1.0}
 PARTS_OF_IT = costs(a=PART, b=PART)
 
 
-def evidence(members, again=None, weighted=None, frozen=PARTS_OF_IT, retuned=PARTS_OF_IT):
+def searched(retuned, **changed):
+    """The laws of `retuned` with the numbers of each search, which cost the same but for the laws that are changed."""
+    return {
+        scenario: paired(
+            {
+                run_name(law, kind): changed.get(law + kind, 1.0) * one.values[:, one.place(law)]
+                for law in (PROPOSED, RICCATI, PLAIN)
+                for kind in ("", *AGAIN)
+            },
+            metric="cost",
+        )
+        for scenario, one in retuned.items()
+    }
+
+
+def evidence(members, again=None, weighted=None, frozen=PARTS_OF_IT, retuned=PARTS_OF_IT, **changed):
     """All judgements that findings are made of, the same whatever a law measures."""
     pooled = {way: leave_one_out(members, judge_means, way) for way in WAYS}
     parts = Parts(
-        leave_one_out(frozen, judge_means), {way: leave_one_out(retuned, judge_means, way) for way in WAYS}, ()
+        leave_one_out(frozen, judge_means),
+        {way: leave_one_out(retuned, judge_means, way) for way in WAYS},
+        leave_one_out(searched(retuned, **changed), judge_means),
+        (),
     )
     held = [{given.key: one for given in GIVEN} for one in (standings(members), pooled, again or {}, weighted or {})]
     return Evidence({}, *held, {}, parts)
@@ -305,6 +328,29 @@ def test_the_variations_of_a_finding_are_all_that_was_computed():
     assert len(finding.variations) == len(OTHERS) + 2 + 1 + 3 + len(WAYS) * (1 + 3)
 
 
+def test_the_pooled_cost_is_also_judged_with_other_numbers_weights_and_order_of_means():
+    members = costs(a=WINS, b=WINS, c=WINS)
+    again, weighted = {"another search": LOST}, {"error alone": LOST}
+    finding = findings.pooled_cost(evidence(members, again, weighted))
+    found = {one.words: one.answer for one in finding.variations}
+    assert (finding.answer, found["another search"], found["weights: error alone"]) == (PROPOSED, "SMC", "SMC")
+    assert found["the geometric mean of the mean costs"] == PROPOSED
+    assert "in 2 of 5 variations over all scenarios" in finding.change
+
+
+def test_the_geometric_mean_of_the_mean_costs_is_that_of_the_levels_in_the_figure():
+    rng = np.random.default_rng(2)
+    members = {s: paired({law: rng.lognormal(size=160) for law in "xyz"}, metric="cost") for s in "ab"}
+    one = by_mean_costs(members).by[ASKED.words]
+    levels = [judge_means(held).by[ASKED.words].level.value for held in members.values()]
+    np.testing.assert_allclose(one.level.value, np.sqrt(levels[0] * levels[1]), rtol=1e-12)
+
+
+def test_the_laws_that_cost_more_and_less_than_the_proposed_one_are_both_counted():
+    finding = findings.proposed(evidence(costs(a=WINS, b=WINS, c=LOSES)))
+    assert finding.evidence.endswith("lower mean: SMC in 1. With a significantly higher one: PID in 3; SMC in 2.")
+
+
 def test_the_scenario_on_which_a_sum_rests_is_named_with_its_part():
     members = costs(
         calm={PROPOSED: 1.0, "SMC": 1.2}, push={PROPOSED: 1.0, "SMC": 1.2}, slow={PROPOSED: 9.0, "SMC": 1.0}
@@ -325,7 +371,7 @@ def test_each_statistic_stands_beside_the_one_asked():
     ("without", "answer", "words"),
     [
         (1.5, "better with (34)", "rises by 50 %"),
-        (1.001, "no difference", "rises by 0.1 %"),
+        (1.001, "no difference", "rises by 0.10 %"),
         (0.5, "worse with (34)", "falls by 50 %"),
         (200.0, "better with (34)", "rises to 200 times its value"),
     ],
@@ -337,10 +383,44 @@ def test_the_riccati_equation_is_judged_by_the_law_that_is_tuned_again_without_i
     assert finding.answer == answer
     assert words in finding.statement
     assert "rises to 214 times its value if P is kept at the tuned P(0)" in finding.evidence
-    assert f"Plain {PLAIN} behind the same observers costs +4 %" in finding.evidence
+    assert f"Plain {PLAIN} costs +4.0 %" in finding.evidence
     at_start = next(one for one in finding.variations if one.words.startswith("P at the tuned P(0)"))
     assert at_start.answer == "better with (34)"
-    assert finding.cites == ("a3_riccati_gains/riccati_gain",)
+    assert finding.cites == (("a3_riccati_gains/riccati_gain",) if answer == A3 else ())
+    assert ("In a3, without noise, the answer is 'better with (34)'." in finding.evidence) == (answer != A3)
+
+
+def test_what_34_is_worth_is_not_decided_if_another_search_has_another_answer():
+    """With its second best search the law without (34) costs a tenth less than the whole law, and not a half more."""
+    retuned = costs(**{s: PART | {RICCATI: 1.5} for s in "ab"})
+    held = evidence(costs(a=WINS, b=WINS), retuned=retuned, **{f"{RICCATI}_other": 0.6})
+    finding = findings.riccati(held)
+    assert (finding.answer, finding.kind, finding.cites) == ("undecided", "open", ())
+    assert "costs -10 to +50 % over all scenarios together, by which searches are compared" in finding.statement
+    by = {one.words: one.answer for one in finding.variations}
+    assert by["the best search of each law, geometric mean"] == "better with (34)"
+    assert by["the law without (34) from the second best search, the whole law from the best search"] == (
+        "worse with (34)"
+    )
+    assert "costs 0.900 to 1.50 times as much without its Riccati equation (by search)" in findings.answer(held)
+
+
+def test_a_search_by_which_a_law_fails_in_most_draws_of_a_scenario_is_named():
+    members = searched(costs(limit=PART, slow=PART), **{f"{PROPOSED}_third": 100.0})
+    parts = Parts(None, {}, leave_one_out(members, judge_means), ())
+    many = "in 0, 0 and 160 of 160 draws of '{}', and without (34) in 0, 0 and 0"
+    assert failures(parts) == (
+        f" By its three searches, best first, the whole law costs more than 20 {many.format('limit')}; "
+        f"{many.format('slow')}."
+    )
+
+
+def test_the_answer_of_a3_is_the_one_that_its_report_has():
+    place = Path(__file__).parents[1] / "reports" / "a3_riccati_gains" / "findings.json"
+    if not place.exists():
+        pytest.skip("a3 is not printed")
+    found = {one["name"]: one["answer"] for one in json.loads(place.read_text("utf-8"))["findings"]}
+    assert found["riccati_gain"] == A3
 
 
 def test_a_change_that_rests_on_one_scenario_is_also_given_without_it():
@@ -351,7 +431,7 @@ def test_a_change_that_rests_on_one_scenario_is_also_given_without_it():
     assert "rises by 124 %" in finding.statement  # the square root of five
     assert finding.statement.endswith("and changes by +0 % without 'a'.")
     assert finding.reversals
-    assert findings.answer(held).endswith("it costs +124 %, without 'a' +0 %.")
+    assert "costs 2.24 times as much without its Riccati equation" in findings.answer(held)
 
 
 def test_the_scenarios_with_a_motion_of_the_tuning_are_also_left_out():
@@ -366,7 +446,8 @@ def test_the_line_under_the_title_is_short_and_of_the_same_figures():
     held = evidence(costs(a=WINS, b=WINS, c=LOSES))
     line = findings.answer(held)
     assert len(line.split()) <= 40
-    assert f"{PROPOSED} has the lowest mean cost in 2 of 3 scenarios" in line
+    assert line.startswith(f"{PROPOSED} costs least in 2 of 3 scenarios with raw readings; behind both observers, ")
+    assert f"{PROPOSED} in 2. {PROPOSED} costs" in line
 
 
 @pytest.mark.parametrize("part", PARTS)

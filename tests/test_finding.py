@@ -61,6 +61,14 @@ def test_the_third_line_says_what_changes_the_answer_and_of_how_many_variations(
     assert replace(BEST, variations=(MEDIAN,)).change.startswith("The answer changes in the one variation: to SMC by")
 
 
+def test_variations_that_answer_different_questions_are_counted_apart():
+    counted = (replace(MEDIAN, question="that count scenarios"), replace(OTHERS[0], question="that count scenarios"))
+    pooled = tuple(replace(one, question="that pool them") for one in OTHERS[1:])
+    assert replace(BEST, variations=(*counted, *pooled)).change.startswith(
+        "The answer changes in 1 of 2 variations that count scenarios and in 0 of 6 variations that pool them: to SMC"
+    )
+
+
 def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
     page = html(page_of(replace(BEST, variations=many)))

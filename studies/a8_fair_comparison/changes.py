@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING
+from studies.a8_fair_comparison.entrants import BOTH
 from studies.a8_fair_comparison.evidence import ASKED, OTHERS, Evidence
 from workbench.study.document.finding import Variation
 from workbench.study.evidence import Comparison, Judgement, Pooled, Standings
@@ -17,6 +18,13 @@ MEASURE = f"{ASKED.words} cost"
 NOBODY = "no law"
 BASE: Way = "geometric mean"
 SUM: Way = "arithmetic mean"
+TUNED = "All numbers of the law and of its observers, by three searches with the same budget for each number."
+CHOSEN = (
+    "The terms of the cost and their acceptable values, the scenarios, the ranges of the draws, the torque limit and "
+    "the computer."
+)
+WHOLE, LESS = "over all scenarios", "that leave a scenario out"  # the questions that pooled variations answer
+COUNTED, POOLED = "that count scenarios", "that pool them"  # the questions that changes answer
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class Change:
     @property
     def variation(self) -> Variation:
         """The change as a variation of the finding which law is best in most scenarios."""
-        return Variation(self.words, self.answer, self.detail)
+        return Variation(self.words, self.answer, self.detail, POOLED if self.counts is None else COUNTED)
 
 
 def tally(standings: Standings, words: str = ASKED.words, without: Collection[str] = ()) -> dict[str, int]:
@@ -114,7 +122,23 @@ def compared_pairs(fewer: Standings, all_laws: Standings) -> str:
 def leading(one: Comparison, most: int = 3) -> str:
     """The laws with the least levels, with these levels."""
     order = sorted(one.paired.laws, key=lambda law: one.level.value[one.paired.place(law)])
-    return ", ".join(f"{law} {one.level.value[one.paired.place(law)]:.3g}" for law in order[:most])
+    return ", ".join(f"{law} {rounded(one.level.value[one.paired.place(law)])}" for law in order[:most])
+
+
+def rounded(value: float) -> str:
+    """A number with three digits, zeros at its end among them, or with all before the point."""
+    return f"{value:#.3g}".rstrip(".") if abs(value) < 999.5 else f"{value:,.0f}"
+
+
+def sample(evidence: Evidence) -> str:
+    """The sample of each scenario."""
+    judgement = next(iter(evidence.cost[BOTH.key].judgements.values()))
+    return f"{len(judgement.paired)} draws in each of {SCENARIOS} scenarios, the same draws for all laws."
+
+
+def described(name: str) -> str:
+    """A scenario with its words."""
+    return next((f"'{name}' ({one.words})" for one in HELD_OUT if one.name == name), f"'{name}'")
 
 
 def heaviest(pooled: Pooled) -> tuple[str, dict[str, float]]:

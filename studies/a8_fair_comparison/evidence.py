@@ -10,7 +10,8 @@ import numpy as np
 
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
-from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSED, READINGS, Entrant
+from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, READINGS, Entrant
+from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, RIVALS, contenders, run_name
 from workbench.loop import DigitalLoop
 from workbench.study import Results, Work
 from workbench.study.contract import Run, Sweep
@@ -33,8 +34,8 @@ from workbench.study.evidence import (
 from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.evidence.pooling import WAYS, Way
 from workbench.study.sample import Sample
-from workbench.study.tuning import Tuned
 from workbench.study.uncertainty import MonteCarlo
+from workbench.validation.refusals import Array
 
 Samples = Mapping[str, Sample]  # by the names of laws
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other
@@ -45,9 +46,6 @@ FAMILY = 0.95  # that all intervals of a measure hold at once, in all held-out s
 CONFIDENCE = 1 - (1 - FAMILY) / len(HELD_OUT)  # of those of one scenario (Bonferroni)
 RESAMPLES, SEED = 4000, 88
 DRAWS, DRAWN = 160, 8  # of each scenario, and their seed
-CONTENDERS = 3  # laws of least training cost, and AOSMC-RGS
-NUMBERS = {3: "three", 4: "four"}  # how many laws contend, in words
-PLAIN = "ASMC"  # adaptive sliding mode without a Riccati equation
 WEIGHED = (BOTH.key, READINGS.key)  # what is given to the laws that are judged with other weights, too
 WEIGHTS = {
     "error alone": (1.0, 1.0, 0.0, 0.0),
@@ -57,30 +55,6 @@ WEIGHTS = {
     "late error alone": (0.0, 1.0, 0.0, 0.0),
     "chattering alone": (0.0, 0.0, 1.0, 0.0),
 }
-
-
-def other_search(tuned: Tuned) -> dict[str, float]:
-    """The best of the search with the least objective among those that the best numbers of all are not from."""
-    own = int(np.searchsorted(np.cumsum(tuned.used), tuned.place, side="right"))
-    others = (one for one in tuned.searches if one.search != own)
-    return tuned.best_of(min(others, key=lambda one: float(one.bests[-1])).seed)
-
-
-def half_budget(tuned: Tuned) -> dict[str, float]:
-    """The best of the first evaluations of each search, half as many as the shortest of them used."""
-    return tuned.best_within(min(tuned.used) // 2)
-
-
-AGAIN: Mapping[str, tuple[str, Callable[[Tuned], dict[str, float]]]] = {  # a kind of sweeps to its words and numbers
-    "_other": ("another search", other_search),
-    "_half": ("half of the budget", half_budget),
-}
-
-
-def contenders(entrants: Sequence[Entrant], tuned: Mapping[str, Tuned]) -> tuple[Entrant, ...]:
-    """The laws of least training cost of those that are given the same, and AOSMC-RGS."""
-    least = sorted(entrants, key=lambda one: tuned[one.key].objective)[:CONTENDERS]
-    return tuple(one for one in entrants if one in least or one.name == PROPOSED)
 
 
 def sweep(name: str, loop: DigitalLoop, scenario: Scenario) -> Sweep:
@@ -98,16 +72,22 @@ def name_of(scenario: Scenario, key: str) -> str:
 def cost_of(held: Samples, terms: tuple[Term, ...] = TERMS, metric: str = "cost", unit: str = "") -> Paired:
     """The cost of each run; its error is the largest of the runs that were run again."""
     values = {law: cost(sample, terms) for law, sample in held.items()}
-    errors = {law: sum(step_error(s, term.metric) / term.acceptable for term in terms) for law, s in held.items()}
-    return paired(values, metric=metric, unit=unit, errors=errors, samples=held)
+    repeated = {
+        law: np.sum([step_errors(s, t.metric) / t.acceptable for t in terms], axis=0) for law, s in held.items()
+    }
+    errors = {law: float(np.max(off[~np.isnan(off)], initial=-np.inf)) for law, off in repeated.items()}
+    errors = {law: off if off >= 0 else float("nan") for law, off in errors.items()}  # no run was run again
+    return paired(values, metric=metric, unit=unit, errors=errors, samples=held, repeated=repeated)
 
 
-def step_error(sample: Sample, metric: str) -> float:
-    """The largest error of a metric of both joints by the step; NaN if all that were run again diverged."""
+def step_errors(sample: Sample, metric: str) -> Array:
+    """The error of a metric of both joints by the step, (N,), NaN for a run that was not run again, or diverged."""
     found = sample.measurement
     places = [i for i, one in enumerate(found.columns) if one.metric == metric]
-    errors = found.errors[:, -1, places][np.isnan(sample.diverged_at[found.looked_at])]
-    return float(np.hypot(*np.where(np.isnan(errors), np.inf, errors).T).max()) if len(errors) else float("nan")
+    off = np.hypot(*found.errors[:, -1, places].T)
+    errors = np.full(len(sample), np.nan)
+    errors[found.looked_at] = np.where(np.isnan(off), np.inf, off)  # half of the step failed, and the step did not
+    return np.where(np.isnan(sample.diverged_at), errors, np.nan)
 
 
 def weighted(held: Samples, weights: tuple[float, ...]) -> Paired:
@@ -145,6 +125,7 @@ class Parts:
 
     frozen: Pooled  # with the numbers of the whole law; P at P(0) without (34), and at its steady value
     retuned: Mapping[Way, Pooled]  # tuned again without the part
+    searches: Pooled  # the whole law, the law without (34) and plain ASMC, each with other numbers, by `run_name`
     by_term: tuple[Comparison, ...]  # the same by the cost and each of its terms, by the geometric mean
 
 
@@ -257,8 +238,48 @@ def without_parts(results: Results, runs: Mapping[str, Samples]) -> Parts:
     return Parts(
         leave_one_out(frozen, judge_means),
         {way: leave_one_out(retuned, judge_means, way) for way in WAYS},
+        leave_one_out({s.name: cost_of(searched(results, s)) for s in HELD_OUT}, judge_means),
         tuple(judge_means(pool({name: of(held) for name, held in alone.items()})).by[ASKED.words] for of in costs),
     )
+
+
+def searched(results: Results, scenario: Scenario) -> dict[str, Sample]:
+    """The runs of AOSMC-RGS, of the law without (34) and of plain ASMC, as tuned and with other numbers."""
+    return {
+        run_name(law, kind): results.sample(name_of(scenario, one.key + kind))
+        for law, one in ((PROPOSED, PROPOSAL), *RIVALS.items())
+        for kind in ("", *AGAIN)
+    }
+
+
+def together(standings: Standings) -> Judgement:
+    """The laws of several scenarios by the geometric mean of their costs, mean over the draws."""
+    return judge_means(pool({name: one.paired for name, one in standings.judgements.items()}))
+
+
+def by_mean_costs(members: Mapping[str, Paired]) -> Judgement:
+    """The laws by the geometric mean over the scenarios of their mean costs m_s, G = (prod_s m_s)^(1/S).
+
+    Draw k counts as G (1/S) sum_s y_sk / m_s, of which the mean is G, so that intervals hold to first order. The errors
+    of the steps are those of the runs that have them, treated alike. A law with a failed run is left out.
+    """
+    means = {name: one.values.mean(axis=0) for name, one in members.items()}
+    level = np.exp(np.log(list(means.values())).mean(axis=0))
+    kept = np.flatnonzero(np.isfinite(level))
+    parts = {}
+    for name, one in members.items():
+        factor = level[kept] / means[name][kept]
+        off = None if one.repeated is None else one.repeated[:, kept] * factor
+        parts[name] = replace(
+            one,
+            laws=tuple(one.laws[i] for i in kept),
+            values=one.values[:, kept] * factor,
+            errors=one.errors[kept] * factor,
+            failed=one.failed[kept],
+            sources=(),
+            repeated=off,
+        )
+    return judge_means(pool(parts, "arithmetic mean"))
 
 
 def term_of(held: Samples, term: Term) -> Paired:

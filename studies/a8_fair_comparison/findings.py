@@ -4,41 +4,41 @@ from __future__ import annotations
 
 from collections import Counter
 
-from studies.a8_fair_comparison.ablations import RICCATI, STEADY
+import numpy as np
+
 from studies.a8_fair_comparison.changes import (
     BASE,
+    CHOSEN,
+    LESS,
     MEASURE,
     NOBODY,
     SCENARIOS,
     SUM,
+    TUNED,
+    WHOLE,
     Change,
     base,
     changes,
+    compared_pairs,
     counted,
     counted_change,
+    described,
     heaviest,
     leading,
+    rounded,
+    sample,
+    tally,
 )
 from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
-from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, PLAIN, Evidence, Parts
+from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, by_mean_costs, together
+from studies.a8_fair_comparison.riccati_worth import CHATTERS, decisive, riccati, spread
 from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence import Comparison, Judgement, Pooled
-from workbench.study.evidence.judgement import figures
 
-TUNED = "All numbers of the law and of its observers, by three searches with the same budget for each number."
-CHOSEN = (
-    "The terms of the cost and their acceptable values, the scenarios, the ranges of the draws, the torque limit and "
-    "the computer."
-)
+__all__ = ["answer", "diverged", "pooled_cost", "proposed", "riccati", "winner"]
+
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
-TIMES = 1000  # percent, from which on a change is told as a factor
+POOLED_MEAN = "The mean over the draws of the geometric mean of the cost over all scenarios"
 UNTRIED = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
-
-
-def sample(evidence: Evidence) -> str:
-    """The sample of each scenario."""
-    judgement = next(iter(evidence.cost[BOTH.key].judgements.values()))
-    return f"{len(judgement.paired)} draws in each of {SCENARIOS} scenarios, the same draws for all laws."
 
 
 def winner(evidence: Evidence, given: Given) -> Finding:
@@ -51,8 +51,9 @@ def winner(evidence: Evidence, given: Given) -> Finding:
         NAMES[given.key],
         f"With {given.name}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} scenarios: "
         f"{counted(first.counts or {}, SCENARIOS)}.",
-        f"Over all scenarios together the lowest geometric means of the cost are {leading(whole)}. A law counts as "
-        f"lowest only if its advantage exceeds {100 * MARGIN:g} % and its interval.",
+        f"{other_searches(evidence, given)} {POOLED_MEAN} is lowest for {leading(whole)}"
+        f"{'' if whole.best else ' (undecided)'}. A law counts as lowest only if its advantage exceeds "
+        f"{100 * MARGIN:g} %, its interval and the error of the step.",
         statistic=f"{MEASURE.capitalize()} in each scenario, declared before the runs. The intervals of all pairs of "
         f"laws in all scenarios hold at once with {100 * FAMILY:g} %.",
         sample=sample(evidence),
@@ -66,26 +67,45 @@ def winner(evidence: Evidence, given: Given) -> Finding:
     )
 
 
+def other_searches(evidence: Evidence, given: Given) -> str:
+    """The tallies by the second and the third best search of the laws that run with other numbers."""
+    found = [
+        f"by {words}, {counted(tally(standings), len(standings.judgements))}"
+        for words, standings in evidence.again[given.key].items()
+        if words.endswith("laws") and "search" in words
+    ]
+    return f"In how many each law is lowest changes with the search: {'; '.join(found)}." if found else ""
+
+
 def pooled_variations(evidence: Evidence) -> list[Variation]:
-    """The ways to pool, each scenario left out of each, and the other measurements."""
+    """Other numbers, weights, ways to pool, each scenario left out of each, and the other measurements."""
     by = evidence.pooled[BOTH.key]
     first = by[BASE]
+    weights = {f"weights: {words}": one for words, one in evidence.weighted.get(BOTH.key, {}).items()}
+    cost = evidence.cost[BOTH.key]
+    others = {f"{words}{compared_pairs(one, cost)}": together(one) for words, one in evidence.again[BOTH.key].items()}
+    others |= {words: together(one) for words, one in weights.items()}
+    others["the geometric mean of the mean costs"] = by_mean_costs(first.members)
+    searched = [
+        Variation(words, one.by[ASKED.words].answer, leading(one.by[ASKED.words], 2), WHOLE)
+        for words, one in others.items()
+    ]
     variations = [
-        Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2))
+        Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
         for way, p in by.items()
         if p is not first
     ]
     variations += [
-        Variation(f"the {way} without '{s}'", judgement.by[ASKED.words].answer, leading(judgement.by[ASKED.words], 2))
+        Variation(f"the {way} without '{s}'", one.answer, leading(one, 2), LESS)
         for way, p in by.items()
-        for s, judgement in p.without.items()
+        for s, one in ((s, judgement.by[ASKED.words]) for s, judgement in p.without.items())
     ]
     variations += [
-        Variation(f"the {BASE} with {given.name}", p.answer, leading(p.whole.by[ASKED.words], 2))
+        Variation(f"the {BASE} with {given.name}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
         for given in GIVEN
         if (p := evidence.pooled[given.key][BASE]) is not first
     ]
-    return variations
+    return searched + variations
 
 
 def pooled_cost(evidence: Evidence) -> Finding:
@@ -106,15 +126,15 @@ def pooled_cost(evidence: Evidence) -> Finding:
         "pooled_cost",
         f"Over all {SCENARIOS} scenarios together, behind both observers, "
         + (
-            f"{one.best} has the lowest geometric mean of the cost, {figures(one, one.best)}."
+            f"{one.best} has the lowest geometric mean of the cost: {leading(one)}."
             if one.best
             else f"the lowest geometric mean of the cost is {one.answer}: {leading(one)}."
         ),
-        f"Without '{name}' the lowest geometric means are {leading(first.without[name].by[ASKED.words])}. In the "
+        f"Without {described(name)} they are {leading(first.without[name].by[ASKED.words])}. In the "
         f"arithmetic mean {part}. Its lowest values are {leading(total.whole.by[ASKED.words])}, and {leading(rest, 5)} "
         f"without '{name}'.",
         statistic="Mean over the draws of the geometric mean of the cost over the scenarios, in which a ratio counts "
-        "alike in every scenario.",
+        "alike in every scenario. It is not the geometric mean of the mean costs, which is among the variations.",
         sample=sample(evidence),
         given=f"Each of {len(LAWS)} laws has {BOTH.words}.",
         chosen=CHOSEN,
@@ -135,12 +155,15 @@ def proposed(evidence: Evidence) -> Finding:
         if given != BOTH
     ]
     comparisons = [one.by[ASKED.words] for one in evidence.cost[BOTH.key].judgements.values()]
-    below = Counter(law for one in comparisons for law in one.paired.laws if one.order(law, PROPOSED) == "below")
-    lower = ", ".join(f"{law} in {n}" for law, n in below.most_common(3)) or "none"
+    lower, higher = (
+        balance(Counter(law for one in comparisons for law in one.paired.laws if one.order(law, PROPOSED) == side))
+        for side in ("below", "above")
+    )
     return Finding(
         "proposed_law",
         f"{PROPOSED} has the lowest {MEASURE} in {places(first)} of {SCENARIOS} scenarios behind its own observers.",
-        f"Laws behind the same observers with a significantly lower mean: {lower}.",
+        f"Laws behind the same observers with a significantly lower mean: {lower}. With a significantly higher one: "
+        f"{higher}.",
         statistic=f"Number of scenarios in which the {MEASURE} is below that by every other law, beyond "
         f"{100 * MARGIN:g} % and its interval.",
         sample=sample(evidence),
@@ -151,6 +174,14 @@ def proposed(evidence: Evidence) -> Finding:
         variations=tuple(Variation(one.words, frequency(one), f"{places(one)} of {one.scenarios}") for one in others),
         untried=UNTRIED,
     )
+
+
+def balance(scenarios: Counter[str]) -> str:
+    """Laws by the number of scenarios, most first; laws with the same number together."""
+    groups: dict[int, list[str]] = {}
+    for law, n in scenarios.most_common():
+        groups.setdefault(n, []).append(law)
+    return "; ".join(f"{', '.join(laws)} in {n}" for n, laws in groups.items()) or "none"
 
 
 def places(change: Change) -> int:
@@ -164,100 +195,16 @@ def frequency(change: Change) -> str:
     return "in most scenarios" if 2 * n > change.scenarios else "in some scenarios" if n else "in no scenario"
 
 
-def effect(one: Comparison, without: str) -> str:
-    """The effect of a part on the cost of AOSMC-RGS, in words."""
-    if one.alike(PROPOSED, without):
-        return "no difference"
-    return {"below": "better with (34)", "above": "worse with (34)"}.get(one.order(PROPOSED, without), "undecided")
-
-
-def change_of(one: Comparison, without: str) -> tuple[float, float, float]:
-    """The change of the cost of AOSMC-RGS without a part, in percent, and the ends of its interval."""
-    at, i, d = one.paired.place(PROPOSED), one.paired.place(without), one.difference
-    value, low, high = (100 * float(part[i, at] / one.level.value[at]) for part in (d.value, d.low, d.high))
-    return value, low, high
-
-
-def least_change(pooled: Pooled, law: str) -> tuple[str, float]:
-    """The scenario without which the change of the cost is smallest in size, and that change in percent."""
-    changed = {scenario: change_of(one.by[ASKED.words], law)[0] for scenario, one in pooled.without.items()}
-    return min(changed.items(), key=lambda pair: abs(pair[1]))
-
-
-def moves(one: Comparison, without: str) -> str:
-    """The change of the cost of AOSMC-RGS without a part, as a verb with its figure and its interval."""
-    value, low, high = change_of(one, without)
-    if value >= TIMES:
-        return f"rises to {1 + value / 100:,.3g} times its value"
-    verb = "rises" if value > 0 else "falls"
-    return f"{verb} by {digits(abs(value))} % ({digits(low, '+')} to {digits(high, '+')} %)"
-
-
-def digits(percent: float, sign: str = "") -> str:
-    """A percentage with two digits, or with all before the point."""
-    percent = round(percent, 9) + 0.0  # a rounding error is no decrease: neither 1e-14 nor minus zero
-    return f"{percent:{sign}.2g}" if abs(percent) < 100 else f"{percent:{sign}.0f}"
-
-
-def riccati_variations(parts: Parts) -> list[Variation]:
-    """The worth of (34) by other pools and other laws without it, and with each scenario left out."""
-    rivals: list[tuple[str, Pooled, str]] = [
-        (f"tuned again, {way}", pooled, RICCATI) for way, pooled in parts.retuned.items()
-    ]
-    rivals += [
-        ("P at its steady value, not tuned again", parts.frozen, STEADY),
-        ("P at the tuned P(0), not tuned again", parts.frozen, RICCATI),
-    ]
-    rivals += [(f"plain {PLAIN}, {way}", p, PLAIN) for way, p in parts.retuned.items()]
-    base_of = (parts.retuned[BASE], RICCATI)
-    variations = [effect_of(words, p.whole, law) for words, p, law in rivals if (p, law) != base_of]
-    variations += [
-        effect_of(f"{words}, without '{s}'", less, law) for words, p, law in rivals for s, less in p.without.items()
-    ]
-    return variations
-
-
-def riccati(evidence: Evidence) -> Finding:
-    """The worth of the Riccati equation (34) in AOSMC-RGS."""
-    parts = evidence.parts
-    one = parts.retuned[BASE].whole.by[ASKED.words]
-    frozen = parts.frozen.whole.by[ASKED.words]
-    name, rest = least_change(parts.retuned[BASE], PLAIN)
-    decisive, less = least_change(parts.retuned[BASE], RICCATI)
-    return Finding(
-        "riccati_gain",
-        f"With a constant P in place of (34) and tuned again, the cost of {PROPOSED} {moves(one, RICCATI)} over all "
-        f"scenarios together, and changes by {digits(less, '+')} % without '{decisive}'.",
-        f"With the numbers of the whole law it {moves(frozen, STEADY)} if P is kept at its steady value. It "
-        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), which is a start pulse. Plain {PLAIN} behind the "
-        f"same observers costs {digits(change_of(one, PLAIN)[0], '+')} %, and {digits(rest, '+')} % without '{name}'.",
-        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, mean over the draws, with its "
-        "interval.",
-        sample=sample(evidence),
-        given=f"Both laws have {BOTH.words}.",
-        chosen=f"{CHOSEN} The posture for the steady value: the start of each scenario, with K(0).",
-        fitted=TUNED,
-        answer=effect(one, RICCATI),
-        variations=tuple(riccati_variations(parts)),
-        untried="Other shapes of (33), and a larger budget of the searches.",
-        settled=effect(one, RICCATI) != "undecided",
-        cites=("a3_riccati_gains/riccati_gain",),
-    )
-
-
-def effect_of(words: str, judgement: Judgement, law: str) -> Variation:
-    """A variation of the worth of (34)."""
-    one = judgement.by[ASKED.words]
-    return Variation(words, effect(one, law), moves(one, law))
-
-
 def diverged(evidence: Evidence) -> str:
-    """The runs that did not last, and whether the law or its integrator lost them."""
+    """The runs that did not last, whether the law or its integrator lost them, and those that last at a high cost."""
     runs = [one for by in evidence.runs.values() for laws in by.values() for one in laws.values()]
     causes = evidence.causes.values()
     failed, total = sum(one.failed for one in runs), sum(map(len, runs))
     if not failed:
-        return f"None of {total:,} runs diverges."
+        return (
+            f"No state of {total:,} runs becomes infinite, and no angle exceeds 1e12 rad; runs with other numbers and "
+            f"without parts are not counted here. This does not say that all of them track. {costly(evidence)}"
+        )
     by_law, by_integrator = sum(one.by_law for one in causes), sum(one.by_integrator for one in causes)
     where = "; ".join(
         f"{law} with {words} in '{scenario}', {len(one.lost['fine'])} of {DRAWS} ({one.sentence})"
@@ -266,30 +213,50 @@ def diverged(evidence: Evidence) -> str:
     return (
         f"{failed:,} of {total:,} runs diverge: {by_law} by the law, {by_integrator} by its integrator, and "
         f"{sum(one.unsettled for one in causes)} for a reason that is not settled. {where}. A run diverges if a state "
-        f"is "
-        "no longer finite, or an angle is beyond 1e12 rad. The integrator is the reason if the run lasts where the "
-        "memories of law and observer move near their exact flow."
+        "is no longer finite, or an angle is beyond 1e12 rad. The integrator is the reason if the run lasts where the "
+        f"memories of law and observer move near their exact flow. {costly(evidence)}"
+    )
+
+
+def costly(evidence: Evidence) -> str:
+    """The runs with a high cost, and the laws of which all runs in a scenario have one."""
+    costs = [one.paired for by in evidence.cost.values() for one in by.judgements.values()]
+    high = np.array([(one.values > CHATTERS).sum(axis=0) for one in costs])
+    every: dict[str, list[str]] = {}
+    for scenario, one in evidence.cost[BOTH.key].judgements.items():
+        always = (one.paired.values > CHATTERS).all(axis=0)
+        every[scenario] = [law for law, high_in_all in zip(one.paired.laws, always, strict=True) if high_in_all]
+    where = "; ".join(f"'{scenario}': {', '.join(laws)}" for scenario, laws in every.items() if laws)
+    return (
+        f"A cost of more than {CHATTERS:g}, five times an acceptable one, have {high.sum():,} runs, in "
+        f"{(high > 0).sum()} of {high.size} cases of a law in a scenario. Behind both observers these laws have it in "
+        f"every draw: {where or 'none'}."
     )
 
 
 def answer(evidence: Evidence) -> str:
-    """The line under the title."""
+    """The line under the title, of at most forty words."""
     readings, both = base(evidence, READINGS.key), base(evidence, BOTH.key)
-    pooled = evidence.parts.retuned[BASE]
-    change = change_of(pooled.whole.by[ASKED.words], RICCATI)[0]
-    scenario, less = least_change(pooled, RICCATI)
-    words = f" has the lowest mean cost in {{}} of {readings.scenarios} scenarios"
+    counts = dict(both.counts or {})
+    shown = dict(list(counts.items())[:1]) | {PROPOSED: places(both)}
+    leads = ", ".join(f"{law} in {n or 'none'}" for law, n in shown.items())
+    name = decisive(evidence.parts)
+    pooled = evidence.parts.searches
+    whole, rest = (factors(spread(judgement)) for judgement in (pooled.whole, pooled.without[name]))
     return (
-        f"With raw readings, {lead(readings, words)}; behind observers, {lead(both, ' in {}')}. {PROPOSED} leads in "
-        f"{places(both) or 'none'}; retuned without its Riccati equation, it costs {digits(change, '+')} %, without "
-        f"'{scenario}' {digits(less, '+')} %."
+        f"{lead(readings)} of {readings.scenarios} scenarios with raw readings; behind both observers, {leads}. "
+        f"{PROPOSED} costs {whole} times as much without its Riccati equation (by search), {rest} without scenario "
+        f"'{name}'."
     )
 
 
-def lead(change: Change, words: str) -> str:
-    """The law that is best in most scenarios, with its count in words; where there is none, the most frequent one."""
-    counts = dict(change.counts or {})
-    if change.answer in counts:
-        return f"{change.answer}{words.format(counts[change.answer])}"
-    first = next((f"{law} in {n}" for law, n in counts.items()), "all undecided")
-    return f"none leads in most ({first})"
+def factors(span: tuple[float, float]) -> str:
+    """Changes in percent as factors."""
+    low, high = (rounded(1 + percent / 100) for percent in span)
+    return low if low == high else f"{low} to {high}"
+
+
+def lead(change: Change) -> str:
+    """The law that is best in the most scenarios, with its count in words."""
+    first = next(iter((change.counts or {}).items()), None)
+    return f"{first[0]} costs least in {first[1]}" if first else "No law costs least in any"

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from studies.a8_fair_comparison.ablations import NEW, as_tuned
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, PERIOD, TRAINING, metrics, objective
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, Entrant
-from studies.a8_fair_comparison.evidence import AGAIN, ASKED, DRAWN, OTHERS, contenders, name_of, sweep, works
+from studies.a8_fair_comparison.evidence import ASKED, DRAWN, OTHERS, name_of, sweep, works
+from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import least_draws
@@ -53,9 +54,8 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
     made = []
     for scenario in HELD_OUT:
         loops = {one.key: one.loop(scenario, tuned[one.key].best) for one in (*ALL, *NEW)}
-        for entrants in ENTRANTS.values():
-            for one in contenders(entrants, tuned):
-                loops |= {one.key + kind: one.loop(scenario, best(tuned[one.key])) for kind, (_, best) in AGAIN.items()}
+        for one in run_again(tuned):
+            loops |= {one.key + kind: one.loop(scenario, best(tuned[one.key])) for kind, (_, best) in AGAIN.items()}
         loops |= as_tuned(scenario, tuned[PROPOSAL.key].best)
         made += [sweep(name_of(scenario, key), loop, scenario) for key, loop in loops.items()]
     return tuple(made)

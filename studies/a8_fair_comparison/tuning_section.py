@@ -50,8 +50,9 @@ def trust(results: Results, held: Evidence) -> Section:
             Paragraph(
                 "Intervals do not cover the chance in a search, which may end far from another search for the same "
                 "law. Nor do they cover the choice of objective, scenarios and ranges. The error of the step is the "
-                "largest among the runs that were repeated with half the step, one in sixteen. The arm is integrated "
-                "by RK4 with one step in each period of the computer."
+                "largest among the runs that were repeated with half the step, one in sixteen. Over all scenarios "
+                "together it is the mean of the errors of these draws, and each run's error is divided by its own "
+                "cost. The arm is integrated by RK4 with one step in each period of the computer."
             ),
             Paragraph(
                 "The laws were tuned for two masses. A tuning over draws would make all of them more robust, at many "

@@ -20,6 +20,9 @@ NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the b
 class Variation:
     """A change of the study, in `words`, and the `answer` that it gives, with its figures in `detail`.
 
+    Variations that answer different questions are counted apart, by their `question`: a clause such as "that count
+    scenarios".
+
     Examples
     --------
     >>> wb.Variation("the median in place of the mean", "SMC", "1.2 against 1.4").answer
@@ -29,12 +32,13 @@ class Variation:
     words: str
     answer: str
     detail: str = ""
+    question: str = ""
 
     def __post_init__(self) -> None:
         for part in ("words", "answer"):
             if not getattr(self, part).strip():
                 raise refusal(f"Variation({part}=...)", "a text", getattr(self, part))
-        for part in ("words", "answer", "detail"):
+        for part in ("words", "answer", "detail", "question"):
             _refuse_nan(f"Variation({part}=...)", getattr(self, part))
 
     @property
@@ -137,8 +141,16 @@ class Finding:
         answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
         others = len(answers) - ANSWERS
         rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
-        part = f"{len(changes)} of {total} variations" if total > 1 else "the one variation"
+        part = self._counted if total > 1 else "the one variation"
         return f"The answer changes in {part}: {'; '.join(answers[:ANSWERS])}{rest}."
+
+    @property
+    def _counted(self) -> str:
+        """The number of reversals among the variations, of each question by itself."""
+        totals = Counter(one.question for one in self.variations)
+        changed = Counter(one.question for one in self.reversals)
+        counts = (f"{changed[question]} of {n} variations {question}".strip() for question, n in totals.items())
+        return " and in ".join(counts)
 
     @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:

@@ -31,6 +31,7 @@ class Paired:
     failed: Integers  # (L,), how many runs failed
     note: str = ""  # below a table: draws, seed, steps
     sources: tuple[Source | None, ...] = ()  # (L,), the samples; None for values of another origin
+    repeated: Array | None = None  # (N, L), the error of each run that was run again; NaN for the other runs
 
     def __post_init__(self) -> None:
         check_size("Paired(values=...)", self.values, infinite=True)
@@ -41,6 +42,11 @@ class Paired:
             raise ValueError(
                 f"`Paired(values, errors, failed)` must have shapes (N, {laws}), ({laws},) and ({laws},), a column for "
                 f"each law; got {shapes}."
+            )
+        if self.repeated is not None and self.repeated.shape != self.values.shape:
+            raise ValueError(
+                f"`Paired(repeated=...)` must have an error for each of the values, of shape {self.values.shape}, NaN "
+                f"where a run was not run again; got {self.repeated.shape}."
             )
 
     def __len__(self) -> int:
@@ -78,6 +84,7 @@ def paired(
     errors: Mapping[str, float] | None = None,
     note: str = "",
     samples: Mapping[str, Sample] | None = None,
+    repeated: Mapping[str, Any] | None = None,
 ) -> Paired:
     """The values of one metric, of which less is better, by law.
 
@@ -90,12 +97,16 @@ def paired(
     samples
         Law to the sample of which its values are made: the note below a table, and the source of each number, are then
         read from these.
+    repeated
+        Law to the errors (N,) of its values by the step, NaN where a run was not run again with half of it. `pool`
+        needs them to divide each error by its own value.
 
     Raises
     ------
     ValueError
         If there are fewer than two laws or 20 draws, laws differ in their number of draws, a value is minus
-        infinity, an error is negative or that of no law, or the samples are of other laws or draws.
+        infinity, an error is negative or that of no law, or the samples or the errors of runs are of other laws or
+        draws.
     """
     if len(values) < 2:
         raise ValueError(f"`paired(values)` must map two laws or more to their values; got {described(values)}.")
@@ -112,7 +123,9 @@ def paired(
     sources: tuple[Source, ...] = ()
     if samples is not None:
         note, sources = "; ".join(filter(None, (note, same_draws(samples)))), _sources(samples, columns, metric, unit)
-    return Paired(metric, unit, tuple(columns), np.where(np.isnan(table), np.inf, table), off, failed, note, sources)
+    again = None if repeated is None else _repeated(repeated, columns, table.shape)
+    table = np.where(np.isnan(table), np.inf, table)
+    return Paired(metric, unit, tuple(columns), table, off, failed, note, sources, again)
 
 
 def _sources(samples: Mapping[str, Sample], columns: Mapping[str, Array], metric: str, unit: str) -> tuple[Source, ...]:
@@ -133,6 +146,21 @@ def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
     if (found < 0).any():
         raise ValueError(f"`paired(errors=...)` must be numbers that are not negative; got {described(dict(given))}.")
     return found
+
+
+def _repeated(given: Mapping[str, Any], columns: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
+    """The errors (N, L) of the runs that were run again."""
+    if set(given) != set(columns):
+        raise ValueError(
+            f"`paired(repeated=...)` must have the errors of each of {list(columns)}; got {described(list(given))}."
+        )
+    arrays = [as_outputs(given[law]) for law in columns]
+    if any(one is None or one.shape != shape[:1] or (one < 0).any() for one in arrays):
+        raise ValueError(
+            f"`paired(repeated=...)` must hold {shape[0]} errors for each law, not negative, and NaN where a run was "
+            f"not run again; got {described(dict(given))}."
+        )
+    return np.column_stack([one for one in arrays if one is not None])
 
 
 @door

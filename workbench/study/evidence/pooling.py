@@ -10,11 +10,13 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from workbench.study.evidence.common_draws import Paired, paired
+from workbench.study.evidence.estimands import Estimand, Mean
 from workbench.study.evidence.judgement import Judgement
 from workbench.study.evidence.pairwise_comparison import Comparison
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
+MEAN = Mean()
 Way: TypeAlias = Literal["geometric mean", "ratio to the best", "arithmetic mean"]
 WAYS: Mapping[Way, str] = {
     "geometric mean": "the geometric mean over the scenarios, in which equal ratios count alike in every scenario",
@@ -72,15 +74,18 @@ class Pooled:
 
 
 @door
-def pool(members: Mapping[str, Paired], way: Way = "geometric mean") -> Paired:
+def pool(members: Mapping[str, Paired], way: Way = "geometric mean", estimand: Estimand = MEAN) -> Paired:
     """One value of each draw and law from several scenarios, of which row k is the same draw in all.
 
-        geometric mean:     G_k = (prod_s y_sk)^(1/S)
-        ratio to the best:  (1/S) sum_s y_sk / b_s,     b_s the least mean over the draws of a law in scenario s
-        arithmetic mean:    (1/S) sum_s y_sk
+        geometric mean:     G_k = (prod_s y_sk)^(1/S),      error  G_k (1/S) sum_s e_sk / y_sk
+        ratio to the best:  (1/S) sum_s y_sk / b_s,         error  (1/S) sum_s e_sk / b_s
+        arithmetic mean:    (1/S) sum_s y_sk,               error  (1/S) sum_s e_sk
 
-    A run that failed in one scenario counts as failed. The numbers b_s are read from the same draws and then taken as
-    exact.
+    Here b_s is the least mean over the draws of a law in scenario s, read from the same draws and then taken as exact;
+    e_sk is the error of run k by the step. Errors are known of the draws whose runs were run again in all scenarios;
+    where the members do not have them, every run has the largest error of its law. The error of the pooled values is
+    the mean over these draws if `estimand` is a mean, to which each draw adds its part, and else the largest. A run
+    that failed in one scenario counts as failed.
 
     Raises
     ------
@@ -91,27 +96,29 @@ def pool(members: Mapping[str, Paired], way: Way = "geometric mean") -> Paired:
     _check_members(members)
     first = next(iter(members.values()))
     y = np.array([one.values for one in members.values()])
-    errors = np.array([one.errors for one in members.values()])
     if way != "arithmetic mean" and not (y > 0).all():
         raise ValueError(
             f"`pool(members, way={way!r})` takes ratios, so that values must be positive; the least is {y.min():g}."
         )
-    values, off = _pooled(y, errors, way)
+    values, off = _pooled(y, _errors(members), way)
     unit = "" if way == "ratio to the best" else first.unit
     return paired(
         {law: np.where(np.isinf(column), np.nan, column) for law, column in zip(first.laws, values.T, strict=True)},
         metric=first.metric,
         unit=unit,
-        errors=dict(zip(first.laws, map(float, off), strict=True)),
+        errors=dict(zip(first.laws, (_over_draws(column, estimand) for column in off.T), strict=True)),
         note="; ".join(filter(None, (f"pooled over {len(members)} scenarios: {WAYS[way]}", first.note))),
     )
 
 
 @door
 def leave_one_out(
-    members: Mapping[str, Paired], judge: Callable[[Paired], Judgement], way: Way = "geometric mean"
+    members: Mapping[str, Paired],
+    judge: Callable[[Paired], Judgement],
+    way: Way = "geometric mean",
+    estimand: Estimand = MEAN,
 ) -> Pooled:
-    """The judgement of the pooled values of all scenarios, and of all but each one.
+    """The judgement of the pooled values of all scenarios, and of all but each one, by the estimand that is asked.
 
     Raises
     ------
@@ -124,28 +131,43 @@ def leave_one_out(
     return Pooled(
         way,
         members,
-        judge(pool(members, way)),
-        {name: judge(pool(others, way)) for name, others in rest.items()},
+        judge(pool(members, way, estimand)),
+        {name: judge(pool(others, way, estimand)) for name, others in rest.items()},
     )
 
 
+def _errors(members: Mapping[str, Paired]) -> Array:
+    """The errors of the runs by the step, (S, N, L), NaN where they are not known."""
+    known = [one.repeated for one in members.values() if one.repeated is not None]
+    if len(known) == len(members):
+        return np.array(known)
+    return np.array([np.broadcast_to(one.errors, one.values.shape) for one in members.values()])
+
+
 def _pooled(y: Array, errors: Array, way: Way) -> tuple[Array, Array]:
-    """The pooled values (N, L) of y (S, N, L), and how far off they may be by errors (S, L)."""
+    """The pooled values (N, L) of y (S, N, L), and how far off they are by errors (S, N, L)."""
     match way:
         case "geometric mean":
             values = np.exp(np.log(y).mean(axis=0))
             with np.errstate(invalid="ignore"):  # of a failed run, which is infinite whatever its error
-                off = np.where(np.isinf(values), 0.0, values * np.mean(errors[:, None] / y, axis=0))
-            return values, np.max(off, axis=0)
+                return values, np.where(np.isinf(values), 0.0, values * np.mean(errors / y, axis=0))
         case "ratio to the best":
-            best = y.mean(axis=1).min(axis=1)
+            best = y.mean(axis=1).min(axis=1)[:, None, None]
             if not np.isfinite(best).all():
                 raise ValueError(
                     "`pool(members, way='ratio to the best')` needs a law without failed runs in each scenario; there "
                     "is none in one of them, so that the geometric mean alone can be taken."
                 )
-            return np.mean(y / best[:, None, None], axis=0), np.mean(errors / best[:, None], axis=0)
+            return np.mean(y / best, axis=0), np.mean(errors / best, axis=0)
     return np.mean(y, axis=0), np.mean(errors, axis=0)
+
+
+def _over_draws(errors: Array, estimand: Estimand) -> float:
+    """The error of an estimand by those of the draws in which it is known; NaN if there are none."""
+    known = errors[~np.isnan(errors)]
+    if not len(known):
+        return float("nan")
+    return float(known.mean() if isinstance(estimand, Mean) else known.max())
 
 
 def _check_members(members: Mapping[str, Paired]) -> None:

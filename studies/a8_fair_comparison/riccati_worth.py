@@ -1,0 +1,230 @@
+"""The finding of a8 on the Riccati equation (34): what AOSMC-RGS costs without it, by which searches are compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import product
+
+import numpy as np
+
+from studies.a8_fair_comparison.ablations import RICCATI, STEADY
+from studies.a8_fair_comparison.changes import (
+    BASE,
+    CHOSEN,
+    LESS,
+    MEASURE,
+    SCENARIOS,
+    TUNED,
+    WHOLE,
+    described,
+    rounded,
+    sample,
+)
+from studies.a8_fair_comparison.entrants import BOTH, PROPOSED
+from studies.a8_fair_comparison.evidence import ASKED, Evidence, Parts
+from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, run_name
+from workbench.study.document.document import Cell, Column, Table
+from workbench.study.document.finding import Finding, Variation
+from workbench.study.evidence import Comparison, Judgement, Pooled, change_without
+
+TIMES = 1000  # percent, from which on a change is told as a factor
+CHATTERS = 20.0  # a cost five times as high as an acceptable one
+OPEN = "undecided"
+A3 = "better with (34)"  # the answer of a3 to the same question
+SEARCHES = ("", *(kind for kind in AGAIN if kind != "_half"))  # the best search, and the others
+PAIRS = (
+    *product(SEARCHES, SEARCHES),
+    ("", "_half"),
+    ("_half", ""),
+    ("_half", "_half"),
+)  # of the whole law, of the other
+
+
+def effect(one: Comparison, without: str, whole: str = PROPOSED) -> str:
+    """The effect of a part on the cost of AOSMC-RGS, in words."""
+    if one.alike(whole, without):
+        return "no difference"
+    return {"below": "better with (34)", "above": "worse with (34)"}.get(one.order(whole, without), OPEN)
+
+
+def change_of(one: Comparison, without: str, whole: str = PROPOSED) -> tuple[float, float, float]:
+    """The change of the cost of AOSMC-RGS without a part, in percent, and the ends of its interval."""
+    at, i, d = one.paired.place(whole), one.paired.place(without), one.difference
+    value, low, high = (100 * float(part[i, at] / one.level.value[at]) for part in (d.value, d.low, d.high))
+    return value, low, high
+
+
+def least_change(pooled: Pooled, law: str) -> tuple[str, float]:
+    """The scenario without which the change of the cost is smallest in size, and that change in percent."""
+    changed = {scenario: change_of(one.by[ASKED.words], law)[0] for scenario, one in pooled.without.items()}
+    return min(changed.items(), key=lambda pair: abs(pair[1]))
+
+
+def moves(one: Comparison, without: str, whole: str = PROPOSED) -> str:
+    """The change of the cost of AOSMC-RGS without a part, as a verb with its figure and its interval."""
+    value, low, high = change_of(one, without, whole)
+    if value >= TIMES:
+        return f"rises to {rounded(1 + value / 100)} times its value"
+    verb = "rises" if value > 0 else "falls"
+    return f"{verb} by {digits(abs(value))} % ({digits(low, '+')} to {digits(high, '+')} %)"
+
+
+def digits(percent: float, sign: str = "") -> str:
+    """A percentage with two digits, or with all before the point."""
+    percent = round(percent, 9) + 0.0  # a rounding error is no decrease: neither 1e-14 nor minus zero
+    return f"{percent:{sign}#.2g}".rstrip(".") if 0 < abs(percent) < 99.5 else f"{percent:{sign}.0f}"
+
+
+def spread(judgement: Judgement, rival: str = RICCATI) -> tuple[float, float]:
+    """The least and the greatest change of the cost without (34), in percent, among all pairs of searches."""
+    one = judgement.by[ASKED.words]
+    changed = [change_of(one, run_name(rival, b), run_name(PROPOSED, a))[0] for a, b in product(SEARCHES, SEARCHES)]
+    return min(changed), max(changed)
+
+
+def decisive(parts: Parts) -> str:
+    """The scenario without which the searches differ least."""
+    pooled = parts.searches
+    return min(pooled.without, key=lambda scenario: float(np.ptp(spread(pooled.without[scenario]))))
+
+
+def worth(parts: Parts) -> str:
+    """The effect of (34), if it is the same between all pairs of searches of both laws; else it is not decided."""
+    one = parts.searches.whole.by[ASKED.words]
+    first = effect(parts.retuned[BASE].whole.by[ASKED.words], RICCATI)
+    others = {effect(one, run_name(RICCATI, b), run_name(PROPOSED, a)) for a, b in product(SEARCHES, SEARCHES)}
+    return first if others == {first} else OPEN
+
+
+def pair_words(rival: str, whole: str, other: str) -> str:
+    """The numbers of the whole law and of a law that is compared with it."""
+    numbers = {"": "the best search", **{kind: words for kind, (words, _) in AGAIN.items()}}
+    law = "the law without (34)" if rival == RICCATI else f"plain {rival}"
+    return f"{law} from {numbers[other]}, the whole law from {numbers[whole]}"
+
+
+def search_variations(parts: Parts) -> Iterator[Variation]:
+    """The worth of (34) by the searches of both laws, with all scenarios and without the decisive one."""
+    pooled, name = parts.searches, decisive(parts)
+    for rival, (whole, other) in product((RICCATI, PLAIN), PAIRS):
+        if whole or other:
+            words, laws = pair_words(rival, whole, other), (run_name(rival, other), run_name(PROPOSED, whole))
+            yield effect_of(words, pooled.whole, *laws)
+            yield effect_of(f"{words}, without '{name}'", pooled.without[name], *laws, question=LESS)
+
+
+def riccati_variations(parts: Parts) -> list[Variation]:
+    """The worth of (34) by other searches, other pools and other laws without it, and with each scenario left out."""
+    rivals: list[tuple[str, Pooled, str]] = [
+        (f"the best search of each law, {way}", pooled, RICCATI) for way, pooled in parts.retuned.items()
+    ]
+    rivals += [
+        ("P at its steady value, not tuned again", parts.frozen, STEADY),
+        ("P at the tuned P(0), not tuned again", parts.frozen, RICCATI),
+    ]
+    rivals += [(f"plain {PLAIN}, {way}", p, PLAIN) for way, p in parts.retuned.items()]
+    base_of = (parts.retuned[BASE], RICCATI) if worth(parts) != OPEN else ()
+    variations = [effect_of(words, p.whole, law) for words, p, law in rivals if (p, law) != base_of]
+    variations += [
+        effect_of(f"{words}, without '{s}'", less, law, question=LESS)
+        for words, p, law in rivals
+        for s, less in p.without.items()
+    ]
+    return [*search_variations(parts), *variations]
+
+
+def effect_of(words: str, judgement: Judgement, law: str, whole: str = PROPOSED, question: str = WHOLE) -> Variation:
+    """A variation of the worth of (34)."""
+    one = judgement.by[ASKED.words]
+    return Variation(words, effect(one, law, whole), moves(one, law, whole), question)
+
+
+def headline(parts: Parts) -> str:
+    """The change of the cost of AOSMC-RGS without (34), by the searches, where these have different answers."""
+    one, name = parts.retuned[BASE].whole.by[ASKED.words], decisive(parts)
+    if worth(parts) != OPEN:
+        scenario, less = least_change(parts.retuned[BASE], RICCATI)
+        return (
+            f"With a constant P in place of (34) and tuned again, the cost of {PROPOSED} {moves(one, RICCATI)} over "
+            f"all scenarios together, and changes by {digits(less, '+')} % without '{scenario}'."
+        )
+    all_of_them, rest = (spread(judgement) for judgement in (parts.searches.whole, parts.searches.without[name]))
+    return (
+        f"What (34) is worth is not decided: with a constant P, tuned again, {PROPOSED} costs {ends(all_of_them)} % "
+        f"over all scenarios together, by which searches are compared. Without scenario {described(name)} it costs "
+        f"{ends(rest)} %."
+    )
+
+
+def ends(span: tuple[float, float]) -> str:
+    """The ends of a span of changes, in percent."""
+    return " to ".join(digits(end, "+") for end in span)
+
+
+def failures(parts: Parts) -> str:
+    """The draws with a high cost of the whole law and of that without (34), where a search has them in most draws."""
+    said = []
+    for name, paired in parts.searches.members.items():
+        high = {
+            law: [int((paired.values[:, paired.place(run_name(law, kind))] > CHATTERS).sum()) for kind in SEARCHES]
+            for law in (PROPOSED, RICCATI)
+        }
+        if 2 * max(max(counts) for counts in high.values()) > len(paired):
+            whole, less = (f"{', '.join(map(str, first))} and {last}" for *first, last in high.values())
+            said.append(f"in {whole} of {len(paired)} draws of '{name}', and without (34) in {less}")
+    if not said:
+        return ""
+    return f" By its three searches, best first, the whole law costs more than {CHATTERS:g} {'; '.join(said)}."
+
+
+def riccati(evidence: Evidence) -> Finding:
+    """The worth of the Riccati equation (34) in AOSMC-RGS."""
+    parts = evidence.parts
+    one, frozen = parts.retuned[BASE].whole.by[ASKED.words], parts.frozen.whole.by[ASKED.words]
+    name, rest = least_change(parts.retuned[BASE], PLAIN)
+    answer = worth(parts)
+    by_best = f"With the best searches it {moves(one, RICCATI)}.{failures(parts)} " if answer == OPEN else ""
+    elsewhere = f" In a3, without noise, the answer is '{A3}'." if answer != A3 else ""
+    return Finding(
+        "riccati_gain",
+        headline(parts),
+        f"{by_best}With the numbers of the whole law it {moves(frozen, STEADY)} if P is kept at its steady value, and "
+        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), a start pulse. Plain {PLAIN} costs "
+        f"{digits(change_of(one, PLAIN)[0], '+')} %, and {digits(rest, '+')} % without '{name}'.{elsewhere}",
+        statistic=f"Change of the {BASE} of the {MEASURE} over the {SCENARIOS} scenarios, with its interval. The "
+        "answer is that of the best searches if all pairs of searches of both laws have it, and else undecided.",
+        sample=sample(evidence),
+        given=f"Both laws have {BOTH.words}.",
+        chosen=f"{CHOSEN} The posture for the steady value: the start of each scenario, with K(0).",
+        fitted=TUNED,
+        answer=answer,
+        variations=tuple(riccati_variations(parts)),
+        untried="Other shapes of (33), a larger budget, and more than three searches.",
+        settled=answer != OPEN,
+        cites=("a3_riccati_gains/riccati_gain",) if answer == A3 else (),
+    )
+
+
+def searches_table(parts: Parts) -> Table:
+    """One row a pair of searches: the change of the cost without (34), and with scenarios left out."""
+    pooled, name = parts.searches, decisive(parts)
+    whole, rest = pooled.whole.by[ASKED.words], pooled.without[name].by[ASKED.words]
+    others = [one.by[ASKED.words] for scenario, one in pooled.without.items() if scenario != name]
+    rows: list[tuple[Cell, ...]] = []
+    for rival, (first, second) in product((RICCATI, PLAIN), PAIRS):
+        laws = run_name(rival, second), run_name(PROPOSED, first)
+        changed = [change_of(one, *laws)[0] for one in others]
+        cells = (change_without(one, *laws) for one in (whole, rest))
+        rows.append((pair_words(rival, first, second), *cells, ends((min(changed), max(changed)))))
+    return Table(
+        "searches_of_34",
+        f"Change of the {BASE} of the cost without (34), by the searches whose numbers are compared.",
+        (
+            Column("laws and searches"),
+            Column("all scenarios", "%", "right"),
+            Column(f"without '{name}'", "%", "right"),
+            Column("without one of the others", "%", "right"),
+        ),
+        tuple(rows),
+        (f"A positive change says that the whole law costs less. Bold: significant; {whole.holds}.", whole.paired.said),
+    )
