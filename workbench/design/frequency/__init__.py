@@ -6,5 +6,6 @@ exact in it stands on `integer_polynomials.py` and `rational_matrices.py`.
 
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
 from workbench.design.frequency.hinf_norm import PeakGain, hinf_norm
+from workbench.design.frequency.pole_zero_structure import PoleZeroStructure, Roots, pole_zero_structure
 
-__all__ = ["MeanGain", "PeakGain", "h2_norm", "hinf_norm"]
+__all__ = ["MeanGain", "PeakGain", "PoleZeroStructure", "Roots", "h2_norm", "hinf_norm", "pole_zero_structure"]
