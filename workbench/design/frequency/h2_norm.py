@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
@@ -11,7 +12,6 @@ import numpy as np
 from workbench.design.frequency.gain_polynomials import TransferPolynomials, float_root
 from workbench.design.frequency.hinf_norm import not_stable
 from workbench.design.frequency.integer_polynomials import Polynomial, add, multiply, scale, squared_modulus
-from workbench.design.frequency.rational_matrices import eliminate
 from workbench.design.linear.operating_point import state_space
 from workbench.validation.notebook_display import show
 from workbench.validation.signatures import door
@@ -75,14 +75,28 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
 
 
 def _integral(c: Polynomial, d: Polynomial) -> Fraction:
-    """The integral of c(omega^2) / |d(j omega)|^2 over all omega, divided by 2 pi; d is Hurwitz."""
+    """The integral of c(omega^2) / |d(j omega)|^2 over all omega, divided by 2 pi; d is Hurwitz.
+
+    With y = s^2 and the even and odd parts of d, the equation for u is P(y) X(y) + Q(y) Y(y) = c(-y) / 2. Each step of
+    Routh's array takes the highest coefficient off it, and is done in whole numbers with a common factor for each row.
+    """
     n = len(d) - 1
-    if n == 0:
-        return Fraction(0)
-    c = c + [0] * (n - len(c))
-    rows = [
-        [2 * (-1) ** i * (d[2 * k - i] if 0 <= 2 * k - i <= n else 0) for i in range(n)] + [(-1) ** k * c[k]]
-        for k in range(n)
-    ]
-    last = eliminate(rows)[-1]
-    return Fraction(last[n], last[n - 1]) / d[n]
+    above, row = d[::-1][0::2], d[::-1][1::2]
+    rest = [(-1) ** k * c[k] if k < len(c) else 0 for k in range(n)][::-1]
+    of_above = of_row = Fraction(1)
+    of_rest = Fraction(1, 2)
+    tops, ratios = [], []
+    for _ in range(n):
+        lead, head, top = row[0], above[0], rest[0]
+        tops.append(of_rest * top / (of_row * lead))
+        ratios.append(of_above * head / (of_row * lead))
+        padded = row + [0] * len(rest)
+        below = [above[j + 1] * lead - head * padded[j + 1] for j in range(len(above) - 1)]
+        rest = [rest[j + 1] * lead - top * padded[j + 1] for j in range(len(rest) - 1)]
+        common, shared = math.gcd(*below) or 1, math.gcd(*rest) or 1
+        above, row, rest = row, [b // common for b in below], [b // shared for b in rest]
+        of_above, of_row, of_rest = of_row, of_above * common / lead, of_rest * shared / lead
+    highest = Fraction(0)
+    for top, ratio in zip(reversed(tops), reversed(ratios), strict=True):
+        highest = top - ratio * highest
+    return (-1) ** (n - 1) * highest / d[n]

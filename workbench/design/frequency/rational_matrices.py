@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -98,19 +97,3 @@ def markov_parameters(A: Whole, B: Whole, C: Whole, count: int) -> list[Whole]:
         parameters.append(C @ moved)
         moved = A @ moved
     return parameters
-
-
-def eliminate(rows: Sequence[Sequence[int]]) -> list[list[int]]:
-    """The upper triangle of a matrix (n, n + 1) of whole numbers, without fractions (Bareiss).
-
-    Its leading minors must not be zero, as those of Hurwitz for a stable polynomial.
-    """
-    M, previous = [list(row) for row in rows], 1
-    for k in range(len(M) - 1):
-        for i in range(k + 1, len(M)):
-            head = M[i][k]
-            M[i] = [0] * (k + 1) + [
-                (M[k][k] * M[i][j] - head * M[k][j]) // previous for j in range(k + 1, len(M[i]))
-            ]
-        previous = M[k][k]
-    return M
