@@ -61,10 +61,13 @@ class TransferPolynomials:
                     polynomial[n - 1 - k] += rate * delta * entry
         return TransferPolynomials(numerators, d, gamma * beta * delta, rate, discrete)
 
+    def in_variable(self, p: Polynomial) -> Polynomial:
+        """A polynomial in S as one in s or z, with n + 1 coefficients."""
+        return stretch(p + [0] * (len(self.denominator) - len(p)), self.rate)
+
     def on_axis(self, p: Polynomial) -> Polynomial:
         """A polynomial in S as one in s, or in v for a discrete system, with n + 1 coefficients."""
-        p = stretch(p + [0] * (len(self.denominator) - len(p)), self.rate)
-        return bilinear(p) if self.discrete else p
+        return bilinear(self.in_variable(p)) if self.discrete else self.in_variable(p)
 
     @property
     def stable(self) -> bool:

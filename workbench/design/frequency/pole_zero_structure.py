@@ -7,11 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from workbench.design.frequency.certified_roots import certified_roots
-from workbench.design.frequency.rational_matrices import (
-    integer_characteristic_polynomial,
-    markov_parameters,
-    whole,
-)
+from workbench.design.frequency.gain_polynomials import TransferPolynomials
+from workbench.design.frequency.integer_polynomials import Polynomial
+from workbench.design.frequency.rational_matrices import markov_parameters, whole
 from workbench.design.frequency.zero_structure import RationalSystem
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex
@@ -21,6 +19,8 @@ from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
+
+MOST_CHANNELS = 6  # of a system whose determinant is expanded
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,27 +82,32 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     """
     A, B, C, D = state_space("pole_zero_structure", system)
     exact = RationalSystem.of(A, B, C, D)
-    minimal, reduced = exact.minimal(), exact.zero_dynamics()
-    invariant = _zeros(reduced)
+    minimal = exact.minimal()
+    transfer = TransferPolynomials.of(A, B, C, D, discrete=False)
+    invariant, rank = _zeros(exact, transfer)
     return PoleZeroStructure(
-        _poles(A),
+        _roots(transfer.in_variable(transfer.denominator)),
         invariant,
-        invariant if minimal.order == exact.order else _zeros(minimal.zero_dynamics()),
+        invariant if minimal.order == exact.order else _roots(minimal.zero_dynamics().zeros_polynomial()),
         minimal.order,
-        len(reduced.D),
+        rank,
         _relative_degree(A, B, C, D) if D.shape == (1, 1) else None,
     )
 
 
-def _poles(A: Array) -> Roots:
-    numbers, rate = whole(A)
-    polynomial = [c * rate**k for k, c in enumerate(integer_characteristic_polynomial(numbers))]
+def _zeros(exact: RationalSystem, transfer: TransferPolynomials) -> tuple[Roots, int]:
+    """The invariant zeros and the normal rank: of a square system with a determinant, the roots of that of the pencil."""
+    size = len(exact.D)
+    if size == exact.nu <= MOST_CHANNELS:
+        (determinant,) = transfer.minors()[-1].values()
+        if any(determinant):
+            return _roots(transfer.in_variable(determinant)), size
+    reduced = exact.zero_dynamics()
+    return _roots(reduced.zeros_polynomial()), len(reduced.D)
+
+
+def _roots(polynomial: Polynomial) -> Roots:
     values, multiplicities = certified_roots(polynomial)
-    return Roots(values, tuple(multiplicities))
-
-
-def _zeros(reduced: RationalSystem) -> Roots:
-    values, multiplicities = certified_roots(reduced.zeros_polynomial())
     return Roots(values, tuple(multiplicities))
 
 

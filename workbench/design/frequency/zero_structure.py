@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any
 
-from workbench.design.frequency.integer_polynomials import Polynomial
+import numpy as np
+
+from workbench.design.frequency.integer_polynomials import PRIME, Polynomial
 from workbench.design.frequency.rational_matrices import (
     Matrix,
     echelon,
@@ -51,6 +54,8 @@ class RationalSystem:
         coordinates, and what the others are in them stands in the rows of the basis.
         """
         n = self.order
+        if _reaches_all_modulo(self.A, self.B):
+            return self
         basis, pivots = _reachable(self.A, self.B, self.nu)
         if len(pivots) == n:
             return self
@@ -98,6 +103,30 @@ def _reachable(A: Matrix, B: Matrix, nu: int) -> tuple[Matrix, list[int]]:
             break
         news = product(basis, transposed, n)
     return basis, pivots
+
+
+def _reaches_all_modulo(A: Matrix, B: Matrix) -> bool:
+    """True if the inputs reach all states modulo a prime, and so exactly too; False proves nothing."""
+    if any(x.denominator % PRIME == 0 for row in (*A, *B) for x in row):
+        return False
+    n = len(A)
+    moves = np.array([[_residue(x) for x in row] for row in A], dtype=object).reshape(n, n)
+    news = [np.array([_residue(row[j]) for row in B], dtype=object) for j in range(len(B[0]) if B else 0)]
+    basis: dict[int, np.ndarray[Any, np.dtype[np.object_]]] = {}  # by the place of the first entry, which is 1
+    while news:
+        vector = news.pop()
+        for place in range(n):
+            if vector[place] and place in basis:
+                vector = (vector - vector[place] * basis[place]) % PRIME
+        first = next((i for i in range(n) if vector[i]), None)
+        if first is not None:
+            basis[first] = vector * pow(int(vector[first]), -1, PRIME) % PRIME
+            news.append(moves @ basis[first] % PRIME)
+    return len(basis) == n
+
+
+def _residue(x: Fraction) -> int:
+    return x.numerator * pow(x.denominator, -1, PRIME) % PRIME
 
 
 def _independent_outputs(system: RationalSystem) -> RationalSystem:
