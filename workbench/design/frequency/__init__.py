@@ -1,7 +1,7 @@
 """Figures of linear systems: norms, poles and zeros, each proved or with its error.
 
-The room knows systems of python-control and matrices, and no robot, law or loop by name. Read `hinf_norm.py` first; what is
-exact in it stands on `integer_polynomials.py` and `rational_matrices.py`.
+The room knows systems of python-control and matrices, and no robot, law or loop by name. Read `hinf_norm.py` first;
+what is exact in it stands on `integer_polynomials.py` and `rational_matrices.py`.
 """
 
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm

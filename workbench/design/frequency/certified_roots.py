@@ -85,8 +85,13 @@ def _aberth(p: Polynomial, places: int) -> list[complex] | None:
     Values of p are exact and the corrections doubles, so each step gains up to fifteen digits.
     """
     slope, n = derivative(p), len(p) - 1
-    points = [_point(2.0 ** (radius - math.floor(radius)) * cmath.exp(1j * (0.7 + 2 * math.pi * i / n)), math.floor(radius) + places)
-              for i, radius in enumerate(_hull_radii(p))]
+    points = [
+        _point(
+            2.0 ** (radius - math.floor(radius)) * cmath.exp(1j * (0.7 + 2 * math.pi * i / n)),
+            math.floor(radius) + places,
+        )
+        for i, radius in enumerate(_hull_radii(p))
+    ]
     for _ in range(STEPS):
         largest = 0.0
         for i, z in enumerate(points):

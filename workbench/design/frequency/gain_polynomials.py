@@ -11,7 +11,7 @@ where the unit circle is the imaginary axis; then x = tan(omega dt / 2)^2, and x
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import combinations
 
@@ -30,9 +30,11 @@ from workbench.design.frequency.integer_polynomials import (
     stretch,
 )
 from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, markov_parameters, whole
+from workbench.design.matrices import Refused
 from workbench.validation.refusals import Array
 
 BITS = 64  # of the largest singular value at one frequency, beyond those of a double
+LARGEST_EXPONENT = 1020  # of a norm that is a double
 Minors = dict[tuple[tuple[int, ...], tuple[int, ...]], Polynomial]
 
 
@@ -74,6 +76,14 @@ class TransferPolynomials:
         """True if every root of d, hidden modes included, lies inside the region of stability: decided exactly."""
         return is_hurwitz(self.on_axis(self.denominator))
 
+    def combined(self, weight: int) -> TransferPolynomials:
+        """The square system in which the last channel stands for all further ones too, by powers of a weight."""
+        rows, columns = len(self.numerators), len(self.numerators[0])
+        size = min(rows, columns)
+        numerators = [row[: size - 1] + [_weighted(row[size - 1 :], weight)] for row in self.numerators]
+        last = [_weighted([row[j] for row in numerators[size - 1 :]], weight) for j in range(size)]
+        return replace(self, numerators=[*numerators[: size - 1], last])
+
     def minors(self) -> list[Minors]:
         """The k x k minors of G times d, for k = 1 to min(ny, nu), each times K^k."""
         rows, columns = len(self.numerators), len(self.numerators[0])
@@ -95,6 +105,13 @@ class TransferPolynomials:
             part = multiply(self.numerators[below[0]][j], smaller[below[1:], rest])
             total = add(total, scale(part, -1 if place % 2 else 1))
         return quotient_by_monic(total, self.denominator)
+
+
+def _weighted(polynomials: list[Polynomial], weight: int) -> Polynomial:
+    total: Polynomial = []
+    for k, polynomial in enumerate(polynomials):
+        total = add(total, scale(polynomial, weight**k))
+    return total
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,11 +176,19 @@ def largest_square(values: list[int]) -> Fraction:
 
 
 def float_root(square: Fraction, up: bool) -> float:
-    """The square root as a double that is not larger, or, `up`, not smaller."""
+    """The square root as a double that is not larger, or, `up`, not smaller.
+
+    Raises
+    ------
+    Refused
+        If it is larger than any double.
+    """
     if square == 0:
         return 0.0
     exponent = 2 * ((160 - square.numerator.bit_length() + square.denominator.bit_length()) // 2)
     root = Fraction(math.isqrt(math.floor(square * Fraction(2) ** exponent)) + up) / Fraction(2) ** (exponent // 2)
+    if root.numerator.bit_length() - root.denominator.bit_length() > LARGEST_EXPONENT:
+        raise Refused("the norm is beyond 1e307, which is more than a double holds; choose other units.")
     near = float(root)
     wrong = near < root if up else near > root
     return float(np.nextafter(near, np.inf if up else 0.0)) if wrong else near

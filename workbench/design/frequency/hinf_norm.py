@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
 NARROW = Fraction(1, 10**12)  # the relative width of an enclosure
 WIDEST = Fraction(1, 10**9)
+LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meets a level
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
 
@@ -92,7 +94,9 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     if not transfer.stable:
         return PeakGain(np.inf, np.inf, np.nan, not_stable(A, discrete))
     low, high, x = _enclose(GainPolynomials.of(transfer), _candidates(A, discrete))
-    return PeakGain(float_root(low, up=False), float_root(high, up=True), _frequency(x, float(system.dt), discrete))
+    return PeakGain(
+        float_root(low, up=False), float_root(high, up=True), _frequency(x, system.dt if discrete else None)
+    )
 
 
 def not_stable(A: Array, discrete: bool) -> str:
@@ -114,24 +118,26 @@ def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:
 
 def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple[Fraction, Fraction, Fraction | None]:
     """The squares of both sides, and the x at which the lower one is reached."""
-    low, x, width = Fraction(-1), candidates[0], NARROW
+    low, x, width, bits = Fraction(-1), candidates[0], NARROW, LEAST_BITS
     for _ in range(LEVELS):
         squares = [largest_square(gains.at(candidate)) for candidate in candidates]
         best = max(range(len(squares)), key=squares.__getitem__)
         if squares[best] > low:
             low, x = squares[best], candidates[best]
+        elif bits < MOST_BITS:
+            bits *= 2
         else:
             width *= 4
         if low == 0 and not any(any(polynomial) for polynomial in gains.E[1:]):
             return low, low, x
         level = _rounded(low * (1 + 2 * width))
-        roots = positive_roots(gains.level(level))
+        roots = positive_roots(gains.level(level), bits)
         if not roots and exceeds(level, gains.at(None)) and exceeds(level, gains.at(Fraction(0))):
             return low, level, x
         if width > WIDEST:
             break
         ends = [Fraction(0), *(end for root in roots for end in root), 2 * roots[-1][1] if roots else Fraction(1)]
-        candidates = [(a + b) / 2 for a, b in zip(ends, ends[1:], strict=False)] + [Fraction(0), None]
+        candidates = [(a + b) / 2 for a, b in pairwise(ends)] + [Fraction(0), None]
     raise Refused(
         "`hinf_norm(system)` must enclose the norm within 1e-9, and did not; balance the system or choose other units."
     )
@@ -143,8 +149,8 @@ def _rounded(square: Fraction) -> Fraction:
     return unit * -(-square // unit)
 
 
-def _frequency(x: Fraction | None, dt: float, discrete: bool) -> float:
-    """The frequency [rad/s] of a value of x."""
-    if discrete:
+def _frequency(x: Fraction | None, dt: float | None) -> float:
+    """The frequency [rad/s] of a value of x, of a discrete system with this period; a period of True counts as 1 s."""
+    if dt is not None:
         return float(np.pi / dt) if x is None else 2 / dt * float(np.arctan(float_root(x, up=False)))
     return np.inf if x is None else float_root(x, up=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from workbench.design.frequency.certified_roots import certified_roots
 from workbench.design.frequency.gain_polynomials import TransferPolynomials
-from workbench.design.frequency.integer_polynomials import Polynomial
+from workbench.design.frequency.integer_polynomials import Polynomial, common_divisor
 from workbench.design.frequency.rational_matrices import markov_parameters, whole
 from workbench.design.frequency.zero_structure import RationalSystem
 from workbench.design.linear.operating_point import state_space
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import control
 
 MOST_CHANNELS = 6  # of a system whose determinant is expanded
+COMBINATIONS = (3, 7)  # powers of these weigh the outputs or inputs that are too many
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,8 +60,8 @@ class PoleZeroStructure:
 def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     """The poles and zeros of a system, continuous or discrete, with their multiplicities, for the doubles as written.
 
-    All ranks are taken in fractions, so that no tolerance decides what cancels: modes that are meant to cancel and do so
-    within rounding alone are seen as a pole and a zero near each other.
+    All ranks are exact, so that no tolerance decides what cancels: modes that cancel but for rounding are seen as a
+    pole and a zero near each other.
 
     Raises
     ------
@@ -96,12 +97,18 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
 
 
 def _zeros(exact: RationalSystem, transfer: TransferPolynomials) -> tuple[Roots, int]:
-    """The invariant zeros and the normal rank: of a square system with a determinant, the roots of that of the pencil."""
-    size = len(exact.D)
-    if size == exact.nu <= MOST_CHANNELS:
-        (determinant,) = transfer.minors()[-1].values()
-        if any(determinant):
-            return _roots(transfer.in_variable(determinant)), size
+    """The invariant zeros and the normal rank.
+
+    Of a square system with a determinant they are the roots of that of the pencil. A zero of a tall or wide system is
+    one of each system that combines its outputs or inputs: where two of these share none, there is none.
+    """
+    size = min(len(exact.D), exact.nu)
+    if size <= MOST_CHANNELS:
+        determinants = [transfer.combined(weights).minors()[-1].popitem()[1] for weights in COMBINATIONS]
+        if len(exact.D) == exact.nu and any(determinants[0]):
+            return _roots(transfer.in_variable(determinants[0])), size
+        if len(exact.D) != exact.nu and all(map(any, determinants)) and len(common_divisor(*determinants)) == 1:
+            return _roots([1]), size
     reduced = exact.zero_dynamics()
     return _roots(reduced.zeros_polynomial()), len(reduced.D)
 
@@ -112,7 +119,10 @@ def _roots(polynomial: Polynomial) -> Roots:
 
 
 def _relative_degree(A: Array, B: Array, C: Array, D: Array) -> float:
-    """The number of integrations (or periods) between input and output: the first of D, C B, C A B, ... that is not 0."""
+    """The number of integrations (or periods) between input and output, by the first of D, C B, ... that is not 0.
+
+    that is not zero.
+    """
     if D.any():
         return 0
     (a, _), (b, _), (c, _) = whole(A), whole(B), whole(C)

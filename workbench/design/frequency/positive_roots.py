@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 
 from workbench.design.frequency.integer_polynomials import Polynomial, shift, stretch, trim
 
@@ -12,7 +13,7 @@ Interval = tuple[Fraction, Fraction]
 def variations(p: Polynomial) -> int:
     """The number of changes of sign in a sequence of coefficients, zeros skipped: no fewer than its positive roots."""
     signs = [a > 0 for a in p if a]
-    return sum(a != b for a, b in zip(signs, signs[1:], strict=False))
+    return sum(a != b for a, b in pairwise(signs))
 
 
 def positive_roots(p: Polynomial, bits: int = 40) -> list[Interval]:

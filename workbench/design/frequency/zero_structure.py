@@ -61,9 +61,7 @@ class RationalSystem:
             return self
         spanned = transpose(basis, n)  # V, (n, rank)
         A = product([self.A[i] for i in pivots], spanned, len(pivots))
-        return RationalSystem(
-            A, [self.B[i] for i in pivots], product(self.C, spanned, len(pivots)), self.D, self.nu
-        )
+        return RationalSystem(A, [self.B[i] for i in pivots], product(self.C, spanned, len(pivots)), self.D, self.nu)
 
     def minimal(self) -> RationalSystem:
         """The part that its inputs reach and its outputs show."""
