@@ -1,9 +1,10 @@
-"""All roots of a polynomial with whole coefficients, with their multiplicities, each proved to the last digit of a double."""
+"""All roots of a polynomial with whole coefficients and their multiplicities, each proved to the digits of a double."""
 
 from __future__ import annotations
 
 import cmath
 import math
+from itertools import pairwise
 
 import numpy as np
 
@@ -72,7 +73,7 @@ def _hull_radii(p: Polynomial) -> list[float]:
         while len(hull) > 1 and _slope(hull[-2], hull[-1]) <= _slope(hull[-1], point):
             hull.pop()
         hull.append(point)
-    return [-_slope(a, b) for a, b in zip(hull, hull[1:], strict=False) for _ in range(b[0] - a[0])]
+    return [-_slope(a, b) for a, b in pairwise(hull) for _ in range(b[0] - a[0])]
 
 
 def _slope(a: tuple[int, float], b: tuple[int, float]) -> float:
@@ -166,8 +167,8 @@ def _correction(p: Polynomial, slope: Polynomial, points: list[Point], i: int, p
 def _proved(p: Polynomial, points: list[Point], places: int) -> list[complex] | None:
     """The points as doubles, if disks about them are small, disjoint, and so hold one root each.
 
-    The disk about z_i has the radius n |p(z_i) / (a_n prod (z_i - z_j))| (Smith 1970). A disk that reaches the real axis
-    is moved onto it: if it then holds one root, the root is real, as its conjugate lies in it too.
+    The disk about z_i has the radius n |p(z_i) / (a_n prod (z_i - z_j))| (Smith 1970). A disk that reaches the real
+    axis is moved onto it: if it then holds one root, the root is real, as its conjugate lies in it too.
     """
     doubles = [_double(z, places) for z in points]
     radii = _radii(p, points, places)

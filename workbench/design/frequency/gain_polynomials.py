@@ -2,10 +2,11 @@
 
     E_0(x) l^r - E_1(x) l^(r-1) + ... + (-1)^r E_r(x) = 0,     l = sigma^2,  x = omega^2,
 
-where E_0 = |d(j omega)|^2 for the characteristic polynomial d, and E_k is E_0 times the sum of the squared moduli of the
-k x k minors of G (Cauchy and Binet). For l = gamma^2 its left side is, up to a constant, the characteristic polynomial of
-the Hamiltonian matrix of Boyd and Balakrishnan at j omega. A discrete system is taken to v = (z - 1) / (z + 1) first,
-where the unit circle is the imaginary axis; then x = tan(omega dt / 2)^2, and x = infinity is Nyquist's frequency.
+where E_0 = |d(j omega)|^2 for the characteristic polynomial d, and E_k is E_0 times the sum of the squared moduli of
+the k x k minors of G (Cauchy and Binet). For l = gamma^2 its left side is, up to a constant, the characteristic
+polynomial of the Hamiltonian matrix of Boyd and Balakrishnan at j omega. A discrete system is taken to
+v = (z - 1) / (z + 1) first, where the unit circle is the imaginary axis; then x = tan(omega dt / 2)^2, and
+x = infinity is Nyquist's frequency.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ Minors = dict[tuple[tuple[int, ...], tuple[int, ...]], Polynomial]
 
 @dataclass(frozen=True, eq=False)
 class TransferPolynomials:
-    """G = N / (K d) with whole coefficients: N (ny, nu) and d in s or z, the constant K, and monic forms in S = rate s."""
+    """G = N / (K d) with whole coefficients: N (ny, nu) and the monic d, in S = rate s (or z), and a constant K."""
 
     numerators: list[list[Polynomial]]
     denominator: Polynomial

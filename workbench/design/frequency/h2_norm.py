@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.frequency.exact_systems import exact_state_space, not_stable
 from workbench.design.frequency.gain_polynomials import TransferPolynomials, float_root
-from workbench.design.frequency.hinf_norm import not_stable
 from workbench.design.frequency.integer_polynomials import Polynomial, add, multiply, scale, squared_modulus
-from workbench.design.linear.operating_point import state_space
 from workbench.validation.notebook_display import show
 from workbench.validation.signatures import door
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 @show
 class MeanGain:
-    """The H2 norm `value` of a system within `error`: root of the power of the outputs under white noise of unit density.
+    """The H2 norm `value` of a system within `error`: the root of the power of its outputs under unit white noise.
 
     It is infinite for a system that is not stable, and for a continuous one with a direct term; `reason` says which.
     """
@@ -44,6 +43,8 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     ------
     ValueError
         If the system is no `StateSpace` with finite matrices.
+    Refused
+        If the system has more than 40 states, or its norm is beyond a double.
 
     References
     ----------
@@ -54,7 +55,7 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     >>> wb.h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).value
     0.7071067811865476
     """
-    A, B, C, D = state_space("h2_norm", system)
+    A, B, C, D = exact_state_space("h2_norm", system)
     discrete = bool(system.isdtime(strict=True))
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
 from workbench.design.frequency.gain_polynomials import (
     GainPolynomials,
     TransferPolynomials,
@@ -17,8 +18,7 @@ from workbench.design.frequency.gain_polynomials import (
     largest_square,
 )
 from workbench.design.frequency.positive_roots import positive_roots
-from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import Refused, pole_text
+from workbench.design.matrices import Refused
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -63,8 +63,8 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
 
     Levels are raised as Bruinsma and Steinbuch do. The frequencies at which a singular value meets a level are the
     imaginary eigenvalues of a Hamiltonian (or symplectic) matrix; here they are found as roots of its characteristic
-    polynomial, which has whole coefficients, as doubles are rationals. So neither side of the enclosure rests on rounding:
-    below, a singular value at a frequency; above, a level that Descartes' rule proves to meet no singular value.
+    polynomial, which has whole coefficients, as doubles are rationals. So neither side of the enclosure rests on
+    rounding: below, a singular value at a frequency; above, a level that Descartes' rule proves to meet none.
     A system with a pole on the axis or beyond, hidden modes included, has an infinite norm.
 
     Raises
@@ -72,14 +72,14 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     ValueError
         If the system is no `StateSpace` with finite matrices.
     Refused
-        If no enclosure of 1e-9 is found.
+        If the system has more than 40 states or too many channels, or no enclosure of 1e-9 is found.
 
     References
     ----------
     Boyd and Balakrishnan (1990), A regularity result for the singular values of a transfer matrix and a quadratically
     convergent algorithm for computing its L-infinity norm, Systems and Control Letters 15.
-    Bruinsma and Steinbuch (1990), A fast algorithm to compute the H-infinity norm of a transfer function matrix, Systems
-    and Control Letters 14.
+    Bruinsma and Steinbuch (1990), A fast algorithm to compute the H-infinity norm of a transfer function matrix,
+    Systems and Control Letters 14.
 
     Examples
     --------
@@ -88,7 +88,8 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     >>> round(norm.value, 6), round(norm.peak, 6)
     (5000.000025, 1.0)
     """
-    A, B, C, D = state_space("hinf_norm", system)
+    A, B, C, D = exact_state_space("hinf_norm", system)
+    refuse_many_channels("hinf_norm", *D.shape)
     discrete = bool(system.isdtime(strict=True))
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:
@@ -97,14 +98,6 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     return PeakGain(
         float_root(low, up=False), float_root(high, up=True), _frequency(x, system.dt if discrete else None)
     )
-
-
-def not_stable(A: Array, discrete: bool) -> str:
-    """The sentence that names the pole which is nearest to instability, or beyond."""
-    poles = np.linalg.eigvals(A)
-    worst = complex(poles[(np.abs(poles) if discrete else poles.real).argmax()])
-    region = "inside the unit circle" if discrete else "left of the imaginary axis"
-    return f"the system is not stable: its pole near {pole_text(worst)} does not lie {region}"
 
 
 def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:

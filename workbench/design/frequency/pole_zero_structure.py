@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from workbench.design.frequency.certified_roots import certified_roots
+from workbench.design.frequency.exact_systems import exact_state_space
 from workbench.design.frequency.gain_polynomials import TransferPolynomials
 from workbench.design.frequency.integer_polynomials import Polynomial, common_divisor
 from workbench.design.frequency.rational_matrices import markov_parameters, whole
 from workbench.design.frequency.zero_structure import RationalSystem
-from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
@@ -68,7 +68,7 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     ValueError
         If the system is no `StateSpace` with finite matrices.
     Refused
-        If two different poles or zeros are too near to each other to be told apart in 2,048 binary digits.
+        If the system has more than 40 states, or two different poles or zeros are too near to each other to be told apart in 2,048 binary digits.
 
     References
     ----------
@@ -81,7 +81,7 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
     >>> wb.pole_zero_structure(tanks).transmission_zeros.values
     array([-3.+0.j])
     """
-    A, B, C, D = state_space("pole_zero_structure", system)
+    A, B, C, D = exact_state_space("pole_zero_structure", system)
     exact = RationalSystem.of(A, B, C, D)
     minimal = exact.minimal()
     transfer = TransferPolynomials.of(A, B, C, D, discrete=False)
@@ -119,10 +119,7 @@ def _roots(polynomial: Polynomial) -> Roots:
 
 
 def _relative_degree(A: Array, B: Array, C: Array, D: Array) -> float:
-    """The number of integrations (or periods) between input and output, by the first of D, C B, ... that is not 0.
-
-    that is not zero.
-    """
+    """The number of integrations (or periods) between input and output, by the first of D, C B, ... that is not 0."""
     if D.any():
         return 0
     (a, _), (b, _), (c, _) = whole(A), whole(B), whole(C)

@@ -51,7 +51,8 @@ def echelon(M: Matrix, columns: int) -> tuple[Matrix, list[int]]:
 
     Rows that are zero in these columns stand last, combined with the others in the same way.
     """
-    rows, pivots = [list(row) for row in M], []
+    rows = [list(row) for row in M]
+    pivots: list[int] = []
     for j in range(columns):
         at = len(pivots)
         candidates = [i for i in range(at, len(rows)) if rows[i][j]]
