@@ -20,9 +20,8 @@ def _system(case: dict[str, Any]) -> control.StateSpace:
     """The `StateSpace` of a case; empty lists are matrices without rows or columns."""
     D = np.array(case["D"], dtype=float)
     (ny, nu), n = D.shape, len(case["A"])
-    A, B, C = (
-        np.array(case[name], dtype=float).reshape(shape) for name, shape in zip("ABC", [(n, n), (n, nu), (ny, n)], strict=True)
-    )
+    shapes = {"A": (n, n), "B": (n, nu), "C": (ny, n)}
+    A, B, C = (np.array(case[name], dtype=float).reshape(shape) for name, shape in shapes.items())
     return control.ss(A, B, C, D, case["dt"] or 0, remove_useless_states=False)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.design.matrices import EPS, Complex, Refused
-from workbench.validation.refusals import Array, as_array, refusal
+from workbench.validation.refusals import as_array, refusal
 from workbench.validation.signatures import door
 
 
@@ -26,7 +26,7 @@ def condition_number(G: Any) -> float:
     >>> round(wb.condition_number(column), 1)
     141.7
     """
-    values: Array = np.linalg.svd(_gains("condition_number", G), compute_uv=False)
+    values = np.linalg.svd(_gains("condition_number", G), compute_uv=False)
     return float(values[0] / values[-1]) if values[-1] > EPS * max(values.shape) * values[0] else np.inf
 
 

@@ -34,8 +34,8 @@ def refuse_many_channels(call: str, ny: int, nu: int) -> None:
     minors = sum(math.comb(ny, k) * math.comb(nu, k) for k in range(1, min(ny, nu) + 1))
     if minors > MOST_MINORS:
         raise Refused(
-            f"`{call}(system)` expands every minor of the transfer matrix, at most {MOST_MINORS} of them; {ny} outputs by "
-            f"{nu} inputs have {minors}. Take fewer channels at a time."
+            f"`{call}(system)` expands every minor of the transfer matrix, at most {MOST_MINORS} of them; {ny} outputs "
+            f"by {nu} inputs have {minors}. Take fewer channels at a time."
         )
 
 

@@ -88,7 +88,8 @@ class TransferPolynomials:
     def minors(self) -> list[Minors]:
         """The k x k minors of G times d, for k = 1 to min(ny, nu), each times K^k."""
         rows, columns = len(self.numerators), len(self.numerators[0])
-        orders = [{((i,), (j,)): self.numerators[i][j] for i in range(rows) for j in range(columns)}]
+        first: Minors = {((i,), (j,)): self.numerators[i][j] for i in range(rows) for j in range(columns)}
+        orders = [first]
         for k in range(2, min(rows, columns) + 1):
             orders.append(
                 {

@@ -100,4 +100,4 @@ def _integral(c: Polynomial, d: Polynomial) -> Fraction:
     highest = Fraction(0)
     for top, ratio in zip(reversed(tops), reversed(ratios), strict=True):
         highest = top - ratio * highest
-    return (-1) ** (n - 1) * highest / d[n]
+    return (highest if n % 2 else -highest) / d[n]

@@ -130,7 +130,7 @@ def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple
         if width > WIDEST:
             break
         ends = [Fraction(0), *(end for root in roots for end in root), 2 * roots[-1][1] if roots else Fraction(1)]
-        candidates = [(a + b) / 2 for a, b in pairwise(ends)] + [Fraction(0), None]
+        candidates = [Fraction(0), None, *((a + b) / 2 for a, b in pairwise(ends))]
     raise Refused(
         "`hinf_norm(system)` must enclose the norm within 1e-9, and did not; balance the system or choose other units."
     )
