@@ -8,8 +8,6 @@ import pytest
 
 from workbench.design.frequency import pole_zero_structure
 
-flint = pytest.importorskip("flint")
-
 EXACT = 1e-14  # a root is proved to the last digits of a double
 
 
@@ -46,6 +44,7 @@ def random_degenerate(rng):
 
 def smith(A, B, C, D):
     """The rank of the system pencil and the greatest common divisor of its minors of that order."""
+    flint = pytest.importorskip("flint")
     n, M = len(A), np.block([[A, B], [C, D]]).astype(int)
     x = flint.fmpz_poly([0, 1])
     P = [[int(v) - x * (i == j < n) for j, v in enumerate(row)] for i, row in enumerate(M.tolist())]
@@ -60,6 +59,8 @@ def smith(A, B, C, D):
 
 
 def determinant(P):
+    """The determinant of a matrix of polynomials of flint, by its first row."""
+    flint = pytest.importorskip("flint")
     if not P:
         return flint.fmpz_poly([1])
     rests = ([row[:j] + row[j + 1 :] for row in P[1:]] for j in range(len(P)))
@@ -71,6 +72,7 @@ def determinant(P):
 def test_zeros_rank_and_order_are_those_of_all_minors_and_of_the_hankel_matrix(seed):
     A, B, C, D = random_degenerate(np.random.default_rng(seed))
     found = pole_zero_structure(plain(A, B, C, D))
+    flint = pytest.importorskip("flint")
     rank, divisor = smith(A, B, C, D)
     wanted = [complex(z) for factor, times in divisor.factor()[1] for z, _ in factor.complex_roots() * times]
     assert nearest_distance(found.invariant_zeros.values, wanted) < EXACT

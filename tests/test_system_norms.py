@@ -7,8 +7,6 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 
 from workbench.design.frequency import condition_number, h2_norm, hinf_norm, relative_gains
 
-flint = pytest.importorskip("flint")
-
 NARROW = 1.001e-12  # the width of an enclosure, and the rounding of its ends to doubles
 ROUNDING = 1e-12  # of a dense Lyapunov equation, or of a singular value on a grid
 
@@ -106,6 +104,8 @@ def test_the_hamiltonian_loses_its_imaginary_eigenvalues_inside_the_enclosure(se
 
 def _imaginary_eigenvalues(system, gamma):
     """The number of imaginary eigenvalues of the Hamiltonian without D, by flint's exact polynomial and its roots."""
+
+    flint = pytest.importorskip("flint")
 
     def exact(M):
         ratios = [[float(x).as_integer_ratio() for x in row] for row in M]
