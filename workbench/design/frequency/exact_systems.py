@@ -1,0 +1,47 @@
+"""Systems that are small enough for exact arithmetic, and the sentence that says why one is not stable."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.design.linear.operating_point import state_space
+from workbench.design.matrices import Refused, pole_text
+from workbench.validation.refusals import Array
+
+if TYPE_CHECKING:
+    import control
+
+MOST_STATES = 40  # some ten seconds; the time grows with the fifth power
+MOST_MINORS = 2000  # six inputs by six outputs have 923
+
+
+def exact_state_space(call: str, system: control.StateSpace) -> tuple[Array, Array, Array, Array]:
+    """A, B, C and D of a `StateSpace` with at most 40 states, all finite."""
+    A, B, C, D = state_space(call, system)
+    if len(A) > MOST_STATES:
+        raise Refused(
+            f"`{call}(system)` works in exact arithmetic, which takes seconds for {MOST_STATES} states and minutes for "
+            f"more; '{system.name}' has {len(A)}. Reduce its order first, by `control.balred` say."
+        )
+    return A, B, C, D
+
+
+def refuse_many_channels(call: str, ny: int, nu: int) -> None:
+    """Refuse a transfer matrix (ny, nu) with more minors than can be expanded."""
+    minors = sum(math.comb(ny, k) * math.comb(nu, k) for k in range(1, min(ny, nu) + 1))
+    if minors > MOST_MINORS:
+        raise Refused(
+            f"`{call}(system)` expands every minor of the transfer matrix, at most {MOST_MINORS} of them; {ny} outputs "
+            f"by {nu} inputs have {minors}. Take fewer channels at a time."
+        )
+
+
+def not_stable(A: Array, discrete: bool) -> str:
+    """The sentence that names the pole which is nearest to instability, or beyond."""
+    poles = np.linalg.eigvals(A)
+    worst = complex(poles[(np.abs(poles) if discrete else poles.real).argmax()])
+    region = "inside the unit circle" if discrete else "left of the imaginary axis"
+    return f"the system is not stable: its pole near {pole_text(worst)} does not lie {region}"

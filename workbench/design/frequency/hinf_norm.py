@@ -1,0 +1,149 @@
+"""The H-infinity norm of a stable linear system, proved from both sides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
+from workbench.design.frequency.gain_polynomials import (
+    GainPolynomials,
+    TransferPolynomials,
+    exceeds,
+    float_root,
+    largest_square,
+)
+from workbench.design.frequency.positive_roots import positive_roots
+from workbench.design.matrices import Refused
+from workbench.validation.notebook_display import show
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+if TYPE_CHECKING:
+    import control
+
+NARROW = Fraction(1, 10**12)  # the relative width of an enclosure
+WIDEST = Fraction(1, 10**9)
+LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meets a level
+LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class PeakGain:
+    """The largest singular value of a system over all frequencies: low <= norm <= high, both proved.
+
+    `peak` [rad/s] is a frequency at which a singular value is at least `low`: infinity where that is a limit, nan where
+    the norm is infinite, and `reason` then says why.
+    """
+
+    low: float
+    high: float
+    peak: float
+    reason: str = ""
+
+    @property
+    def value(self) -> float:
+        """The middle of the enclosure."""
+        return self.low if self.low == self.high else self.low + (self.high - self.low) / 2
+
+    @property
+    def error(self) -> float:
+        """The largest distance of the norm from `value`."""
+        return 0.0 if self.low == self.high else float(np.nextafter((self.high - self.low) / 2, np.inf))
+
+
+@door
+def hinf_norm(system: control.StateSpace) -> PeakGain:
+    """The H-infinity norm of a system, continuous or discrete, with a frequency that attains it.
+
+    Levels are raised as Bruinsma and Steinbuch do. The frequencies at which a singular value meets a level are the
+    imaginary eigenvalues of a Hamiltonian (or symplectic) matrix; here they are found as roots of its characteristic
+    polynomial, which has whole coefficients, as doubles are rationals. So neither side of the enclosure rests on
+    rounding: below, a singular value at a frequency; above, a level that Descartes' rule proves to meet none.
+    A system with a pole on the axis or beyond, hidden modes included, has an infinite norm.
+
+    Raises
+    ------
+    ValueError
+        If the system is no `StateSpace` with finite matrices.
+    Refused
+        If the system has more than 40 states or too many channels, or no enclosure of 1e-9 is found.
+
+    References
+    ----------
+    Boyd and Balakrishnan (1990), A regularity result for the singular values of a transfer matrix and a quadratically
+    convergent algorithm for computing its L-infinity norm, Systems and Control Letters 15.
+    Bruinsma and Steinbuch (1990), A fast algorithm to compute the H-infinity norm of a transfer function matrix,
+    Systems and Control Letters 14.
+
+    Examples
+    --------
+    >>> resonance = control.ss([[-0.0002, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 1.0]], 0.0)
+    >>> norm = wb.hinf_norm(resonance)
+    >>> round(norm.value, 6), round(norm.peak, 6)
+    (5000.000025, 1.0)
+    """
+    A, B, C, D = exact_state_space("hinf_norm", system)
+    refuse_many_channels("hinf_norm", *D.shape)
+    discrete = bool(system.isdtime(strict=True))
+    transfer = TransferPolynomials.of(A, B, C, D, discrete)
+    if not transfer.stable:
+        return PeakGain(np.inf, np.inf, np.nan, not_stable(A, discrete))
+    low, high, x = _enclose(GainPolynomials.of(transfer), _candidates(A, discrete))
+    return PeakGain(
+        float_root(low, up=False), float_root(high, up=True), _frequency(x, system.dt if discrete else None)
+    )
+
+
+def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:
+    """Values of x at which a peak is likely: zero, infinity, and the frequencies of the poles."""
+    poles = np.linalg.eigvals(A) if len(A) else np.zeros(0)
+    with np.errstate(all="ignore"):
+        squares = np.tan(np.angle(poles) / 2) ** 2 if discrete else np.concatenate([np.abs(poles), poles.imag]) ** 2
+    likely = np.unique(squares[np.isfinite(squares) & (squares > 0)])
+    return [Fraction(0), None, *map(Fraction, likely.tolist())]
+
+
+def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple[Fraction, Fraction, Fraction | None]:
+    """The squares of both sides, and the x at which the lower one is reached."""
+    low, x, width, bits = Fraction(-1), candidates[0], NARROW, LEAST_BITS
+    for _ in range(LEVELS):
+        squares = [largest_square(gains.at(candidate)) for candidate in candidates]
+        best = max(range(len(squares)), key=squares.__getitem__)
+        if squares[best] > low:
+            low, x = squares[best], candidates[best]
+        elif bits < MOST_BITS:
+            bits *= 2
+        else:
+            width *= 4
+        if low == 0 and not any(any(polynomial) for polynomial in gains.E[1:]):
+            return low, low, x
+        level = _rounded(low * (1 + 2 * width))
+        roots = positive_roots(gains.level(level), bits)
+        if not roots and exceeds(level, gains.at(None)) and exceeds(level, gains.at(Fraction(0))):
+            return low, level, x
+        if width > WIDEST:
+            break
+        ends = [Fraction(0), *(end for root in roots for end in root), 2 * roots[-1][1] if roots else Fraction(1)]
+        candidates = [Fraction(0), None, *((a + b) / 2 for a, b in pairwise(ends))]
+    raise Refused(
+        "`hinf_norm(system)` must enclose the norm within 1e-9, and did not; balance the system or choose other units."
+    )
+
+
+def _rounded(square: Fraction) -> Fraction:
+    """The square rounded up to 80 binary digits, so that the numbers of a polynomial stay short."""
+    unit = Fraction(2) ** (square.numerator.bit_length() - square.denominator.bit_length() - 80)
+    return unit * -(-square // unit)
+
+
+def _frequency(x: Fraction | None, dt: float | None) -> float:
+    """The frequency [rad/s] of a value of x, of a discrete system with this period; a period of True counts as 1 s."""
+    if dt is not None:
+        return float(np.pi / dt) if x is None else 2 / dt * float(np.arctan(float_root(x, up=False)))
+    return np.inf if x is None else float_root(x, up=False)
