@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.design.frequency.certified_values import CertifiedValue, enclosure, of_fractions, root_of
+from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
 from workbench.design.frequency.integer_polynomials import (
     Polynomial,
     add,
@@ -70,7 +70,8 @@ class AxisLoop:
     def _frequency_of(self, low: float, high: float) -> CertifiedValue:
         if self.period is None:
             return CertifiedValue(low, low, high)
-        return enclosure(*(2 * math.atan(omega) / self.period for omega in (low, high)), steps=3)
+        first, last = (2 * math.atan(omega) / self.period for omega in (low, high))
+        return enclosure(first, last, steps=3)
 
 
 def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, delay: float) -> AxisLoop:
@@ -209,7 +210,7 @@ def _delay(call: str, delay: float, period: float | None) -> Fraction:
     count = round(delay / period)
     if abs(delay - count * period) > 1e-12 * delay or count > LONGEST_DELAY:
         raise ValueError(
-            f"`{call}(delay=...)` of a discrete loop must be at most {LONGEST_DELAY} whole periods of {period:g} s; got "
-            f"{delay:g} s. Discretise the plant with its delay."
+            f"`{call}(delay=...)` of a discrete loop must be at most {LONGEST_DELAY} whole periods of {period:g} s; "
+            f"got {delay:g} s. Discretise the plant with its delay."
         )
     return Fraction(count)

@@ -54,20 +54,23 @@ def root_of(low: Fraction, high: Fraction) -> CertifiedValue:
 
 def square_root(x: Fraction) -> float:
     """The square root, right to the last place, of a fraction whose own size no double may have."""
-    if x <= 0:
+    return root_of_quotient(x.numerator, x.denominator)
+
+
+def root_of_quotient(top: int, bottom: int) -> float:
+    """The square root of a quotient of whole numbers, right to the last place."""
+    if top <= 0:
         return 0.0
-    places = BITS - x.numerator.bit_length() + x.denominator.bit_length()
+    places = BITS - top.bit_length() + bottom.bit_length()
     places += places % 2
-    scaled = (x.numerator << places) // x.denominator if places >= 0 else x.numerator // (x.denominator << -places)
+    scaled = (top << places) // bottom if places >= 0 else top // (bottom << -places)
     return math.ldexp(float(math.isqrt(scaled)), -places // 2)
 
 
-def angle(across: Fraction, along: Fraction) -> float:
-    """The angle of (along, across) in radians, right to three units in the last place, for fractions of any size."""
+def angle(across: int, along: int) -> float:
+    """The angle of (along, across) in radians, right to the last place but one, for whole numbers of any size."""
     size = max(abs(across), abs(along))
-    if size == 0:
-        return 0.0
-    return math.atan2(float(across / size), float(along / size))
+    return math.atan2(across / size, along / size) if size else 0.0
 
 
 def least(values: Iterable[CertifiedValue]) -> CertifiedValue:

@@ -9,7 +9,7 @@ from itertools import product
 
 from workbench.design.frequency.axis_loop import AxisLoop
 from workbench.design.frequency.certified_values import CertifiedValue, angle, of_fractions, root_of, square_root
-from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
+from workbench.design.frequency.integer_polynomials import add, scale, trim
 from workbench.design.frequency.isolated_roots import Root, at, bounds, isolated_roots
 from workbench.design.frequency.rational_peaks import ZERO
 from workbench.validation.notebook_display import show
@@ -20,7 +20,7 @@ ROUNDING = 1e-15  # relative, of an angle that is made of few operations
 @dataclass(frozen=True)
 @show
 class Crossover:
-    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin there: of phase in degrees, or a factor of gain."""
+    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin: of phase in degrees, or a factor of gain."""
 
     frequency: CertifiedValue
     margin: CertifiedValue
@@ -42,22 +42,23 @@ class UnitGain:
 def unit_gains(loop: AxisLoop) -> list[UnitGain]:
     """All places where |L| = 1, those at zero and infinity included; where |L| is one everywhere, these alone."""
     W = trim(add(loop.B, scale(loop.A, -1)))
-    places: list[Root | None] = [ZERO] if not W or W[0] == 0 else []
-    places += isolated_roots(W)
+    roots = isolated_roots(W)
+    places: list[Root | None] = [*([ZERO] if not W or W[0] == 0 else []), *roots]
     if len(W) < max(len(loop.A), len(loop.B)):
         places.append(None)
-    beyond = [_sign_beyond(W, root) for root in places]
+    signs, sign = {}, 1 if W and W[-1] > 0 else -1
+    for root in reversed(roots):
+        signs[root] = sign if root.multiplicity % 2 else 0
+        sign = sign if root.multiplicity % 2 == 0 else -sign
     return [
-        UnitGain(root, loop.top if root is None else loop.frequency(root), _phase(loop, root), sign)
-        for root, sign in zip(places, beyond, strict=True)
+        UnitGain(
+            root,
+            loop.top if root is None else loop.frequency(root),
+            _phase(loop, root),
+            0 if root is None else signs.get(root, 0),
+        )
+        for root in places
     ]
-
-
-def _sign_beyond(W: Polynomial, root: Root | None) -> int:
-    if root is None or root is ZERO or root.multiplicity % 2 == 0:
-        return 0
-    roots = [other for other in isolated_roots(W) if other.low > root.low and other.multiplicity % 2]
-    return (1 if W[-1] > 0 else -1) * (-1) ** len(roots)
 
 
 def _phase(loop: AxisLoop, root: Root | None) -> CertifiedValue:
@@ -65,18 +66,20 @@ def _phase(loop: AxisLoop, root: Root | None) -> CertifiedValue:
     if root is None or root is ZERO:
         real = loop.P[-1] if root is None else loop.P[0]
         return CertifiedValue(math.pi, math.pi, math.pi) if real > 0 else CertifiedValue(0.0, 0.0, 0.0)
-    middle = angle(*_turned(loop, at(loop.P, root.middle), at(loop.Q, root.middle), root.middle))
+    middle = _turned(at(loop.P, root.middle), at(loop.Q, root.middle), root.middle)
     P, Q = bounds(loop.P, root), bounds(loop.Q, root)
     if Q[0] <= 0 <= Q[1]:  # L is real here, as no other number is as near to the axis as 2^-BITS
         middle = math.pi if P[0] > 0 else 0.0
-    corners = [angle(*_turned(loop, p, q, x)) for p, q, x in product(P, Q, (root.low, root.high))]
+    corners = [_turned(p, q, x) for p, q, x in product(P, Q, (root.low, root.high))]
     offsets = [math.remainder(corner - middle, 2 * math.pi) for corner in corners]
     doubt = ROUNDING * math.pi
     return CertifiedValue(middle, middle + min(offsets) - doubt, middle + max(offsets) + doubt)
 
 
-def _turned(loop: AxisLoop, P: Fraction, Q: Fraction, x: Fraction) -> tuple[Fraction, Fraction]:
-    return -Q * Fraction(square_root(x)), -P
+def _turned(P: Fraction, Q: Fraction, x: Fraction) -> float:
+    """The angle of -(P + j omega Q)."""
+    across, along = -Q * Fraction(square_root(x)), -P
+    return angle(across.numerator * along.denominator, along.numerator * across.denominator)
 
 
 def real_crossovers(loop: AxisLoop) -> list[Crossover]:

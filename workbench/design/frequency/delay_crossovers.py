@@ -28,7 +28,7 @@ from workbench.design.matrices import Refused
 TURN = 2 * math.pi
 ROUNDING = 1e-15  # relative, of a phase
 MOST = 10_000  # crossovers in a list
-LAST = 1e300
+STEP = 6.0  # rad of the delay, no multiple of the angles at which a phase can turn
 
 
 def phase_crossovers(late: LateLoop, band: float) -> list[Crossover]:
@@ -52,7 +52,7 @@ def gain_limits(late: LateLoop) -> tuple[CertifiedValue, CertifiedValue]:
     lows += [margin for margin in at_zero if margin.value < 1]
     highs += [margin for margin in at_zero if margin.value > 1]
     for piece in _all_pieces(late):
-        if (targets := _targets(piece)) and piece.end < LAST:
+        if targets := _targets(piece):
             # on a piece with |L| > 1, or < 1, the crossover at the end where |L| is nearer to 1 counts
             start, end = piece.at(piece.start).rho, piece.at(piece.end).rho
             ends = (_crossover(piece, targets[k]).margin for k in (0, -1))
@@ -73,7 +73,7 @@ def _all_pieces(late: LateLoop) -> Iterator[Piece]:
     else:
         yield late.piece(0.0, last)
     while True:
-        end = last + max(last, TURN / float(late.loop.delay))
+        end = last + max(last, STEP / float(late.loop.delay))
         yield late.piece(last, end)
         last = end
 

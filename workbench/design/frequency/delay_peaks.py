@@ -23,7 +23,7 @@ NARROW = 1e-11  # relative gap at which the search ends
 ROUNDING = 1e-15  # relative, of |L| and of its phase
 MOST = 20_000  # intervals
 TERMS = 40  # of a power series, beyond the degree of its polynomials
-TURN = 2 * math.pi
+TURN, STEP = 2 * math.pi, 6.0  # rad: of a phase, and of the delay beyond the last cut
 
 
 @dataclass(frozen=True)
@@ -100,7 +100,7 @@ class _Search:
     def _halves(self, stretch: Stretch) -> list[Stretch]:
         start, end = stretch.start.omega, stretch.end.omega
         if stretch.piece is None:
-            piece = self.late.piece(start, start + max(start, TURN / float(self.late.loop.delay)))
+            piece = self.late.piece(start, start + max(start, STEP / float(self.late.loop.delay)))
             middle = piece.at(piece.end)
             return [Stretch(piece, stretch.start, middle), Stretch(None, middle, stretch.end)]
         middle = stretch.piece.at(math.sqrt(start * end) if 0 < 4 * start < end else start + (end - start) / 2)

@@ -11,9 +11,10 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import pairwise
 
 from workbench.design.frequency.axis_loop import AxisLoop
-from workbench.design.frequency.certified_values import angle, square_root
+from workbench.design.frequency.certified_values import angle, root_of_quotient, square_root
 from workbench.design.frequency.integer_polynomials import (
     Polynomial,
     add,
@@ -24,7 +25,7 @@ from workbench.design.frequency.integer_polynomials import (
     scale,
     trim,
 )
-from workbench.design.frequency.isolated_roots import Root, at, isolated_roots
+from workbench.design.frequency.isolated_roots import isolated_roots, ratio
 
 INSIDE = 1e-15  # relative: how far from a pole or zero on the axis the one-sided phase is taken
 
@@ -65,7 +66,7 @@ class LateLoop:
     def pieces(self, end: float) -> list[Piece]:
         """The pieces from 0 to a frequency in rad/s."""
         ends = [0.0, *(cut for cut in self.cuts if cut < end), end]
-        return [self.piece(start, stop) for start, stop in zip(ends, ends[1:], strict=False)]
+        return [self.piece(start, stop) for start, stop in pairwise(ends)]
 
     def piece(self, start: float, end: float) -> Piece:
         """The piece between two frequencies without a cut between them."""
@@ -79,26 +80,29 @@ class LateLoop:
 
     def _point(self, omega: float, start: float, end: float, centre: float) -> Point:
         x, delay = Fraction(omega) ** 2, float(self.loop.delay)
-        b = at(self.b[0], x) / at(self.b[1], x)
+        top, bottom = ratio(*self.b, x)
+        b = top / bottom
         if omega in self.singular:
             inside = omega * (1 + INSIDE if omega == start else 1 - INSIDE) if omega else end * 1e-12
             x = Fraction(inside) ** 2
-            turn, rho_slope = self._angle(x), math.copysign(math.inf, at(self.a[0], x) * at(self.a[1], x))
+            top, bottom = ratio(*self.a, x)
+            turn, rho_slope = self._angle(x), math.inf if (top > 0) == (bottom > 0) else -math.inf
             rho = rho_slope if omega == end else -rho_slope
         else:
             turn = self._angle(x)
-            A, B = at(self.loop.A, x), at(self.loop.B, x)
-            rho = math.log(square_root(A / B))
-            rho_slope = omega * float(at(self.a[0], x) / at(self.a[1], x))
+            rho = math.log(root_of_quotient(*ratio(self.loop.A, self.loop.B, x)))
+            top, bottom = ratio(*self.a, x)
+            rho_slope = omega * (top / bottom)
         turn = centre + math.remainder(turn - centre, 2 * math.pi)
         if omega == 0:  # L is real or imaginary there
             turn = round(turn / (math.pi / 2)) * (math.pi / 2)
-        return Point(omega, rho, turn - omega * delay, rho_slope, float(b) - delay)
+        return Point(omega, rho, turn - omega * delay, rho_slope, b - delay)
 
     def _angle(self, x: Fraction) -> float:
         """The phase of L without its delay, in (-pi, pi]."""
-        P, Q = at(self.loop.P, x), at(self.loop.Q, x)
-        return angle(Q * Fraction(square_root(x)), P)
+        top, bottom = ratio(self.loop.Q, self.loop.P, x)
+        omega = Fraction(square_root(x))
+        return angle(top * omega.numerator, bottom * omega.denominator)
 
 
 def late_loop(loop: AxisLoop) -> LateLoop:

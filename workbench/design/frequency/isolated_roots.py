@@ -65,6 +65,13 @@ def bounds(p: Polynomial, root: Root) -> tuple[Fraction, Fraction]:
     return at(rising, low) - at(falling, high), at(rising, high) - at(falling, low)
 
 
+def ratio(p: Polynomial, q: Polynomial, x: Fraction) -> tuple[int, int]:
+    """Two whole numbers in the proportion of p(x) to q(x)."""
+    top, bottom = _numerator(p, x), _numerator(q, x)
+    excess = len(q) - len(p)
+    return (top * x.denominator**excess, bottom) if excess > 0 else (top, bottom * x.denominator**-excess)
+
+
 def _numerator(p: Polynomial, x: Fraction) -> int:
     """The whole number p(x) d^n of the denominator d of x."""
     total, power = 0, 1

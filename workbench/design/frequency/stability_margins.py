@@ -41,7 +41,7 @@ from workbench.validation.signatures import door
 if TYPE_CHECKING:
     import control
 
-TURNS = 10  # of the delay that the list of phase crossovers has without a `band`
+LAG = 64.0  # rad of the delay, up to which phase crossovers are listed without a `band`
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ def stability_margins(
 
 def _band(loop: AxisLoop, gains: list[tuple[UnitGain, Crossover]]) -> float:
     last = max((gain.frequency.value for gain, _ in gains), default=0.0)
-    return max(2 * math.pi * TURNS / float(loop.delay), 2 * last)
+    return max(LAG / float(loop.delay), 2 * last)
 
 
 def _remarks(loop: AxisLoop) -> tuple[str, ...]:
@@ -186,8 +186,10 @@ def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue]:
     both = add(loop.A, loop.B)
     closed, opposed = trim(add(both, scale(loop.P, 2))), trim(add(both, scale(loop.P, -2)))
     balance = _peak(loop, opposed, closed).gain
-    disk = CertifiedValue(2 / balance.value, *(2 / part for part in (balance.high, balance.low)))
-    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), enclosure_of(disk)
+    disk = INFINITE  # L is one at every frequency
+    if balance.value:
+        disk = enclosure_of(CertifiedValue(2 / balance.value, 2 / balance.high, 2 / balance.low))
+    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), disk
 
 
 def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
