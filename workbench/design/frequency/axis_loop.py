@@ -14,7 +14,6 @@ from workbench.design.frequency.integer_polynomials import (
     Polynomial,
     add,
     bilinear,
-    common_divisor,
     divide,
     mirror,
     multiply,
@@ -23,6 +22,7 @@ from workbench.design.frequency.integer_polynomials import (
     trim,
 )
 from workbench.design.frequency.isolated_roots import Root
+from workbench.design.frequency.polynomial_ratios import lowest_terms
 from workbench.design.matrices import Refused
 from workbench.validation.refusals import Array
 
@@ -104,8 +104,8 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
             f"`{call}(loop=...)` must be well-posed; here 1 + L is zero at infinity, so the feedback is an algebraic "
             "loop without a solution. Add a pole or a period of delay."
         )
-    hidden = common_divisor(numerator, denominator) if numerator else denominator
-    N, D = (numerator, denominator) if len(hidden) == 1 else (_quotient(numerator, hidden, denominator))
+    N, D = lowest_terms(numerator, denominator)
+    hidden = [1] if len(D) == len(denominator) else divide(denominator, D)
     if period is not None:
         N, D = (bilinear(p + [0] * (len(D) - len(p))) for p in (N, D))
         hidden = bilinear(hidden)
@@ -118,15 +118,6 @@ def _moduli(N: Polynomial, D: Polynomial) -> tuple[Polynomial, Polynomial, Polyn
     P = add(multiply(n_even, d_even), [0, *multiply(n_odd, d_odd)])
     Q = add(multiply(n_odd, d_even), scale(multiply(n_even, d_odd), -1))
     return trim(squared_modulus(N)), trim(squared_modulus(D)), trim(P), trim(Q)
-
-
-def _quotient(numerator: Polynomial, hidden: Polynomial, denominator: Polynomial) -> tuple[Polynomial, Polynomial]:
-    """N and D without their common divisor, in the same proportion as before."""
-    if not numerator:
-        return [], [1]
-    N, D = divide(numerator, hidden), divide(denominator, hidden)
-    ratio = Fraction(numerator[-1] * D[-1], denominator[-1] * N[-1])
-    return scale(N, ratio.numerator), scale(D, ratio.denominator)
 
 
 def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:

@@ -15,17 +15,9 @@ from itertools import pairwise
 
 from workbench.design.frequency.axis_loop import AxisLoop
 from workbench.design.frequency.certified_values import angle, root_of_quotient, square_root
-from workbench.design.frequency.integer_polynomials import (
-    Polynomial,
-    add,
-    common_divisor,
-    derivative,
-    divide,
-    multiply,
-    scale,
-    trim,
-)
+from workbench.design.frequency.integer_polynomials import add, derivative, multiply, scale
 from workbench.design.frequency.isolated_roots import isolated_roots, ratio
+from workbench.design.frequency.polynomial_ratios import Ratio, lowest_terms, slope_numerator
 
 INSIDE = 1e-15  # relative: how far from a pole or zero on the axis the one-sided phase is taken
 
@@ -48,9 +40,6 @@ class Piece:
     start: float
     end: float
     at: Callable[[float], Point]
-
-
-Ratio = tuple[Polynomial, Polynomial]
 
 
 @dataclass(frozen=True)
@@ -109,11 +98,11 @@ def late_loop(loop: AxisLoop) -> LateLoop:
     """The loop with its cuts; `loop` has a delay and no zero numerator."""
     A, B, P, Q, delay = loop.A, loop.B, loop.P, loop.Q, loop.delay
     AB = multiply(A, B)
-    a = _lowest(_wronskian(A, B), AB)
+    a = lowest_terms(slope_numerator(A, B), AB)
     Q_slope, P_slope = add(Q, [0, *scale(derivative(Q), 2)]), [0, *scale(derivative(P), 2)]
-    b = _lowest(add(multiply(P, Q_slope), scale(multiply(Q, P_slope), -1)), AB)
+    b = lowest_terms(add(multiply(P, Q_slope), scale(multiply(Q, P_slope), -1)), AB)
     falling = add(scale(b[0], delay.denominator), scale(b[1], -delay.numerator))
-    a_slope, b_slope = (_wronskian(*ratio) for ratio in (a, b))
+    a_slope, b_slope = (slope_numerator(*pair) for pair in (a, b))
     # rho' = omega a falls and rises where a + 2 x a' = 0
     a_turn = add(multiply(*a), [0, *scale(a_slope, 2)])
     parts = [A, B, P, Q, add(A, scale(B, -1)), a[0], a[1], b[0], b[1], falling, a_turn, b_slope]
@@ -122,19 +111,3 @@ def late_loop(loop: AxisLoop) -> LateLoop:
     if A[0] == 0 or B[0] == 0:
         singular.add(0.0)
     return LateLoop(loop, a, b, tuple(sorted(cuts)), frozenset(singular))
-
-
-def _wronskian(F: Polynomial, G: Polynomial) -> Polynomial:
-    """F' G - F G', the numerator of the slope of F / G."""
-    return trim(add(multiply(derivative(F), G), scale(multiply(F, derivative(G)), -1)))
-
-
-def _lowest(F: Polynomial, G: Polynomial) -> Ratio:
-    """F / G in lowest terms."""
-    F = trim(F)
-    if not F:
-        return [], [1]
-    shared = common_divisor(F, G)
-    f, g = divide(F, shared), divide(G, shared)
-    ratio = Fraction(F[-1] * g[-1], G[-1] * f[-1])
-    return scale(f, ratio.numerator), scale(g, ratio.denominator)

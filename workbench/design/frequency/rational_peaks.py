@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from workbench.design.frequency.integer_polynomials import Polynomial, add, derivative, multiply, scale, trim
+from workbench.design.frequency.integer_polynomials import Polynomial, trim
 from workbench.design.frequency.isolated_roots import Root, at, bounds, isolated_roots
+from workbench.design.frequency.polynomial_ratios import slope_numerator
 
 ZERO = Root(Fraction(0), Fraction(0))
 
@@ -28,8 +29,7 @@ def largest_ratio(F: Polynomial, G: Polynomial) -> SquaredPeak:
     """
     if not trim(F):
         return SquaredPeak(Fraction(0), Fraction(0), ZERO)
-    slope = trim(add(multiply(derivative(F), G), scale(multiply(F, derivative(G)), -1)))
-    candidates = [_value(F, G, root) for root in (ZERO, *isolated_roots(slope))]
+    candidates = [_value(F, G, root) for root in (ZERO, *isolated_roots(slope_numerator(F, G)))]
     if len(F) == len(G):
         limit = Fraction(F[-1], G[-1])
         candidates.append(SquaredPeak(limit, limit, None))
