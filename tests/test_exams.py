@@ -444,3 +444,29 @@ def test_an_exam_of_plants_is_sat_case_by_case(tmp_path, rest, says):
     (tmp_path / "tanks" / "visible.json").write_text("{}", encoding="utf-8")
     (verdict,) = sit(tmp_path)
     assert verdict.line.startswith(f"tanks/plants: {says}")
+
+
+DESIGNS = """
+def load_designs(path):
+    import json
+    return json.load(open(path))
+
+def grade_designs(solve, cases):
+    right = [abs(float(solve(case)["gain_high"]) - case["gain_high"]) < 1e-12 for case in cases]
+    lines = [f"{case['id']}: {'right' if good else 'wrong, missed gain_high'}" for case, good in zip(cases, right)]
+    counts = {"margins": {"right": sum(right), **({"wrong": right.count(False)} if False in right else {})}}
+    return dict(lines=lines, counts=counts, passed=all(right))
+"""
+
+
+@pytest.mark.parametrize(("gain", "says"), [("4", "1 of 1 right"), ("5", "MISSED, 0 of 1 right, 1 wrong; one: wrong")])
+def test_an_exam_of_designs_has_a_part_for_each_kind_and_one_without_a_solver_is_not_sat(tmp_path, gain, says):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "grade.py").write_text(DESIGNS, encoding="utf-8")
+    given = '"id": "one", "kind": "margins", "num": [0.5], "den": [1, -1], "dt": 1.0, "delay": 0.0'
+    cases = f'[{{{given}, "gain_high": {gain}}}, {{"id": "two", "kind": "mu"}}]'
+    (tmp_path / "figures" / "visible.json").write_text(cases, encoding="utf-8")
+    verdicts = {verdict.line.partition(":")[0]: verdict for verdict in sit(tmp_path)}
+    assert verdicts["figures/margins"].line.startswith(f"figures/margins: {says}")
+    assert verdicts["figures/mu"].line == "figures/mu: not sat, it has no solver here"
+    assert verdicts["figures/mu"].passed is None

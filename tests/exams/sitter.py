@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import dre, durability, equations, ode, planar, plants, riccati, rigid, scales, sensitivity
+from . import design, dre, durability, equations, ode, planar, plants, riccati, rigid, scales, sensitivity
 from .graders import Grader, Loaded, find, loaded
 
 # What an exam asks for, by a function that only its grader has.
@@ -58,6 +58,10 @@ def _sit(grader: Grader) -> Iterator[Verdict]:
     if plants.asked(grader):
         known = True
         yield _run(grader, "plants", plants.plants)
+    if design.asked(grader):
+        known = True
+        for name, part in design.parts():
+            yield _run(grader, name, part)
     if not known:
         yield Verdict(None, f"unknown: {grader.name} (its grader asks for nothing that is known here)")
 
@@ -75,8 +79,8 @@ def _dynamics(grader: Grader) -> Iterator[Verdict]:
         yield _run(grader, name, part)
 
 
-def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool, str]]) -> Verdict:
-    """One part of an exam; a grader or an answer that breaks is a missed bar, in a sentence."""
+def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool | None, str]]) -> Verdict:
+    """One part of an exam, missed (False) or not sat (None); a grader or an answer that breaks is a missed bar."""
     printed = ""
     try:
         with loaded(grader) as exam:
@@ -86,4 +90,4 @@ def _run(grader: Grader, name: str, part: Callable[[Loaded], tuple[bool, str]]) 
                 printed = exam.printed.getvalue()
     except (Exception, SystemExit) as error:  # a foreign program: whatever it raises is its answer
         return Verdict(False, f"{grader.name}/{name}: MISSED, it broke: {type(error).__name__}: {error}", printed)
-    return Verdict(passed, f"{grader.name}/{name}: {'' if passed else 'MISSED, '}{figure}", printed)
+    return Verdict(passed, f"{grader.name}/{name}: {'MISSED, ' if passed is False else ''}{figure}", printed)

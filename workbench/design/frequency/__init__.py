@@ -1,22 +1,47 @@
-"""Figures of linear systems: norms, poles and zeros, each proved or with its error.
+"""Figures of linear systems: margins, norms, poles and zeros, and sampled loops, each proved or with its error.
 
-The room knows systems of python-control and matrices, and no robot, law or loop by name. Read `hinf_norm.py` first;
-what is exact in it stands on `integer_polynomials.py` and `rational_matrices.py`.
+The room knows arrays and systems of python-control, and no robot, law or loop by name. Read `stability_margins.py`
+first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer. What is exact stands on
+`integer_polynomials.py` and `rational_matrices.py`.
 """
 
+from workbench.design.frequency.certified_values import CertifiedValue
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
+from workbench.design.frequency.crossovers import Crossover
+from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
 from workbench.design.frequency.hinf_norm import PeakGain, hinf_norm
+from workbench.design.frequency.hold_loop import HoldLoop, HoldResponse, hold_loop
+from workbench.design.frequency.multirate import LiftedLoop, common_period, lift_rates
+from workbench.design.frequency.period_poles import PeriodPoles
 from workbench.design.frequency.pole_zero_structure import PoleZeroStructure, Roots, pole_zero_structure
+from workbench.design.frequency.row_responses import RowResponses, row_responses
+from workbench.design.frequency.stability_margins import Peak, StabilityMargins, StableMargins, stability_margins
 
 __all__ = [
+    "CertifiedValue",
+    "Crossover",
+    "HoldLoop",
+    "HoldResponse",
+    "LiftedLoop",
     "MeanGain",
+    "Peak",
     "PeakGain",
+    "PeriodPoles",
     "PoleZeroStructure",
     "Roots",
+    "RowResponses",
+    "StabilityMargins",
+    "StableMargins",
+    "c2d",
+    "common_period",
     "condition_number",
     "h2_norm",
     "hinf_norm",
+    "hold_loop",
+    "lift_rates",
     "pole_zero_structure",
     "relative_gains",
+    "row_responses",
+    "stability_margins",
 ]

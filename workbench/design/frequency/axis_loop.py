@@ -1,0 +1,207 @@
+"""A one-channel loop L on the imaginary axis in exact polynomials of x = omega^2; the unit circle is mapped to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
+from workbench.design.frequency.integer_polynomials import (
+    Polynomial,
+    add,
+    bilinear,
+    divide,
+    mirror,
+    multiply,
+    scale,
+    squared_modulus,
+    trim,
+)
+from workbench.design.frequency.isolated_roots import Root
+from workbench.design.frequency.polynomial_ratios import lowest_terms
+from workbench.design.matrices import Refused
+from workbench.validation.refusals import Array
+
+if TYPE_CHECKING:
+    import control
+
+MOST_STATES = 40  # beyond which the exact polynomials take minutes
+LONGEST_DELAY = 200  # periods
+
+
+@dataclass(frozen=True)
+class AxisLoop:
+    """L = (P + j omega Q) / B exp(-j omega delay), |L|^2 = A / B; in z, omega stands for tan(omega period / 2).
+
+    `closed` is N + D before common factors are cancelled, `numerator` and `denominator` are N and D after. All are
+    polynomials with whole coefficients, of s or v and of x = omega^2, lowest power first.
+    """
+
+    numerator: Polynomial
+    denominator: Polynomial
+    hidden: Polynomial
+    degree: int
+    A: Polynomial
+    B: Polynomial
+    P: Polynomial
+    Q: Polynomial
+    period: float | None
+    delay: Fraction
+
+    @property
+    def closed(self) -> Polynomial:
+        """The characteristic polynomial N + D of the closed loop without its delay, hidden modes included."""
+        return trim(multiply(self.hidden, add(self.numerator, self.denominator)))
+
+    @property
+    def top(self) -> CertifiedValue:
+        """The frequency in rad/s at which x is infinite: infinity, or that of Nyquist."""
+        return self._frequency_of(math.inf, math.inf)
+
+    def frequency(self, root: Root) -> CertifiedValue:
+        """The frequency in rad/s that belongs to a value of x."""
+        omega = root_of(root.low, root.high)
+        return omega if self.period is None else self._frequency_of(omega.low, omega.high)
+
+    def _frequency_of(self, low: float, high: float) -> CertifiedValue:
+        if self.period is None:
+            return CertifiedValue(low, low, high)
+        first, last = (2 * math.atan(omega) / self.period for omega in (low, high))
+        return enclosure(first, last, steps=3)
+
+
+def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, delay: float) -> AxisLoop:
+    """The polynomials of a loop with one channel, exactly those of its doubles.
+
+    Raises
+    ------
+    ValueError
+        If it has several channels, no finite numbers, more zeros than poles, or no denominator; if the delay is
+        negative, or of a discrete loop no multiple of its period.
+    Refused
+        If 1 + L is zero at infinity, or the loop has more than `MOST_STATES` states.
+    """
+    numerator, denominator = _coefficients(call, loop)
+    if not denominator:
+        raise ValueError(f"`{call}(loop=...)` must have a denominator that is not zero; got 0.")
+    if len(numerator) > len(denominator):
+        raise ValueError(
+            f"`{call}(loop=...)` must be proper, so that it has an answer at infinity; its numerator has degree "
+            f"{len(numerator) - 1}, its denominator {len(denominator) - 1}. Add the poles that the hardware has."
+        )
+    period = _period(call, loop)
+    late = _delay(call, delay, period)
+    if period is not None:
+        denominator, late = [0] * int(late) + denominator, Fraction(0)
+    degree = len(denominator) - 1
+    whole = trim(add(numerator, denominator))
+    if len(whole) <= degree and not late:
+        raise Refused(
+            f"`{call}(loop=...)` must be well-posed; here 1 + L is zero at infinity, so the feedback is an algebraic "
+            "loop without a solution. Add a pole or a period of delay."
+        )
+    N, D = lowest_terms(numerator, denominator)
+    hidden = [1] if len(D) == len(denominator) else divide(denominator, D)
+    if period is not None:
+        N, D = (bilinear(p + [0] * (len(D) - len(p))) for p in (N, D))
+        hidden = bilinear(hidden)
+    return AxisLoop(trim(N), trim(D), trim(hidden), degree, *_moduli(trim(N), trim(D)), period, late)
+
+
+def _moduli(N: Polynomial, D: Polynomial) -> tuple[Polynomial, Polynomial, Polynomial, Polynomial]:
+    """A = |N|^2, B = |D|^2, and P, Q of N(j omega) D(-j omega) = P + j omega Q."""
+    (n_even, n_odd), (d_even, d_odd) = ((mirror(p[0::2]), mirror(p[1::2])) for p in (N, D))
+    P = add(multiply(n_even, d_even), [0, *multiply(n_odd, d_odd)])
+    Q = add(multiply(n_odd, d_even), scale(multiply(n_even, d_odd), -1))
+    return trim(squared_modulus(N)), trim(squared_modulus(D)), trim(P), trim(Q)
+
+
+def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
+    """Numerator and denominator as whole numbers."""
+    import control
+
+    if loop.ninputs != 1 or loop.noutputs != 1:
+        raise ValueError(
+            f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "
+            "one of them by `one_loop`."
+        )
+    if isinstance(loop, control.TransferFunction):
+        parts = [np.asarray(p[0][0], dtype=float)[::-1] for p in (loop.num, loop.den)]
+        _refuse_states(call, len(parts[1]) - 1)
+        _refuse_numbers(call, parts)
+        common = 1
+        exact = [[Fraction(float(a)) for a in p] for p in parts]
+        for a in [a for p in exact for a in p]:
+            common = max(common, a.denominator)
+        numerator, denominator = ([int(a * common) for a in p] for p in exact)
+        return trim(numerator), trim(denominator)
+    matrices = [np.asarray(M, dtype=float) for M in (loop.A, loop.B, loop.C, loop.D)]
+    _refuse_states(call, len(matrices[0]))
+    _refuse_numbers(call, matrices)
+    return _transfer(*matrices)
+
+
+def _transfer(A: Array, B: Array, C: Array, D: Array) -> tuple[Polynomial, Polynomial]:
+    """Numerator and denominator of C (s I - A)^-1 B + D (Faddeev and LeVerrier), modes that cancel included."""
+    common = max((Fraction(float(a)).denominator for M in (A, B, C, D) for a in M.ravel()), default=1)
+    A_, B_, C_, D_ = (
+        np.array([int(Fraction(float(a)) * common) for a in M.ravel()], dtype=object).reshape(M.shape)
+        for M in (A, B, C, D)
+    )
+    n = len(A_)
+    denominator, numerator = [1], []
+    M = np.array([[int(i == j) for j in range(n)] for i in range(n)], dtype=object).reshape(n, n)
+    for k in range(1, n + 1):  # of common s, highest power first
+        numerator.append(int((C_ @ M @ B_)[0, 0]))
+        AM = A_ @ M
+        denominator.append(-int(sum(AM[i, i] for i in range(n))) // k)
+        M = AM + denominator[-1] * np.array([[int(i == j) for j in range(n)] for i in range(n)], dtype=object)
+    feedthrough = int(D_[0, 0])
+    # C B / common^2 over s, with s = s' / common: one common is left, as in D
+    top = [feedthrough, *(feedthrough * d + c for c, d in zip(numerator, denominator[1:], strict=True))]
+    powers = [common**k for k in range(n, -1, -1)]
+    return (
+        trim([a * p for a, p in zip(top, powers, strict=True)][::-1]),
+        trim([common * a * p for a, p in zip(denominator, powers, strict=True)][::-1]),
+    )
+
+
+def _refuse_states(call: str, states: int) -> None:
+    if states > MOST_STATES:
+        raise Refused(
+            f"`{call}(loop=...)` must have at most {MOST_STATES} states, as its polynomials are exact; got {states}. "
+            "Reduce it first, or ask `loop_margins`, which is not exact."
+        )
+
+
+def _refuse_numbers(call: str, parts: list[Array]) -> None:
+    if not all(np.isfinite(p).all() for p in parts):
+        raise ValueError(f"`{call}(loop=...)` must have finite numbers; got nan or an infinity.")
+
+
+def _period(call: str, loop: Any) -> float | None:
+    """The period in s of a discrete loop, None for a continuous one."""
+    if not loop.dt:
+        return None
+    if loop.dt is True:
+        raise ValueError(f"`{call}(loop=...)` must have a period in s, or be continuous (dt = 0); got dt = True.")
+    return float(loop.dt)
+
+
+def _delay(call: str, delay: float, period: float | None) -> Fraction:
+    """The delay in s, or in periods of a discrete loop."""
+    if not (math.isfinite(delay) and delay >= 0):
+        raise ValueError(f"`{call}(delay=...)` must be finite and not negative, as no loop foresees; got {delay:g} s.")
+    if period is None or delay == 0:
+        return Fraction(delay)
+    count = round(delay / period)
+    if abs(delay - count * period) > 1e-12 * delay or count > LONGEST_DELAY:
+        raise ValueError(
+            f"`{call}(delay=...)` of a discrete loop must be at most {LONGEST_DELAY} whole periods of {period:g} s; "
+            f"got {delay:g} s. Discretise the plant with its delay."
+        )
+    return Fraction(count)

@@ -1,0 +1,113 @@
+"""The axis cut where the gain or the phase of a loop with a delay turns, so that both are monotonic in between.
+
+With L = exp(rho + j phi), rho' = omega a(x) and phi' = b(x) - delay, where a and b are rational functions of
+x = omega^2. The axis is cut at the real roots of the polynomials that decide their signs and their slopes, and the
+sign of Re L and Im L without the delay; so values at two ends bound rho, phi and their slopes between them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import pairwise
+
+from workbench.design.frequency.axis_loop import AxisLoop
+from workbench.design.frequency.certified_values import angle, root_of_quotient, square_root
+from workbench.design.frequency.integer_polynomials import add, derivative, multiply, scale
+from workbench.design.frequency.isolated_roots import isolated_roots, ratio
+from workbench.design.frequency.polynomial_ratios import Ratio, lowest_terms, slope_numerator
+
+INSIDE = 1e-15  # relative: how far from a pole or zero on the axis the one-sided phase is taken
+
+
+@dataclass(frozen=True)
+class Point:
+    """rho, phi and their slopes at a frequency omega in rad/s; rho and its slope are infinite at poles and zeros."""
+
+    omega: float
+    rho: float
+    phi: float
+    rho_slope: float
+    phi_slope: float
+
+
+@dataclass(frozen=True)
+class Piece:
+    """An open interval of frequencies in rad/s on which rho, phi and their slopes are monotonic; `at` gives a point."""
+
+    start: float
+    end: float
+    at: Callable[[float], Point]
+
+
+@dataclass(frozen=True)
+class LateLoop:
+    """A loop with a delay: its slopes rho' / omega and phi' + delay as ratios, and the places where it is cut."""
+
+    loop: AxisLoop
+    a: Ratio
+    b: Ratio
+    cuts: tuple[float, ...]
+    singular: frozenset[float]
+
+    def pieces(self, end: float) -> list[Piece]:
+        """The pieces from 0 to a frequency in rad/s."""
+        ends = [0.0, *(cut for cut in self.cuts if cut < end), end]
+        return [self.piece(start, stop) for start, stop in pairwise(ends)]
+
+    def piece(self, start: float, end: float) -> Piece:
+        """The piece between two frequencies without a cut between them."""
+        middle = math.sqrt(start * end) if start else end / 2
+        centre = self._angle(Fraction(middle) ** 2)
+
+        def point(omega: float) -> Point:
+            return self._point(omega, start, end, centre)
+
+        return Piece(start, end, point)
+
+    def _point(self, omega: float, start: float, end: float, centre: float) -> Point:
+        x, delay = Fraction(omega) ** 2, float(self.loop.delay)
+        top, bottom = ratio(*self.b, x)
+        b = top / bottom
+        if omega in self.singular:
+            inside = omega * (1 + INSIDE if omega == start else 1 - INSIDE) if omega else end * 1e-12
+            x = Fraction(inside) ** 2
+            top, bottom = ratio(*self.a, x)
+            turn, rho_slope = self._angle(x), math.inf if (top > 0) == (bottom > 0) else -math.inf
+            rho = rho_slope if omega == end else -rho_slope
+        else:
+            turn = self._angle(x)
+            rho = math.log(root_of_quotient(*ratio(self.loop.A, self.loop.B, x)))
+            top, bottom = ratio(*self.a, x)
+            rho_slope = omega * (top / bottom)
+        turn = centre + math.remainder(turn - centre, 2 * math.pi)
+        if omega == 0:  # L is real or imaginary there
+            turn = round(turn / (math.pi / 2)) * (math.pi / 2)
+        return Point(omega, rho, turn - omega * delay, rho_slope, b - delay)
+
+    def _angle(self, x: Fraction) -> float:
+        """The phase of L without its delay, in (-pi, pi]."""
+        top, bottom = ratio(self.loop.Q, self.loop.P, x)
+        omega = Fraction(square_root(x))
+        return angle(top * omega.numerator, bottom * omega.denominator)
+
+
+def late_loop(loop: AxisLoop) -> LateLoop:
+    """The loop with its cuts; `loop` has a delay and no zero numerator."""
+    A, B, P, Q, delay = loop.A, loop.B, loop.P, loop.Q, loop.delay
+    AB = multiply(A, B)
+    a = lowest_terms(slope_numerator(A, B), AB)
+    Q_slope, P_slope = add(Q, [0, *scale(derivative(Q), 2)]), [0, *scale(derivative(P), 2)]
+    b = lowest_terms(add(multiply(P, Q_slope), scale(multiply(Q, P_slope), -1)), AB)
+    falling = add(scale(b[0], delay.denominator), scale(b[1], -delay.numerator))
+    a_slope, b_slope = (slope_numerator(*pair) for pair in (a, b))
+    # rho' = omega a falls and rises where a + 2 x a' = 0
+    a_turn = add(multiply(*a), [0, *scale(a_slope, 2)])
+    parts = [A, B, P, Q, add(A, scale(B, -1)), a[0], a[1], b[0], b[1], falling, a_turn, b_slope]
+    cuts = {loop.frequency(root).value for part in parts for root in isolated_roots(part, bits=70)}
+    singular = {loop.frequency(root).value for part in (A, B) for root in isolated_roots(part, bits=70)}
+    if A[0] == 0 or B[0] == 0:
+        singular.add(0.0)
+    return LateLoop(loop, a, b, tuple(sorted(cuts)), frozenset(singular))
