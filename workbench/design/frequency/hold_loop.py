@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.linalg import matrix_balance
 
-from workbench.design.frequency.exponentials import held_map, integral_of_exponential
+from workbench.design.frequency.exponentials import growth, held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused
@@ -29,9 +30,9 @@ Matrices = tuple[Array, Array, Array, Array]
 class HoldResponse:
     """The answers of a sampled loop at `frequencies` (m,) in rad/s, and how far rounding may have moved each.
 
-    `loop` is L(e^jwh) = P(e^jwh) K(e^jwh), (m, ny, ny), cut at the sampled output. `between` (m, ny, ny) is the part at w
-    of the plant's output in continuous time while the reference is e^jwkh at the instants kh: the harmonics that the hold
-    adds at w + 2 pi i / h are left out. Where the closed loop is not stable no run tends to it.
+    `loop` is L(e^jwh) = P(e^jwh) K(e^jwh), (m, ny, ny), cut at the sampled output. `between` (m, ny, ny) is the part at
+    w of the plant's output in continuous time while the reference is e^jwkh at the instants kh, without the harmonics
+    that the hold adds at w + 2 pi i / h. Where the closed loop is not stable no run tends to it.
     """
 
     frequencies: Array
@@ -95,8 +96,7 @@ class HoldLoop:
             If the loop, or the closed loop, has a pole there.
         """
         omega = band("hold_loop(...).response(frequencies=...)", frequencies, math.pi / self.period)
-        A, B, Cy = self.plant
-        Ak, Bk, Ck, Dk = self.law
+        (A, B, Cy), (Ak, Bk, Ck, Dk) = self.plant, self.law
         m, n, nk, ny = len(omega), len(A), len(Ak), len(Cy)
         E, new, old = self._map()
         turn = np.expm1(1j * omega * self.period)[:, np.newaxis, np.newaxis]  # z - 1
@@ -113,8 +113,12 @@ class HoldLoop:
         driven = np.concatenate([G @ Dk, np.broadcast_to(Bk, (m, *Bk.shape)).astype(complex)], axis=1)
         seen, through = self._between(omega, z, late)
         output = np.broadcast_to(np.hstack([Cy, np.zeros((ny, nk))]), (m, ny, n + nk))
-        L, L_error = solved("The loop", omega, loop, driven, output, np.zeros((m, ny, ny)))
-        Y, Y_error = solved("The closed loop", omega, closed, driven, seen, through)
+        sizes = np.zeros((n + nk, n + nk))
+        sizes[:n, :n] = np.abs(growth(A, self.period / 2)[0])  # by rounding of which E is off where it returns to zero
+        turns = 1 + omega * (self.delay + self.period)  # the phases that are rounded
+        L, L_error = solved("The loop", omega, loop, driven, output, 0j * Cy @ B @ Dk, sizes)
+        Y, Y_error = solved("The closed loop", omega, closed, driven, seen, through, sizes)
+        L_error, Y_error = (turns[:, np.newaxis, np.newaxis] * error for error in (L_error, Y_error))
         return HoldResponse(omega, L, Y, L_error, Y_error)
 
     def _map(self) -> tuple[Array, Array, Array]:
@@ -137,8 +141,8 @@ class HoldLoop:
         flow = np.zeros((n + nu, n + nu))
         flow[:n, :n], flow[:n, n:] = A, B
         turned = flow - 1j * omega[:, np.newaxis, np.newaxis] * np.eye(n + nu)
-        first = integral_of_exponential(turned, self.rest)[:, :n]
-        then = integral_of_exponential(turned, self.period - self.rest)[:, :n]
+        first = growth(turned, self.rest)[1][:, :n]
+        then = growth(turned, self.period - self.rest)[1][:, :n]
         then = then * np.exp(-1j * omega * self.rest)[:, np.newaxis, np.newaxis]
         E, G = held_map(A, B, self.rest)
         by_state = first[:, :, :n] + then[:, :, :n] @ (np.eye(n) + E)
@@ -175,8 +179,8 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     matrices, period = sampled_law("hold_loop(law=...)", law)
     if (law.ninputs, law.noutputs) != (plant.noutputs, plant.ninputs):
         raise ValueError(
-            f"`hold_loop(law=...)` must have the {plant.noutputs} outputs of the plant as inputs and its {plant.ninputs} "
-            f"inputs as outputs; got {law.ninputs} inputs and {law.noutputs} outputs."
+            f"`hold_loop(law=...)` must have the {plant.noutputs} outputs of the plant as inputs and its "
+            f"{plant.ninputs} inputs as outputs; got {law.ninputs} inputs and {law.noutputs} outputs."
         )
     late = finite("hold_loop(delay=...)", delay, " of seconds", low=0)
     whole, rest = round(late / period), math.fmod(late, period)  # the rest exactly
@@ -192,8 +196,8 @@ def continuous_plant(call: str, plant: Any) -> tuple[Array, Array, Array]:
         raise ValueError(f"`{call}` must be in continuous time; '{plant.name}' has the period {plant.dt} s.")
     if D.any():
         raise ValueError(
-            f"`{call}` must have no feedthrough D, or its output at an instant would depend on whether it is read before "
-            f"or after the command changes; that of '{plant.name}' has. Add the lag of its sensor."
+            f"`{call}` must have no feedthrough D, or its output at an instant would depend on whether it is read "
+            f"before or after the command changes; that of '{plant.name}' has. Add the lag of its sensor."
         )
     return A, B, Cy
 
@@ -203,8 +207,8 @@ def sampled_law(call: str, law: Any) -> tuple[Matrices, float]:
     matrices = state_space(call.partition("(")[0], law)
     if not law.isdtime(strict=True) or law.dt is True or not 0 < law.dt < math.inf:
         raise ValueError(
-            f"`{call}` must be in discrete time with a positive period dt in s; '{law.name}' has dt = {law.dt}. Sample a "
-            "continuous law by `c2d`."
+            f"`{call}` must be in discrete time with a positive period dt in s; '{law.name}' has dt = {law.dt}. Sample "
+            "a continuous law by `c2d`."
         )
     return matrices, float(law.dt)
 
@@ -220,28 +224,36 @@ def band(call: str, frequencies: Any, nyquist: float = math.inf) -> Array:
         )
     if omega[-1] > nyquist * (1 + SAME):
         raise ValueError(
-            f"`{call}` must not exceed Nyquist's frequency pi / h = {nyquist:.6g} rad/s, above which samples repeat what "
-            f"they are below it; got {omega[-1]:.6g} rad/s."
+            f"`{call}` must not exceed Nyquist's frequency pi / h = {nyquist:.6g} rad/s, above which samples repeat "
+            f"what they are below it; got {omega[-1]:.6g} rad/s."
         )
     return omega
 
 
 def solved(
-    what: str, omega: Array, matrix: Complex, driven: Complex, seen: Complex, through: Complex
+    what: str, omega: Array, matrix: Complex, driven: Complex, seen: Complex, through: Complex, sizes: Array
 ) -> tuple[Complex, Array]:
-    """seen matrix^-1 driven + through at each frequency (m, ny, nu), and a bound to first order of its rounding error.
+    """seen matrix^-1 driven + through at each frequency (m, ny, nu), and the error that rounding may have made there.
 
-    The bound takes each entry as known to some roundings, and weighs it by the answer of the other side.
+    To first order each entry of the matrix is off by some roundings of itself and of its `sizes`, which the answers of
+    both sides weigh.
     """
+    scale = matrix_balance(np.abs(matrix).max(axis=0), permute=False, separate=True)[1][0]
+    matrix, driven, seen = matrix * scale / scale[:, np.newaxis], driven / scale[:, np.newaxis], seen * scale
     try:
-        right = np.linalg.solve(matrix, driven)
-        left = np.linalg.solve(matrix.swapaxes(1, 2), seen.swapaxes(1, 2)).swapaxes(1, 2)
+        right = _refined(matrix, driven)
+        left = _refined(matrix.swapaxes(1, 2), seen.swapaxes(1, 2)).swapaxes(1, 2)
     except np.linalg.LinAlgError:
         right = left = np.full((), np.nan)
     if not np.isfinite(right).all() or not np.isfinite(left).all():
-        sizes = [np.linalg.svd(one, compute_uv=False)[-1] for one in matrix]
-        at = omega[int(np.argmin(sizes))]
+        at = omega[int(np.argmin([np.linalg.svd(one, compute_uv=False)[-1] for one in matrix]))]
         raise Refused(f"{what} has a pole at {at:.6g} rad/s, where it has no answer; leave that frequency out.")
-    terms = np.abs(left) @ (np.abs(matrix) @ np.abs(right) + np.abs(driven)) + np.abs(seen) @ np.abs(right)
-    error = (matrix.shape[1] + 1) * EPS * (terms + np.abs(through))
-    return np.asarray(seen @ right + through), np.asarray(error)
+    size = np.abs(matrix) + sizes * scale / scale[:, np.newaxis]
+    terms = np.abs(left) @ (size @ np.abs(right) + np.abs(driven)) + np.abs(seen) @ np.abs(right) + np.abs(through)
+    return np.asarray(seen @ right + through), np.asarray((matrix.shape[1] + 1) * EPS * terms)
+
+
+def _refined(matrix: Complex, driven: Complex) -> Complex:
+    """matrix^-1 driven, with a step of refinement, after which each entry of the matrix counts by its own size."""
+    first = np.linalg.solve(matrix, driven)
+    return np.asarray(first + np.linalg.solve(matrix, driven - matrix @ first))

@@ -28,7 +28,7 @@ SAME = Fraction(4 * EPS)  # relative: two decimal periods as doubles have the ra
 @dataclass(frozen=True, eq=False)
 @show
 class LiftedLoop:
-    """The map of a loop over the common period of its laws, of the state (nx + nz,) of the plant and the laws, in order.
+    """The map of a loop over the common period of its laws; its state (nx + nz,) is that of the plant and of the laws.
 
     All laws read at t = 0, so the commands held before are no part of the state. `counts` says how often each law reads
     in the common period; `change` is the map less I.
@@ -46,7 +46,7 @@ class LiftedLoop:
 
 @door
 def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Any = None) -> LiftedLoop:
-    """The loop that laws u_i = -K_i y_i close around a plant, each at its period and all at t = 0, over a common period.
+    """The loop that laws u_i = -K_i y_i close around a plant, each at its period, all at t = 0, over a common period.
 
     Parameters
     ----------
@@ -90,8 +90,8 @@ def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Any = No
 def common_period(periods: Sequence[Any]) -> tuple[float, tuple[int, ...]]:
     """The least common multiple of periods in s, numbers or fractions, and how often each fits into it.
 
-    Their ratios are taken as the simplest fractions from which they differ by rounding alone, so that 0.3 is three times
-    0.1; two periods such as 1 and sqrt(2) have none with at most 10,000 instants.
+    Their ratios are taken as the simplest fractions from which they differ by rounding alone, so that 0.3 is three
+    times 0.1; two periods such as 1 and sqrt(2) have none with at most 10,000 instants.
 
     Raises
     ------
@@ -132,13 +132,13 @@ def _fraction(call: str, period: Any) -> Fraction:
 
 def _no_common(periods: Sequence[Any], first: int, other: int) -> ValueError:
     return ValueError(
-        f"`common_period(periods=...)`: {float(periods[first])!r} s and {float(periods[other])!r} s have no common period "
-        f"in which each fits {MOST} times at most; choose periods whose ratio is a simple fraction."
+        f"`common_period(periods=...)`: {float(periods[first])!r} s and {float(periods[other])!r} s have no common "
+        f"period in which each fits {MOST} times at most; choose periods whose ratio is a simple fraction."
     )
 
 
 def _change(A: Array, B: Array, Cy: Array, laws: Sequence[Matrices], period: float, counts: tuple[int, ...]) -> Array:
-    """The map over the common period less I, of the states x and z; between the instants the commands are states, too."""
+    """The map over the common period less I, of the states x and z; between instants the commands are states, too."""
     n, nz, nu = len(A), sum(len(law[0]) for law in laws), B.shape[1]
     size, ticks = n + nz + nu, lcm(*counts)
     flows: dict[int, Array] = {}

@@ -17,7 +17,7 @@ from workbench.validation.refusals import Array
 class PeriodPoles:
     """The poles z (nx,) of the map of one period of `period` s, the largest first, and the estimated error of each.
 
-    The error is that to first order, by rounding of the matrix: about the condition of the pole times the rounding unit.
+    The error is that of first order by rounding of the matrix: about the condition of the pole times the rounding unit.
     """
 
     period: float
@@ -40,11 +40,11 @@ def period_poles(call: str, period: float, change: Array) -> PeriodPoles:
     change, zeros = _without_zeros(change)
     values, errors = np.zeros(0, complex), np.zeros(0)
     if len(change):
-        found, left, right = eig(matrix_balance(change, permute=False)[0], left=True, right=True)
+        found, left, right = eig(change, left=True, right=True)  # type: ignore[misc]
         across = np.abs(np.einsum("ij,ij->j", left.conj(), right))  # both have columns of length one
         values = 1 + found
         with np.errstate(divide="ignore"):
-            errors = len(change) * EPS * np.linalg.norm(change, 2) / across
+            errors = len(change) * EPS * (1 + np.linalg.norm(change, 2) / across)
     values, errors = np.concatenate([values, np.zeros(zeros)]), np.concatenate([errors, np.full(zeros, EPS)])
     if not np.isfinite(values).all():
         raise Refused(f"`{call}`: the poles of the period's map leave the range of floating-point numbers.")
