@@ -33,8 +33,10 @@ def growth(A: Matrix, span: float) -> tuple[Matrix, Matrix]:
     Van Loan (1978), Computing integrals involving the matrix exponential, IEEE Trans. Autom. Control 23.
     """
     n = A.shape[-1]
+    if not n:
+        return A, A
     sizes = np.abs(A).reshape(-1, n, n).max(axis=0, initial=0.0)
-    scale = matrix_balance(sizes, permute=False, separate=True)[1][0] if n else np.ones(0)
+    scale = matrix_balance(sizes, permute=False, separate=True)[1][0]
     X = A * scale / scale[:, np.newaxis]
     norm = float((sizes * scale / scale[:, np.newaxis]).sum(axis=0).max(initial=0.0)) * span
     doublings = max(0, math.ceil(math.log2(norm)) + 1) if norm else 0
