@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.design.frequency.hold_loop import hold_loop
 from workbench.design.frequency.multirate import lift_rates
+from workbench.validation.refusals import seconds
 
 TRUSTED = 1e-9  # relative error of an answer that may be given
 
@@ -40,8 +41,9 @@ def _multirate(case: dict[str, Any]) -> dict[str, Any]:
     return {"poles": _pairs(lifted.poles.values), "period": lifted.period}
 
 
-def _system(A: Any, B: Any, C: Any, D: Any, period: float = 0) -> control.StateSpace:
-    """A system of python-control; one without states has only D."""
+def _system(A: Any, B: Any, C: Any, D: Any, period: float | None = None) -> control.StateSpace:
+    """A system of python-control, in continuous time without a period; one without states has only D."""
+    period = 0 if period is None else seconds("period", period)
     if not np.size(A):
         return control.ss([], [], [], np.array(D, float), period)
     A, B, C = (np.array(matrix, float) for matrix in (A, B, C))

@@ -15,13 +15,14 @@ from workbench.design.frequency.hold_loop import Matrices, continuous_plant, sam
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
 from workbench.design.matrices import EPS
 from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, refusal, seconds
+from workbench.validation.refusals import Array, refusal, seconds, several
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
 
 MOST = 10_000  # instants of one law in the common period
+NEAR = 1e-9  # relative: how near the dt of a law must be to its period
 SAME = Fraction(4 * EPS)  # relative: two decimal periods as doubles have the ratio of the decimals to this
 
 
@@ -41,11 +42,11 @@ class LiftedLoop:
     @property
     def poles(self) -> PeriodPoles:
         """The poles of the map over the common period."""
-        return period_poles("lift_rates(...).poles", self.period, self.change)
+        return period_poles("lift_rates(...).poles", self.period, self.change, sum(self.counts))
 
 
 @door
-def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Any = None) -> LiftedLoop:
+def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Sequence[Fraction] | None = None) -> LiftedLoop:
     """The loop that laws u_i = -K_i y_i close around a plant, each at its period, all at t = 0, over a common period.
 
     Parameters
@@ -55,7 +56,7 @@ def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Any = No
     laws
         In discrete time; each has its period as dt, reads its outputs and holds its commands until it reads again.
     periods
-        The periods as fractions of a second, if the doubles dt are only near them.
+        The periods as fractions of a second, if the doubles dt are them but for rounding.
 
     Raises
     ------
@@ -79,9 +80,13 @@ def lift_rates(plant: control.StateSpace, laws: Sequence[Any], periods: Any = No
             f"`lift_rates(laws=...)` must read the {plant.noutputs} outputs of the plant and drive its {plant.ninputs} "
             f"inputs, each one once; got {ways}, inputs and outputs of each law."
         )
-    spans = [part[1] for part in parts] if periods is None else periods
-    if len(spans) != len(parts):
-        raise ValueError(f"`lift_rates(periods=...)` must be one for each of the {len(parts)} laws; got {len(spans)}.")
+    own = [part[1] for part in parts]
+    spans = own if periods is None else several("lift_rates(periods=...)", periods, Fraction)
+    if len(spans) != len(own) or any(abs(float(a) - b) > NEAR * b for a, b in zip(spans, own, strict=True)):
+        raise ValueError(
+            f"`lift_rates(periods=...)` must be the {len(own)} periods of the laws as fractions; got "
+            f"{', '.join(map(str, spans))} for {', '.join(f'{one:g}' for one in own)} s."
+        )
     period, counts = common_period(spans)
     return LiftedLoop(period, counts, _change(A, B, Cy, matrices, period, counts))
 
@@ -117,7 +122,7 @@ def common_period(periods: Sequence[Any]) -> tuple[float, tuple[int, ...]]:
     times = Fraction(lcm(*(ratio.numerator for ratio in ratios)), gcd(*(ratio.denominator for ratio in ratios)))
     counts = tuple(int(times / ratio) for ratio in ratios)
     if max(counts) > MOST:
-        raise _no_common(periods, 0, counts.index(max(counts)))
+        raise _no_common(periods, counts.index(min(counts)), counts.index(max(counts)))
     return float(exact[0] * times), counts
 
 

@@ -30,8 +30,8 @@ class PeriodPoles:
         return bool((np.abs(self.values) + self.errors < 1).all())
 
 
-def period_poles(call: str, period: float, change: Array) -> PeriodPoles:
-    """The poles of I + `change`, where `change` (nx, nx) is that of the state over a period.
+def period_poles(call: str, period: float, change: Array, products: int = 1) -> PeriodPoles:
+    """The poles of I + `change`, where `change` (nx, nx) is that of the state over a period, from so many products.
 
     Near z = 1, where all poles of a fast computer lie, they are as accurate as the change is, not as I is. A chain of
     delays that no feedback closes has a defective pole at zero, which rounding would scatter: null spaces of the map
@@ -44,7 +44,7 @@ def period_poles(call: str, period: float, change: Array) -> PeriodPoles:
         across = np.abs(np.einsum("ij,ij->j", left.conj(), right))  # both have columns of length one
         values = 1 + found
         with np.errstate(divide="ignore"):
-            errors = len(change) * EPS * (1 + np.linalg.norm(change, 2) / across)
+            errors = (len(change) + products) * EPS * (1 + np.linalg.norm(change, 2) / across)
     values, errors = np.concatenate([values, np.zeros(zeros)]), np.concatenate([errors, np.full(zeros, EPS)])
     if not np.isfinite(values).all():
         raise Refused(f"`{call}`: the poles of the period's map leave the range of floating-point numbers.")
@@ -58,7 +58,7 @@ def _without_zeros(change: Array) -> tuple[Array, int]:
     while len(change):
         change = np.asarray(matrix_balance(change, permute=False)[0])
         _, sizes, rows = svd(np.eye(len(change)) + change)
-        kept = int((sizes > len(change) * EPS * max(sizes[0], 1.0)).sum())
+        kept = int((sizes > 10 * size * EPS * max(sizes[0], 1.0)).sum())
         if kept == len(change):
             break
         rest = rows[:kept].T  # what is orthogonal to the null space
