@@ -8,5 +8,17 @@ from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.hold_loop import HoldLoop, HoldResponse, hold_loop
 from workbench.design.frequency.multirate import LiftedLoop, common_period, lift_rates
 from workbench.design.frequency.period_poles import PeriodPoles
+from workbench.design.frequency.row_responses import RowResponses, row_responses
 
-__all__ = ["HoldLoop", "HoldResponse", "LiftedLoop", "PeriodPoles", "c2d", "common_period", "hold_loop", "lift_rates"]
+__all__ = [
+    "HoldLoop",
+    "HoldResponse",
+    "LiftedLoop",
+    "PeriodPoles",
+    "RowResponses",
+    "c2d",
+    "common_period",
+    "hold_loop",
+    "lift_rates",
+    "row_responses",
+]
