@@ -65,7 +65,7 @@ def test_rows_without_states_are_their_feedthrough():
     ("arguments", "words"),
     [
         ((A, B[:, 1:], C, D, OMEGA), "must have shapes"),
-        ((A[0], B, C, D, OMEGA), "number"),
+        ((A[0], B, C, D, OMEGA), "must have shapes"),
         ((A, B, C, D, OMEGA[::-1]), "must rise"),
         ((A, B, C, D, []), "at least one"),
         ((A, B, C, D, [np.nan]), "finite"),

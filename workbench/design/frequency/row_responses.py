@@ -56,8 +56,10 @@ def row_responses(
     Laub (1981), Efficient multivariable frequency response computations, IEEE Trans. Autom. Control 26; Wilkinson
     (1965), The Algebraic Eigenvalue Problem, section 7.11 (Hyman's method).
     """
-    A, B, Cy, D = (numbers(f"row_responses({name}=...)", M, 3) for name, M in zip("ABCD", (A, B, Cy, D), strict=True))
-    N, n, nu, ny = *A.shape[:2], B.shape[2], Cy.shape[1]
+    A, B, Cy, D = (numbers(f"row_responses({name}=...)", M) for name, M in zip("ABCD", (A, B, Cy, D), strict=True))
+    N, n, nu, ny = (
+        (*A.shape[:2], B.shape[-1], Cy.shape[1]) if {A.ndim, B.ndim, Cy.ndim, D.ndim} == {3} else (0, 0, 0, 0)
+    )
     if (A.shape, B.shape, Cy.shape, D.shape) != ((N, n, n), (N, n, nu), (N, ny, n), (N, ny, nu)):
         raise ValueError(
             "`row_responses(A, B, Cy, D)` must have shapes (N, nx, nx), (N, nx, nu), (N, ny, nx) and (N, ny, nu); got "
