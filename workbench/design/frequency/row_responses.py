@@ -67,7 +67,7 @@ def row_responses(
         )
     h = None if period is None else seconds("row_responses(period=...)", period)
     omega = band("row_responses(frequencies=...)", frequencies, math.inf if h is None else math.pi / h)
-    s = 1j * omega if h is None else np.exp(1j * omega * h)
+    s = np.asarray(1j * omega if h is None else np.exp(1j * omega * h), complex)
     values = np.full((N, len(s), ny, nu), np.nan, complex)
     sound = np.flatnonzero([all(np.isfinite(M[i]).all() for M in (A, B, Cy, D)) for i in range(N)])
     if n and len(sound):
@@ -79,7 +79,7 @@ def row_responses(
             for j in range(nu):
                 values[rows, :, :, j] = _one_input(A[rows], B[rows, :, j], Cy[rows], s)
     values += D[:, np.newaxis]
-    return RowResponses(omega, values, ~np.isfinite(values).all(axis=(1, 2, 3)))
+    return RowResponses(omega, values, np.asarray(~np.isfinite(values).all(axis=(1, 2, 3))))
 
 
 def _one_input(A: Array, b: Array, Cy: Array, s: Complex) -> Complex:
