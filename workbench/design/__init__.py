@@ -1,7 +1,8 @@
 """Design by linear models: the only room that opens python-control.
 
-Its five rooms know equations and matrices, and no robot, law or loop by name; every answer comes with a certificate of
+Its six rooms know equations and matrices, and no robot, law or loop by name; every answer comes with a certificate of
 `matrices.py`. Read `linear` first, then `riccati`; `riccati_flow`, `observer_gains` and `chattering` stand on these.
+`frequency` has figures of linear systems: margins, norms, zeros and sampled answers.
 """
 
 from workbench.design.linear import linearize, to_control

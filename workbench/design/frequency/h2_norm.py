@@ -52,7 +52,7 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
 
     Examples
     --------
-    >>> wb.h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).value
+    >>> h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).value
     0.7071067811865476
     """
     A, B, C, D = exact_state_space("h2_norm", system)

@@ -84,7 +84,7 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     Examples
     --------
     >>> resonance = control.ss([[-0.0002, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 1.0]], 0.0)
-    >>> norm = wb.hinf_norm(resonance)
+    >>> norm = hinf_norm(resonance)
     >>> round(norm.value, 6), round(norm.peak, 6)
     (5000.000025, 1.0)
     """
