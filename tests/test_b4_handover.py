@@ -235,7 +235,7 @@ def test_the_longest_period_is_answered_by_start(figures):
     _, quiet, _ = figures
     found = findings.longest_period(results_of(quiet))
     assert (found.answer, found.kind) == ("quiet at 0.25 ms", "found")
-    assert "too long for none from near starts, and for none from farther starts" in found.evidence[-1]
+    assert "too long: none from near starts, none from farther ones" in found.evidence[-1]
     far = next(search for search in quiet if (search.law, search.start, search.limit) == (PROPOSED, PAPERS, None))
     quiet[far] = quiet_at(far, 3.3e-5)
     found = findings.longest_period(results_of(quiet))
