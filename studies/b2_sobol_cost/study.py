@@ -152,8 +152,7 @@ def findings(cost: Cost) -> tuple[Finding, Finding, Finding]:
     sample = "One run of the command in a process of its own, on an empty folder."
     once = "another machine, other load, and a repetition: the command was run once"
     each = [
-        Variation(f"turn {i}", word(share <= SHARE), f"{100 * share:.1f} %")
-        for i, share in enumerate(cost.shares, start=1)
+        Variation(f"turn {i}", word(share <= SHARE), percent(share)) for i, share in enumerate(cost.shares, start=1)
     ]
     quick, idle, middle = cost.wall <= WALL, cost.others < BUSY, median(cost.shares)
     return (
