@@ -24,14 +24,16 @@ REPORTS = (
 )
 FIRST, LAST = "<!-- answers of the reports -->\n", "<!-- end of the answers -->\n"
 WIDTH = 118
+BOUND = "\N{NO-BREAK SPACE}"  # between a number and its sign, where no line ends
 
 
 def answer_line(report: str) -> str:
     """The answer of a report as a point of a list, with a link to its page."""
     held = json.loads((ROOT / "reports" / report / "findings.json").read_text("utf-8"))
-    words = re.sub(r"([*_`<>|\\\[\]])", r"\\\1", held["answer"])
+    words = re.sub(r"([*_`<>|\\\[\]])", r"\\\1", held["answer"]).replace(" %", f"{BOUND}%")
     link = f"([{report.partition('_')[0]}](reports/{report}/index.html))"
-    return "\n".join(textwrap.wrap(f"- {words} {link}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)) + "\n"
+    lines = textwrap.wrap(f"- {words} {link}", WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    return "\n".join(lines).replace(BOUND, " ") + "\n"
 
 
 def with_answers(readme: str) -> str:
