@@ -240,8 +240,8 @@ study = Study(
         "One loop (like AOSMC-RGS, 21 states, 40 parameters of which 10 vary, 10 s, RK4 at 1 ms) is run by the engine "
         "and by each peer in turns, in one process that is held to one core. Rates are runs a second of CPU time, "
         "medians of several turns. Errors are relative errors of the RMSE against a step of 10 microseconds, medians "
-        "over the runs. The peak is the rate of fused multiplications and additions that wait for nothing. All times are "
-        "of one machine and one run."
+        "over the runs. The peak is the rate of fused multiplications and additions that wait for nothing. All times "
+        "are of one machine and one run."
     ),
     sections=sections,
     fingerprints={"W": loop().fingerprint[:16]},
