@@ -56,7 +56,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Cost:
-    """What the command takes, run several times, for a study of so many `runs`, `again` at half of the step too."""
+    """Times and memory of the command, run several times, for a study of so many `runs`, `again` at half of the step too."""
 
     runs: int
     again: int

@@ -17,7 +17,7 @@ WHERE = "the page of 25 November 2026, on an AMD EPYC with AVX-512"
 
 @dataclass(frozen=True)
 class Printed:
-    """What was measured, with its unit, and the verdict."""
+    """A measured value with its unit, and the verdict."""
 
     value: str
     verdict: str
