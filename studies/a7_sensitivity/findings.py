@@ -1,6 +1,6 @@
 """The findings of a7, which follow from the figures, and the leaders of each law."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -71,6 +71,16 @@ def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, 
     }
 
 
+def largest(names: Sequence[str], totals: Estimate) -> str:
+    """The largest total indices of some factors."""
+    return ", ".join(f"{names[i]} {interval(totals[i])}" for i in np.argsort(-totals.value)[:FEW].tolist())
+
+
+def parts_of(shares: SobolIndices, group: str, metric: str = "RMSE") -> str:
+    """The first-order parts of a group at joints 1 and 2."""
+    return " and ".join(interval(shares[named(metric, joint)].of_group(group)) for joint in (0, 1))
+
+
 def leading_gains(ours: LawResults, totals: Totals) -> str:
     """The gains that lead at each joint, as far as the intervals tell."""
     first, second = (" or ".join(leaders(gains_of(ours), one)) for one in totals)
@@ -80,17 +90,17 @@ def leading_gains(ours: LawResults, totals: Totals) -> str:
 def deciding_gain(ours: LawResults, near: Derivatives, metric: str = "RMSE") -> Finding:
     """The gain with the largest total index at each joint, or the gains that the runs do not tell apart."""
     names, totals, others = gains_of(ours), totals_of(ours, ours.shares, metric), other_totals(ours, near, metric)
-    first, second = (
-        ", ".join(f"{names[i]} {interval(one[i])}" for i in np.argsort(-one.value)[:FEW].tolist()) for one in totals
-    )
+    (first, second), alike = ([largest(names, one) for one in some] for some in (totals, others[ALIKE]))
     return Finding(
         "deciding_gain",
         f"The gain of {PROPOSED} that decides most about its {metric} is {leading_gains(ours, totals)}, as Q and R "
         f"vary by a factor of {SPAN:g} either way and the other gains by {percent(TOLERANCE)}. With {ALIKE} it is "
         f"{leading_gains(ours, others[ALIKE])}.",
-        f"Total indices of the gains over the unequal ranges, joint 1: {first}; joint 2: {second}.",
+        f"Total indices of the gains over the unequal ranges, joint 1: {first}; joint 2: {second}. With {ALIKE}, joint "
+        f"1: {alike[0]}; joint 2: {alike[1]}. All gains together then have a first-order part of "
+        f"{parts_of(ours.equal_shares, 'gains')} at joints 1 and 2, the arm {parts_of(ours.equal_shares, 'arm')}.",
         statistic=f"The largest total index ST among the gains, for the {metric} up to {UNTIL:g} s, {INDICES}.",
-        sample=f"{len(ours.indices):,} runs of the first scenario.",
+        sample=f"{len(ours.indices):,} runs of the first scenario, and {len(ours.equal or ()):,} with equal ranges.",
         given=OURS,
         chosen=f"The ranges: Q and R a factor of {SPAN:g} either way, as the paper does not state them; the gains that "
         "it states 10 %.",
@@ -117,14 +127,18 @@ def idle_gains(ours: LawResults, names: tuple[str, ...] = ("phi", "K(0)", "P(0)"
 
 def leaders_table(laws: Mapping[str, LawResults]) -> Table:
     """The factor with the largest total index, law by law and metric by metric."""
-    outputs = [(metric.name, joint) for metric in METRICS for joint in (0, 1)]
     return Table(
         "leaders",
         "The factor with the largest total index ST, and its interval of 95 %, which holds by itself. Where the "
-        "intervals leave room for others, these follow; where its own is wider than "
-        f"{NARROW:g}, the cell is open. 'model' before a letter: the number that the law believes in. {OF_LATE}",
-        (Column("law"), *(Column(f"{metric}, q{joint + 1}") for metric, joint in outputs)),
-        tuple((law, *(_leading(one, *output) for output in outputs)) for law, one in laws.items()),
+        "intervals leave room for others, these follow. Where its own is wider than "
+        f"{NARROW:g}, the cell is open. 'model' before a letter: the number in the law's model of the arm. {OF_LATE} "
+        "The late TV is that of the same time.",
+        tuple(map(Column, ("law", "metric", "joint 1", "joint 2"))),
+        tuple(
+            (law, metric.name, *(_leading(one, metric.name, joint) for joint in (0, 1)))
+            for law, one in laws.items()
+            for metric in METRICS
+        ),
     )
 
 

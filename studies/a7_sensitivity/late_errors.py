@@ -15,7 +15,7 @@ FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail
 LITTLE = 0.1  # of a variance, a part that is little
 EXACT = "The rivals are given exact positions and velocities; AOSMC-RGS observes its velocities from exact positions"
-OURS = "The law as repaired in a1. Its observer reads exact positions and is given the true disturbance, filtered"
+OURS = "The law as repaired in a1. Its observer reads exact positions and is given the true disturbance, filtered."
 INDICES = "of a Sobol design with a quadratic control variate, intervals by the jackknife over its scrambles, 95 %"
 
 
@@ -72,8 +72,8 @@ def leading(parts: Mapping[str, tuple[float, SobolIndices]]) -> str:
     }
     words = " and ".join(f"{' or '.join(sorted(names))} at joint {joint + 1}" for joint, names in found.items())
     if all(len(names) == 1 for names in found.values()):
-        return f"The largest total index has {words}, with and without these runs."
-    return f"Which number of arm or model has the largest total index is open, as a few runs decide it: {words}."
+        return f"The largest total index is that of {words}, however these runs count."
+    return f"Depending on how these runs count, the largest total index is that of {words}: this is open, too."
 
 
 def heaviest(sample: Sample) -> str:
@@ -97,7 +97,7 @@ def beside(ours: LawResults) -> str:
     of_gains = apart[:, [sample.factors.index(name) for name in gains]]
     count = int(((apart.sum(axis=1) == 1) & of_gains.any(axis=1)).sum())
     if count:
-        return f"{count} runs of the design differ from it in one gain alone."
+        return f"{count} other runs of the design differ from it in one gain alone."
     return "No other run of the design differs from it in one gain alone, so that the indices of the gains miss it."
 
 

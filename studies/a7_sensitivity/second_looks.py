@@ -20,7 +20,7 @@ from workbench.validation.refusals import Array
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it
-FROM, TO = 8.0, 10.0  # s: the later look at runs that are astray from `LATE` to `UNTIL`
+FROM, TO = 18.0, 20.0  # s: the later look at runs that are astray from `LATE` to `UNTIL`
 REDRAWN = 400  # sets of gains
 
 
@@ -98,12 +98,11 @@ def redraw(runs: Numbers) -> Later:
 def redrawn_words(ours: LawResults, redrawn: Later) -> str:
     """The share of the redrawn runs that stray."""
     run, _ = heaviest_run(ours.indices)
-    stray = beyond(redrawn.errors)
-    gains = ", ".join(ours.groups["gains"])
+    stray, runs = int(beyond(redrawn.errors).sum()), len(redrawn.errors)
+    helps = ": the gains help to decide whether it strays" if 0 < stray < runs else ""
     return (
-        f"Run {run + 1:,} was repeated with its arm and its model of the arm, and with {len(stray)} random draws of "
-        f"its gains ({gains}) over their ranges: {int(stray.sum())} of these runs exceed {ASTRAY:g} rad. So the gains "
-        "help to decide whether it strays."
+        f"With the arm and the model of run {run + 1:,}, and {runs} random draws of its gains "
+        f"({', '.join(ours.groups['gains'])}), {stray} runs exceed {ASTRAY:g} rad{helps}."
     )
 
 

@@ -49,9 +49,10 @@ class Strays:
     def words(self) -> str:
         """The counts."""
         part = share(np.arange(self.draws) < self.random)
+        again = f", {self.lasting:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
         return (
-            f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s, {self.lasting:,} of them from {FROM:g} to "
-            f"{TO:g} s, too; of random draws {percent(part.low)} to {percent(part.high)}"
+            f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s{again}; of random draws "
+            f"{percent(part.low)} to {percent(part.high)}"
         )
 
 
@@ -87,10 +88,11 @@ def strays(
     bounds = {bound: strays_of(laws[PROPOSED], later[PROPOSED], bound) for bound in BOUNDS}
     return Finding(
         "strays",
-        f"{ours.lasting:,} of {ours.runs:,} runs of {PROPOSED} stray for good: the error of a joint exceeds "
-        f"{ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s, and again between {FROM:g} and {TO:g} s.",
-        f"The largest late error of {PROPOSED} is {worst:.2g} rad; of its random draws {percent(part.low)} to "
-        f"{percent(part.high)} stray. {redrawn_words(laws[PROPOSED], redrawn)} {slow_words(counts, own)}",
+        f"The error of a joint exceeds {ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s in {ours.first:,} of "
+        f"{ours.runs:,} runs of {PROPOSED}, and in {ours.lasting:,} of these between {FROM:g} and {TO:g} s, too.",
+        f"The largest error between {LATE:g} and {UNTIL:g} s is {worst:.2g} rad. Of the random draws of {PROPOSED}, "
+        f"{percent(part.low)} to {percent(part.high)} are beyond {ASTRAY:g} rad at both times. "
+        f"{redrawn_words(laws[PROPOSED], redrawn)} {slow_words(counts, own)}",
         statistic="Counts over all runs of a law. They are no probabilities, as the corners of the screening are among "
         "them. Shares of the random draws have the interval of Clopper and Pearson, 95 %. A run that diverges counts.",
         sample=f"All runs of each law: screening, indices and random draws; of {PROPOSED} also the tornado and the "
@@ -113,9 +115,9 @@ def slow_words(counts: Mapping[str, Strays], own: Mapping[str, float]) -> str:
     if not slow:
         return f"No run of the other {len(counts) - 1} laws exceeds {ASTRAY:g} rad after {LATE:g} s."
     parts = [
-        f"of {law} {counts[law].first:,} of {counts[law].runs:,} from {LATE:g} to {UNTIL:g} s, but "
-        f"{counts[law].lasting:,} from {FROM:g} to {TO:g} s (its late error with the numbers of the card and an exact "
-        f"model is {own[law]:.2f} rad)"
+        f"{law} exceeds {ASTRAY:g} rad in {counts[law].first:,} of {counts[law].runs:,} runs from {LATE:g} to "
+        f"{UNTIL:g} s, and in {counts[law].lasting:,} of these from {FROM:g} to {TO:g} s, too: the rest only arrives "
+        f"late. With the numbers of the card and an exact model, its error from {LATE:g} s on is {own[law]:.2f} rad."
         for law in slow
     ]
-    return f"Runs of the other {len(counts) - 1} laws beyond {ASTRAY:g} rad: {'; '.join(parts)}."
+    return " ".join(parts)

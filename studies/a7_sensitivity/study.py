@@ -22,7 +22,7 @@ from studies.a7_sensitivity.results import (
     stressed,
     worst_runs,
 )
-from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, suspects
+from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
@@ -171,8 +171,8 @@ def left_table(laws: Mapping[str, LawResults]) -> Table:
     return Table(
         "left",
         "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
-        "relative to the largest mu* of the same output. 'At most' is the upper end of its interval, which by the rule "
-        f"is below {percent(sweeps.CLEARED)}.",
+        "relative to the largest mu* of the same output. 'At most' is the upper end of its interval; by the rule it "
+        f"should be below {percent(sweeps.CLEARED)}.",
         tuple(map(Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
         tuple(rows),
     )
@@ -226,7 +226,8 @@ def sections(results: Results) -> Page:
     }
     ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
-    heavy = Paragraph(late_errors.heaviest(ours.indices)), late_errors.heavy_table(ours.indices)
+    words = f"{late_errors.heaviest(ours.indices)} {redrawn_words(ours, redrawn)}"
+    heavy = Paragraph(words), late_errors.heavy_table(ours.indices)
     return Page(
         findings.answer(laws),
         (

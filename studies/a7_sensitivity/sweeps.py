@@ -154,7 +154,7 @@ STEPS = {
 TRAJECTORIES = {"ASMC": 24, "Fuzzy-ASMC": 24, "RBF-ASMC": 24}  # and 50 elsewhere
 # Of the Sobol design, and 1024 elsewhere: what brings the intervals that decide a sentence below `NARROW`.
 BASE = {PROPOSED: 512, "ASMC": 256, "Fuzzy-ASMC": 256, "RBF-ASMC": 256}
-EQUAL = 128  # and of that in which all numbers of the proposed law have the same range
+EQUAL = 256  # and of that in which all numbers of the proposed law have the same range
 NARROW = 0.1  # of a variance, the whole width of an interval: a sentence that rests on a wider one stays open
 RANDOM = 256
 HALVED = 32  # one run in so many is run again at half of the step
