@@ -44,7 +44,7 @@ def totals_of(ours: LawResults, shares: SobolIndices, metric: str) -> Totals:
 
 
 def other_totals(ours: LawResults, near: Derivatives, metric: str) -> dict[str, Totals]:
-    """What may stand in the place of the total indices of the gains, in words."""
+    """The total indices of the gains in other readings, and their equivalents by other methods, by words."""
     names, joints = gains_of(ours), (0, 1)
     places = [ours.shares.factors.index(name) for name in names]
     spots = [ours.effects.factors.index(name) for name in names]
