@@ -45,7 +45,8 @@ def catalogue() -> tuple[AbstractMetric, ...]:
     return (
         *(rmse(), sampled_rmse(0.02), iae(), ise(), itae(), effort("tau_applied"), energy(), observer_error("x_error")),
         *(peak_error(), late_error(0.5), peak("tau_applied"), peak_torque(), *violation("q", -1.0, 2.0)),
-        *(total_variation(0.03, "tau_applied"), overshoot(), settling_time()),
+        *(total_variation(0.03, "tau_applied"), total_variation(0.03, "tau_applied", 0.5)),
+        *(overshoot(), settling_time()),
     )
 
 

@@ -240,6 +240,19 @@ def test_total_variation_is_per_second_of_the_time_that_it_sums():
         measure(oscillator(), (total_variation(2.0),), until=1.0, h=0.01)
 
 
+def test_the_late_total_variation_forgets_the_start():
+    # samples every 0.3 s, those from 0.5 s on at 0.6, 0.9, 1.2 and 1.5 s; before 0.9 s there is no change to count
+    metric = total_variation(0.3, after=0.5)
+    grid = np.abs(np.diff(-2 * np.sin(2 * np.array([0.6, 0.9, 1.2, 1.5]))))  # RK4 errs by 0.02^5 / 120 a step
+    for until, count in ((1.6, 3), (0.9, 1)):
+        score = measure(oscillator(), (metric,), until=until, h=0.01).score("late TV")
+        assert score.value[0] == pytest.approx(grid[:count].sum() / (0.3 * count), rel=1e-7)
+    with pytest.raises(ValueError, match=r"'late TV' needs .* at least from 0\.5 s on, which is 0\.3 s; got 0\.8 s"):
+        measure(oscillator(), (metric,), until=0.8, h=0.01)
+    with pytest.raises(ValueError, match=r"`total_variation\(after=...\)` must be a finite number of seconds"):
+        total_variation(0.3, after=-1.0)
+
+
 def test_a_metric_of_an_output_that_is_not_there_is_answered_with_the_nearest():
     ode = loop(Hold([1.0, 0.5])).ode()
     with pytest.raises(LookupError, match=r"'RMSE of e_hot' needs the output 'e_hot', .* Did you mean 'e_hat'\?"):

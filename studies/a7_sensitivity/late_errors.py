@@ -5,6 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from studies.a7_sensitivity.results import ROBUST, LawResults, interval, leaders, named, narrow, percent
+from studies.a7_sensitivity.second_looks import Later, heaviest_run, late_errors_of, redrawn_words
 from studies.a7_sensitivity.sweeps import HELD, LATE, PROPOSED, UNTIL, group_of, written
 from workbench.study.document.document import Cell, Column, Finding, Table, Variation
 from workbench.study.sample import Sample
@@ -13,8 +14,8 @@ from workbench.study.uncertainty import SobolIndices
 FEW = 3  # leaders that a cell still names, and runs of a joint in the table
 BODY = "the largest 1 % of the runs lowered to the rest"  # the runs without their tail
 LITTLE = 0.1  # of a variance, a part that is little
-EXACT = "Exact positions and velocities for the rivals, while AOSMC-RGS observes its own from positions"
-OURS = "The law as repaired in a1, with its observer on exact positions and the true disturbance, filtered"
+EXACT = "The rivals are given exact positions and velocities; AOSMC-RGS observes its velocities from exact positions"
+OURS = "The law as repaired in a1. Its observer reads exact positions and is given the true disturbance, filtered."
 INDICES = "of a Sobol design with a quadratic control variate, intervals by the jackknife over its scrambles, 95 %"
 
 
@@ -29,7 +30,7 @@ def late_parts(ours: LawResults) -> dict[str, tuple[float, SobolIndices]]:
     return {words: (bound(shares), shares) for words, shares in every.items()}
 
 
-def late_error_of(ours: LawResults) -> Finding:
+def late_error_of(ours: LawResults, redrawn: Later) -> Finding:
     """The part of the variance of the late error that the gains have."""
 
     def said(part: float) -> str:
@@ -39,14 +40,16 @@ def late_error_of(ours: LawResults) -> Finding:
     high, shares = parts[""]
     body = parts[BODY][0]
     total = [shares[named("late error", joint)].of_group("gains", True) for joint in (0, 1)]
+    settled = narrow(*total, *(shares[named("late error", joint)].ST for joint in (0, 1)))
     kept = [factor for factor in HELD[PROPOSED] if group_of(factor) == "gains"]
     return Finding(
         "late_error",
-        f"A few stray runs aside, gains explain at most {100 * body:.1f} % of the variance of the late error of "
-        f"{PROPOSED} over these ranges.",
-        f"The total indices of the gains sum to {interval(total[0], 3)} and {interval(total[1], 3)} at joints 1 and 2 "
-        f"over all runs, which do not settle the share. {heaviest(ours.indices)} Intervals by the scrambles do not see "
-        f"a tail that one run makes. Which number of arm or model has most, is {leading(parts)}.",
+        f"Apart from the few runs with the largest late error, the gains of {PROPOSED} cause at most "
+        f"{100 * body:.1f} % of the variance of its late error over these ranges."
+        f"{'' if settled else ' With these runs their part is open.'}",
+        f"{heaviest(ours.indices)} {redrawn_words(ours, redrawn)} {beside(ours)} Over all "
+        f"runs the total indices of the gains sum to {interval(total[0], 3)} and {interval(total[1], 3)} at joints 1 "
+        f"and 2. {leading(parts)}",
         statistic=f"The sum of ST over the gains, for the largest |e| from {LATE:g} to {UNTIL:g} s, {INDICES}.",
         sample=f"{len(ours.indices):,} runs of the first scenario. Gains that vary: {', '.join(ours.groups['gains'])}; "
         f"{', '.join(kept)} stay at their values, as the screening found little effect.",
@@ -57,7 +60,7 @@ def late_error_of(ours: LawResults) -> Finding:
             Variation(words, said(part), f"at most {100 * part:.1f} %") for words, (part, _) in parts.items() if words
         ),
         untried="A better model: the smaller its errors, the larger the part of the gains.",
-        settled=narrow(*total, *(shares[named("late error", joint)].ST for joint in (0, 1))),
+        settled=settled,
     )
 
 
@@ -67,23 +70,35 @@ def leading(parts: Mapping[str, tuple[float, SobolIndices]]) -> str:
         joint: {leaders(shares.factors, shares[named("late error", joint)].ST)[0] for _, shares in parts.values()}
         for joint in (0, 1)
     }
-    words = [f"{' or '.join(sorted(names))} at joint {joint + 1}" for joint, names in found.items()]
-    alike = all(len(names) == 1 for names in found.values())
-    return f"{', '.join(words)}{'' if alike else ', as a few runs decide: open'}"
+    words = " and ".join(f"{' or '.join(sorted(names))} at joint {joint + 1}" for joint, names in found.items())
+    if all(len(names) == 1 for names in found.values()):
+        return f"The largest total index is that of {words}, however these runs count."
+    return f"Depending on how these runs count, the largest total index is that of {words}: this is open, too."
 
 
 def heaviest(sample: Sample) -> str:
     """The part of the variance of the late error that the largest runs have, at the joint where one has most."""
-    values = np.stack([sample.score("late error", joint).value for joint in (0, 1)])
+    values = late_errors_of(sample).T
     squares = (values - values.mean(axis=1, keepdims=True)) ** 2
     part = squares.max(axis=1) / squares.sum(axis=1)
-    joint = int(part.argmax())
+    run, joint = heaviest_run(sample)
     second, first = np.sort(values[joint])[-2:]
     few = np.sort(squares[joint])[-max(1, len(sample) // 100) :].sum() / squares[joint].sum()
     return (
-        f"One of {len(sample):,} runs has {percent(part[joint])} of the variance at joint {joint + 1} "
-        f"({first:.2f} rad; the next is {second:.2f}), and the heaviest 1 % of them {percent(few)}."
+        f"Run {run + 1:,} of {len(sample):,} has {percent(part[joint])} of the variance at joint {joint + 1} "
+        f"({first:.2f} rad; the next largest is {second:.2f} rad); the heaviest 1 % of the runs have {percent(few)}."
     )
+
+
+def beside(ours: LawResults) -> str:
+    """The number of runs that differ from the heaviest one in a single gain, which total indices of gains compare."""
+    sample, gains = ours.indices, ours.groups["gains"]
+    apart = sample.drawn != sample.drawn[heaviest_run(sample)[0]]
+    of_gains = apart[:, [sample.factors.index(name) for name in gains]]
+    count = int(((apart.sum(axis=1) == 1) & of_gains.any(axis=1)).sum())
+    if count:
+        return f"{count} other runs of the design differ from it in one gain alone."
+    return "No other run of the design differs from it in one gain alone, so that the indices of the gains miss it."
 
 
 def heavy_table(sample: Sample) -> Table:
@@ -100,8 +115,8 @@ def heavy_table(sample: Sample) -> Table:
     heads = ("joint", "run", "late error [rad]", "part of the variance [%]")
     return Table(
         "heavy",
-        f"The runs of {PROPOSED} with the largest parts in the variance of the late error, and the links of the arm "
-        "and of the model there, as shares of their values.",
+        f"The runs of {PROPOSED} with the largest parts of the variance of the late error. The lengths of the links of "
+        "the arm and of the law's model are given as shares of their values on the card.",
         (*(Column(head, align="right") for head in heads), *(Column(written(name), align="right") for name in names)),
         tuple(rows),
     )

@@ -1,7 +1,9 @@
 """The samples of a law, with the effects, indices and quantiles of its outputs, and its exact derivatives."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -56,6 +58,7 @@ class LawResults:
     indices: Sample
     random: Sample
     swings: Sample | None = None
+    equal: Sample | None = None  # with the same range for every number
 
     @property
     def outputs(self) -> tuple[Output, ...]:
@@ -63,7 +66,8 @@ class LawResults:
 
     @property
     def samples(self) -> tuple[Sample, ...]:
-        return self.screening, self.indices, self.random, *(() if self.swings is None else (self.swings,))
+        every = self.screening, self.indices, self.random, self.swings, self.equal
+        return tuple(sample for sample in every if sample is not None)
 
     @cached_property
     def effects(self) -> MorrisEffects:
@@ -87,6 +91,25 @@ class LawResults:
         values = np.stack([change(sample.score(metric, joint).value) for joint in (0, 1)], axis=1)
         names = [named(metric, joint) for joint in (0, 1)]
         return sobol(sample.design, values, names, factors=sample.factors, groups=self.groups, control=True)
+
+    def shares_within(self, metric: str, begin: float, end: float) -> SobolIndices:
+        """The indices of a metric that is a mean over time, taken from `begin` to `end` s, at both joints."""
+        sample = self.indices
+        at = [int(np.flatnonzero(np.isclose(sample.t, time))[0]) if time else None for time in (begin, end)]
+
+        def inside(joint: int) -> Array:
+            total = sample.over_time(metric, joint) * sample.t
+            return (total[:, at[1]] - (0.0 if at[0] is None else total[:, at[0]])) / (end - begin)
+
+        names = [named(metric, joint) for joint in (0, 1)]
+        values = np.stack([inside(joint) for joint in (0, 1)], axis=1)
+        return sobol(sample.design, values, names, factors=sample.factors, groups=self.groups, control=True)
+
+    @cached_property
+    def equal_shares(self) -> SobolIndices:
+        """The indices of the RMSE where every number has the same range."""
+        assert self.equal is not None
+        return replace(self, indices=self.equal).shares_of([("RMSE", joint) for joint in (0, 1)])
 
     @property
     def groups(self) -> dict[str, tuple[str, ...]]:
@@ -115,7 +138,7 @@ def _judged(call: Callable[..., Any], sample: Sample, outputs: Sequence[Output])
 
 
 def results_of(results: Results, law: str) -> LawResults:
-    kinds = ("screening", "indices", "bands", *(("tornado",) if law == PROPOSED else ()))
+    kinds = ("screening", "indices", "bands", *(("tornado", "equal") if law == PROPOSED else ()))
     return LawResults(law, *(results.sample(called(law, kind)) for kind in kinds))
 
 
@@ -138,6 +161,20 @@ class Derivatives:
         holds = self.sensitivities.holds(metric)
         return f"{holds.sum()} of {holds.size}"
 
+    def hold(self, metric: str, joint: int) -> bool:
+        """True if every derivative of the metric at a joint is the slope of the runs."""
+        return bool(self.sensitivities.holds(metric)[joint].all())
+
+    @property
+    def of_runs(self) -> Derivatives:
+        """The slopes of runs over 1 % of a number in place of the gradient."""
+        return replace(self, sensitivities=replace(self.sensitivities, gradient=self.sensitivities.wide_slope))
+
+    @property
+    def equal(self) -> Derivatives:
+        """The derivatives with the same relative range for every factor."""
+        return replace(self, deviations=np.ones(len(self.factors)))
+
 
 def derivatives(law: str) -> Derivatives:
     """The derivatives of a law with respect to the factors of its Sobol indices."""
@@ -155,7 +192,7 @@ def derivatives(law: str) -> Derivatives:
 class WorstRuns:
     """The runs of a law with the largest TV, by their points (B, d), and the deviation of TV over all runs, by joint.
 
-    There gains have grown most, chattering is worst and the limit of stability nearest.
+    There gains have grown most, and the limit of stability is nearest.
     """
 
     law: str

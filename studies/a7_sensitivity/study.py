@@ -1,6 +1,6 @@
-"""Which numbers decide how well each law tracks, how much it chatters and what it costs?
+"""Which numbers decide how well each law tracks, how much its torque varies and what it costs?
 
-Runs in about two minutes on two cores.
+Runs in about ten minutes on two cores.
 """
 
 from collections.abc import Mapping, Sequence
@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from studies.a7_sensitivity import findings, late_errors, sweeps
+from studies.a7_sensitivity.gradients import foretold
 from studies.a7_sensitivity.results import (
     FLOOR,
     WORST,
@@ -21,7 +22,10 @@ from studies.a7_sensitivity.results import (
     stressed,
     worst_runs,
 )
+from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
+from studies.a7_sensitivity.stray_runs import later_by_law, strays
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
+from studies.a7_sensitivity.torque_variation import torque_variation
 from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
@@ -32,15 +36,15 @@ from workbench.study.uncertainty.factors import Space
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")
 TURNED = (
-    "Each law with the numbers of the card, run alone. In the page of this report the factors of the sweeps are knobs, "
-    "each a share of its number."
+    "Each law with the numbers of the card. In the page of this report the factors of the sweeps are knobs, each a "
+    "share of its number."
 )
 
 
 def indices_figure(one: LawResults, joint: int) -> Figure:
     return sobol_bars(
         f"aosmc_rgs_sobol_q{joint + 1}",
-        f"Indices of {one.law}, joint {joint + 1}.",
+        f"Sobol indices of {one.law}, joint {joint + 1}.",
         one.shares_of([(metric, joint) for metric in SHOWN]),
         tuple(one.indices.source(metric, joint, one.law) for metric in SHOWN),
         labels=labels(one.indices.factors),
@@ -52,8 +56,8 @@ def bands_figure(laws: Mapping[str, LawResults]) -> Figure:
     lost = ", ".join(f"{law} {one.random.failed}" for law, one in laws.items())
     return quantile_bands(
         "bands",
-        f"The error of joint 1 in each window of {sweeps.EVERY:g} s, over random draws of all factors; errors below "
-        f"{1e3 * FLOOR:g} mrad are drawn there, as the integrals behind them round.",
+        f"The error of joint 1 in each window of {sweeps.EVERY:g} s, over random draws of all factors. Errors below "
+        f"{1e3 * FLOOR:g} mrad are drawn as {1e3 * FLOOR:g} mrad, as rounding hides them.",
         first.t - sweeps.EVERY / 2,
         {law: one.bands(0) for law, one in laws.items()},
         f"Of each law {first.note_of('ISE', 0)} (the errors are those of {PROPOSED}). Failed runs: {lost}",
@@ -65,7 +69,7 @@ def proposed_section(one: LawResults) -> Section:
     effects = one.effects_on([("RMSE", 0), ("RMSE", 1)])
     tornado = tornado_figure(
         "aosmc_rgs_tornado",
-        f"The RMSE of joint 1 of {PROPOSED} at the ends of the range of each factor by itself.",
+        f"The RMSE of joint 1 of {PROPOSED} with one factor at a time at either end of its range.",
         one.tornado_of("RMSE", 0),
         one.swings.source("RMSE", 0, one.law),
         "rad",
@@ -95,9 +99,14 @@ def acting_pairs(indices: SobolIndices) -> str:
         for output in indices.names
         for place in np.flatnonzero(indices[output].S2.low > FELT)
     ]
+    outputs = len(indices.names)
+    reach = sum(int((indices[output].S2.high > FELT).sum()) for output in indices.names)
+    surely = f"lies wholly above {FELT:g} for {', '.join(pairs)}" if pairs else f"does not lie wholly above {FELT:g}"
     return (
-        f"Of {len(names)} pairs of factors, whose intervals hold together, S2 exceeds {FELT:g} for "
-        f"{', '.join(pairs) or 'none'}."
+        f"The index S2 is the part of the variance that two factors have by acting together. For each of {outputs} "
+        f"outputs, {len(names)} pairs were looked at. The interval of S2, which holds for all pairs of an output at "
+        f"once, {surely}{'' if pairs else ' for any of them'}. It reaches beyond {FELT:g} for {reach:,} of "
+        f"{outputs * len(names):,}, so that a larger part is not ruled out for these."
     )
 
 
@@ -130,13 +139,14 @@ def varied_section(laws: Mapping[str, LawResults]) -> Section:
     text = (
         "All factors are shares of the numbers on the card (a1), independent of one another. What the paper states is "
         f"off by up to {percent(sweeps.TOLERANCE)} either way. What is assumed lies within a factor of "
-        f"{sweeps.SPAN:g}, evenly on a logarithmic scale, and within the range on the card where that is narrower. The "
-        "ranges of the card are mostly wider, up to a factor of 20. Over those the adaptive laws grow gains of several "
-        "hundred N m, and behind a layer of 0.01 rad/s a gain of 300 N m is stable for steps below 0.02 ms only: "
-        "beyond them a run chatters by the step alone. So the indices hold for these ranges, and say nothing of wider "
-        "ones. The arm and the model of it are factors of their own: where one moves and the other does not, the law, "
-        "and the observer of AOSMC-RGS, believe in a wrong arm. Gravity is the exception, which all know. PID has no "
-        "model; its gains follow from an assumed pole, and are as uncertain as that."
+        f"{sweeps.SPAN:g} either way, evenly on a logarithmic scale, and within the range on the card where that is "
+        "narrower. The ranges on the card are mostly wider, up to a factor of 20. Over such ranges the adaptive laws "
+        "grow gains of several hundred N m. Behind a boundary layer of 0.01 rad/s, a gain of 300 N m is stable only "
+        "for steps below 0.02 ms; with longer steps a run chatters by the step alone. So the indices hold for these "
+        "ranges, and say nothing about wider ones. The arm and the law's model of it vary independently, so that the "
+        "laws and the observer of AOSMC-RGS use a wrong model. Gravity is the exception: all know its value. PID has "
+        f"no model. Each of its three gains varies by a factor of {sweeps.SPAN:g} by itself. The pole from which they "
+        "follow would move them together: Kd in proportion, Kp with its square and Ki with its cube."
     )
     return Section("What is varied", (Paragraph(text), left_table(laws), *map(ranges_table, laws)))
 
@@ -160,20 +170,21 @@ def left_table(laws: Mapping[str, LawResults]) -> Table:
         rows.append((law, ", ".join(sweeps.HELD[law]), percent(share), percent(high), kept))
     return Table(
         "left",
-        "What the Sobol indices leave at its value, and the largest mu* among it, relative to the largest of the same "
-        f"output, with the upper end of its interval. The rule asks for less than {percent(sweeps.CLEARED)}.",
+        "The factors that stay at their values in the runs of the Sobol indices, and the largest mu* among them, "
+        "relative to the largest mu* of the same output. 'At most' is the upper end of its interval; by the rule it "
+        f"should be below {percent(sweeps.CLEARED)}.",
         tuple(map(Column, ("law", "left at its value", "largest mu*", "at most", "rule kept"))),
         tuple(rows),
     )
 
 
 def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) -> Section:
-    """Runs, failures, steps, and the runs that chatter most beside the limit of stability."""
+    """Runs, failures, steps, and the runs with the largest TV beside the limit of stability."""
     runs = sum(len(sample) for one in laws.values() for sample in one.samples)
     text = (
         f"{runs:,} runs of {sweeps.UNTIL:g} s, seed {sweeps.SEED}. A sample with a failed run has no indices. One run "
-        f"in {sweeps.HALVED} is run at half of the step too. The step errs most in runs whose gains grow largest, "
-        f"and these chatter most: so the {WORST} runs of each joint with the largest TV are run again too. A step "
+        f"in {sweeps.HALVED} is run at half of the step, too. The step errs most in runs whose gains grow largest, and "
+        f"their torque varies most: so the {WORST} runs of each joint with the largest TV are run again. A step "
         "beyond the limit of stability would make a TV that is partly its own."
     )
     rows = []
@@ -193,25 +204,38 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
 
 
 def works(results: Results) -> tuple[Work, ...]:
-    """The exact derivatives of each law, and its runs that chatter most again."""
-    worst = tuple(worst_runs(results_of(results, law)) for law in sweeps.LAWS)
-    return Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0), Work("stress", stressed, worst, seconds=1.0)
+    """The derivatives of each law, and runs again: those with the largest TV, those that stray, and the heaviest."""
+    laws = {law: results_of(results, law) for law in sweeps.LAWS}
+    worst = tuple(map(worst_runs, laws.values()))
+    astray = tuple(runs for one in laws.values() for runs in suspects(one))
+    return (
+        Work("derivatives", derivatives, sweeps.LAWS, seconds=5.0),
+        Work("stress", stressed, worst, seconds=1.0),
+        Work("later", look_later, astray, seconds=20.0),
+        Work("redrawn", redraw, (redrawn_gains(laws[PROPOSED]),), seconds=20.0),
+    )
 
 
 def sections(results: Results) -> Page:
     laws = {law: results_of(results, law) for law in sweeps.LAWS}
     near = dict(zip(sweeps.LAWS, results.work("derivatives"), strict=True))
+    later, (redrawn,) = later_by_law(laws, results.work("later")), results.work("redrawn")
+    own = {
+        one.case.law: max(float(one.score("late error", joint).value[0]) for joint in (0, 1))
+        for one in results.outcomes
+    }
     ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
-    heavy = Paragraph(late_errors.heaviest(ours.indices)), late_errors.heavy_table(ours.indices)
+    words = f"{late_errors.heaviest(ours.indices)} {redrawn_words(ours, redrawn)}"
+    heavy = Paragraph(words), late_errors.heavy_table(ours.indices)
     return Page(
         findings.answer(laws),
         (
-            findings.deciding_gain(ours),
-            late_errors.late_error_of(ours),
-            findings.chattering(ours),
-            findings.strays(laws),
-            findings.foretold(laws, near),
+            findings.deciding_gain(ours, near[PROPOSED]),
+            late_errors.late_error_of(ours, redrawn),
+            torque_variation(ours),
+            strays(laws, later, redrawn, own),
+            foretold(laws, near),
         ),
         (
             Section("Indices and bands", (*pictures, findings.leaders_table(laws))),
@@ -229,15 +253,15 @@ study = Study(
     name="a7_sensitivity",
     title="AOSMC-RGS and its rivals: which numbers decide",
     question=(
-        "Of the design gains, the arm and the law's model of it: which decide the errors, the chattering and the "
-        "effort of AOSMC-RGS and of each of its rivals, alone and together? And does the exact derivative at the "
-        "numbers of the card foretell that?"
+        "Of the design gains, the arm and the law's model of it: which decide the errors, the variation of the torque "
+        "and the effort of AOSMC-RGS and of each of its rivals, alone and together? And does the exact derivative at "
+        "the numbers of the card foretell that?"
     ),
     method=(
-        "First scenario. All factors are screened by Morris's effects; Sobol indices of first, second and total "
-        "order follow for those that the screening leaves, with a quadratic polynomial as control variate; a "
-        "sentence rests only on intervals narrower than 0.1. Random runs give bands over time, the equations exact "
-        "derivatives."
+        "All factors are screened in the first scenario by Morris's elementary effects. Those with an effect then have "
+        "Sobol indices of first and total order, and for AOSMC-RGS of second order, with a quadratic polynomial as "
+        "control variate. A conclusion rests only on intervals narrower than 0.1. Random runs give bands over time, "
+        "and the equations give exact derivatives."
     ),
     sections=sections,
     fingerprints={law: loop(law).ode().fingerprint[:16] for law in sweeps.LAWS},

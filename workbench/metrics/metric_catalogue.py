@@ -197,8 +197,10 @@ def _limit(side: str, given: Any, none: float) -> Array:
 
 
 @door
-def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
+def total_variation(sample: float, signal: str | None = None, after: float = 0.0) -> TotalVariation:
     """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
+
+    With `after` it is that from `after` s on, when the transient is over, and its name is 'late TV'.
 
     Examples
     --------
@@ -208,8 +210,10 @@ def total_variation(sample: float, signal: str | None = None) -> TotalVariation:
     array([34.388])
     """
     sample = seconds("total_variation(sample=...)", sample)
-    about = f"total variation of {{}} per second, sampled every {1000 * sample:g} ms"
-    return TotalVariation(_named("TV", signal), "", about, Choice("input", signal), sample)
+    after = finite("total_variation(after=...)", after, " of seconds", low=0)
+    late, since = ("late TV", f" from {after:g} s on") if after else ("TV", "")
+    about = f"total variation of {{}} per second{since}, sampled every {1000 * sample:g} ms"
+    return TotalVariation(_named(late, signal), "", about, Choice("input", signal), sample, after)
 
 
 @door

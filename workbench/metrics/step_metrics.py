@@ -82,9 +82,14 @@ class AbstractSampledMetric(AbstractSignalMetric):
 @dataclass(frozen=True)
 @door
 class TotalVariation(AbstractSampledMetric):
-    """The sum of |u(t_j) - u(t_(j-1))| over the grid, per second: a measure of chattering."""
+    """The sum of |u(t_j) - u(t_(j-1))| over the grid from `after` seconds on, per second: a measure of chattering."""
 
     remembers: ClassVar = ("sum", "last")
+    after: float = 0.0
+
+    def __post_init__(self) -> None:
+        seconds("TotalVariation(sample=...)", self.sample)
+        finite("TotalVariation(after=...)", self.after, " of seconds", low=0)
 
     @door
     def measured_in(self, unit: str) -> str:
@@ -92,25 +97,37 @@ class TotalVariation(AbstractSampledMetric):
         return product((unit, 1), ("s", -1))
 
     def check(self, ode: Ode, horizon: float) -> None:
-        """Refuse a horizon shorter than one sample time."""
-        if self.sample > horizon * (1 + 1e-6):
+        """Refuse a horizon that ends before one sample time of the grid from `after` on."""
+        if self._intervals(horizon) < 1:
+            late = f" from {self.after:g} s on" if self.after else ""
             raise ValueError(
-                f"The metric '{self.name}' needs a horizon of one sample time at least, which is {self.sample:g} s; "
-                f"got {horizon:g} s."
+                f"The metric '{self.name}' needs a horizon of one sample time at least{late}, which is "
+                f"{self.sample:g} s; got {horizon:g} s."
             )
 
     def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
         """The memory with the change since the last sample added, on the grid."""
         u, sampled, first = column(self.signal, y), on_grid(k, h, self.sample), k == 0
         change = ca.if_else(first, 0, ca.fabs(u - z["last"]))
+        begins = (self._skipped + 1) * self.sample  # where the first change that counts ends
+        counts = ca.logic_and(sampled, k * h >= begins - h / 2) if self.after else sampled
         return {
-            "sum": z["sum"] + ca.if_else(sampled, change, 0),
+            "sum": z["sum"] + ca.if_else(counts, change, 0),
             "last": ca.if_else(sampled, u, z["last"]),
         }
 
     def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
-        """The sum per second of the time that was sampled: whole sample times only."""
-        return z["sum"] / (self.sample * int(horizon / self.sample + 1e-6))
+        """The sum per second of the time that was sampled: whole sample times only; 0 before there is one."""
+        return z["sum"] / (self.sample * max(1.0, self._intervals(horizon)))
+
+    @property
+    def _skipped(self) -> float:
+        """The number of sample times before the first sample from `after` on."""
+        return float(np.ceil(self.after / self.sample - 1e-6))
+
+    def _intervals(self, horizon: float) -> float:
+        """The number of whole sample times from `after` to the horizon."""
+        return float(np.floor(horizon / self.sample + 1e-6)) - self._skipped
 
 
 @dataclass(frozen=True)

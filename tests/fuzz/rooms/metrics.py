@@ -89,7 +89,7 @@ def calls() -> dict[str, Any]:
         "Score": partial(room.Score, "own", "y", "m", np.ones(1), np.zeros(1)),
         "Integral": partial(Integral, "own", "m", "about", g, finish, ("y",)),
         "Peak": partial(Peak, "own", "m", "about", "y", 0.5),
-        "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1),
+        "TotalVariation": partial(TotalVariation, "own", "m", "about", "y", 0.1, 0.5),
         "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
         "Overshoot": partial(Overshoot, "own", "m", "about"),
         "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
@@ -103,7 +103,7 @@ def calls() -> dict[str, Any]:
         "rmse": partial(room.rmse, "y", "RMSE"),
         "sampled_rmse": partial(room.sampled_rmse, 0.1, "y", "RMSE"),
         "settling_time": partial(room.settling_time, "y", 0.1),
-        "total_variation": partial(room.total_variation, 0.1, "y"),
+        "total_variation": partial(room.total_variation, 0.1, "y", 0.5),
         "measure": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, seed=1, **how),
         "measure by a pilot": partial(room.measure, ODE, [rms], [2.0], [1.0], until=1.0, tolerance=1e-2, every=0.5),
         "measure a loop": partial(

@@ -1,0 +1,123 @@
+"""The runs that stray from their reference: how many of each law, and whether they come back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.a7_sensitivity.late_errors import EXACT
+from studies.a7_sensitivity.results import LawResults, percent
+from studies.a7_sensitivity.second_looks import (
+    ASTRAY,
+    BOUNDS,
+    FROM,
+    TO,
+    Later,
+    beyond,
+    late_errors_of,
+    redrawn_words,
+    suspects,
+)
+from studies.a7_sensitivity.sweeps import LATE, LAWS, PROPOSED, UNTIL
+from workbench.study.document.document import Finding, Variation
+from workbench.study.uncertainty import share
+
+FEW = 0.01  # of the runs
+
+
+@dataclass(frozen=True, eq=False)
+class Strays:
+    """The runs of a law beyond a bound from 3 to 5 s, and those of them that are so from 8 to 10 s, too."""
+
+    runs: int
+    first: int
+    lasting: int
+    random: int  # of the lasting ones, those among the random draws
+    draws: int
+
+    @property
+    def answer(self) -> str:
+        """The share of the runs that stray for good, in words."""
+        if not self.lasting:
+            return "none"
+        few = self.lasting < FEW * self.runs
+        return f"fewer than {percent(FEW)}" if few else f"{percent(FEW)} or more"
+
+    @property
+    def words(self) -> str:
+        """The counts."""
+        part = share(np.arange(self.draws) < self.random)
+        again = f", {self.lasting:,} of these from {FROM:g} to {TO:g} s, too" if self.first else ""
+        return (
+            f"{self.first:,} of {self.runs:,} from {LATE:g} to {UNTIL:g} s{again}; of random draws "
+            f"{percent(part.low)} to {percent(part.high)}"
+        )
+
+
+def strays_of(one: LawResults, later: Sequence[Later], bound: float = ASTRAY) -> Strays:
+    """The counts of a law; `later` has the second look at the suspects of each of its samples that has any."""
+    looks = iter(later)
+    first = lasting = random = 0
+    for sample in one.samples:
+        errors = late_errors_of(sample)
+        if not (flags := beyond(errors, min(BOUNDS))).any():
+            continue
+        astray = beyond(errors[flags], bound)
+        stay = astray & beyond(next(looks).errors, bound)
+        first, lasting = first + int(astray.sum()), lasting + int(stay.sum())
+        random += int(stay.sum()) if sample is one.random else 0
+    return Strays(sum(map(len, one.samples)), first, lasting, random, len(one.random))
+
+
+def later_by_law(laws: Mapping[str, LawResults], answers: Sequence[Later]) -> dict[str, tuple[Later, ...]]:
+    """The answers of the second look, law by law."""
+    looks = iter(answers)
+    return {law: tuple(next(looks) for _ in suspects(laws[law])) for law in LAWS if law in laws}
+
+
+def strays(
+    laws: Mapping[str, LawResults], later: Mapping[str, Sequence[Later]], redrawn: Later, own: Mapping[str, float]
+) -> Finding:
+    """The number of runs that leave their reference for good; `own` are the late errors with the card's numbers."""
+    counts = {law: strays_of(one, later[law]) for law, one in laws.items()}
+    ours, others = counts[PROPOSED], [law for law in laws if law != PROPOSED]
+    worst = max(np.nanmax(late_errors_of(sample)) for sample in laws[PROPOSED].samples)
+    part = share(np.arange(ours.draws) < ours.random)
+    bounds = {bound: strays_of(laws[PROPOSED], later[PROPOSED], bound) for bound in BOUNDS}
+    return Finding(
+        "strays",
+        f"The error of a joint exceeds {ASTRAY:g} rad between {LATE:g} and {UNTIL:g} s in {ours.first:,} of "
+        f"{ours.runs:,} runs of {PROPOSED}, and in {ours.lasting:,} of these between {FROM:g} and {TO:g} s, too.",
+        f"The largest error between {LATE:g} and {UNTIL:g} s is {worst:.2g} rad. Of the random draws of {PROPOSED}, "
+        f"{percent(part.low)} to {percent(part.high)} are beyond {ASTRAY:g} rad at both times. "
+        f"{redrawn_words(laws[PROPOSED], redrawn)} {slow_words(counts, own)}",
+        statistic="Counts over all runs of a law. They are no probabilities, as the corners of the screening are among "
+        "them. Shares of the random draws have the interval of Clopper and Pearson, 95 %. A run that diverges counts.",
+        sample=f"All runs of each law: screening, indices and random draws; of {PROPOSED} also the tornado and the "
+        "indices with equal ranges.",
+        given=f"{EXACT}. SMC has the gain of 5 N m that a1 assumes.",
+        chosen="The ranges, and the gains of the rivals.",
+        answer=ours.answer,
+        variations=(
+            *(Variation(f"a bound of {bound:g} rad", one.answer, one.words) for bound, one in bounds.items()),
+            *(Variation(law, counts[law].answer, counts[law].words) for law in others),
+        ),
+        untried=f"Runs that leave their reference after {UNTIL:g} s; ranges without the corners of the screening; for "
+        "SMC a larger gain.",
+    )
+
+
+def slow_words(counts: Mapping[str, Strays], own: Mapping[str, float]) -> str:
+    """The rivals that exceed the bound at first: whether they stray or arrive late."""
+    slow = [law for law, one in counts.items() if law != PROPOSED and one.first]
+    if not slow:
+        return f"No run of the other {len(counts) - 1} laws exceeds {ASTRAY:g} rad after {LATE:g} s."
+    parts = [
+        f"{law} exceeds {ASTRAY:g} rad in {counts[law].first:,} of {counts[law].runs:,} runs from {LATE:g} to "
+        f"{UNTIL:g} s, and in {counts[law].lasting:,} of these from {FROM:g} to {TO:g} s, too: the rest only arrives "
+        f"late. With the numbers of the card and an exact model, its error from {LATE:g} s on is {own[law]:.2f} rad."
+        for law in slow
+    ]
+    return " ".join(parts)
