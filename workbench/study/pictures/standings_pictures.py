@@ -179,11 +179,11 @@ def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) 
     draws = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
     unit = f" in {one.paired.unit}" if one.paired.unit not in ("", "1") else ""
     return (
-        f"Each tile has the statistic of {one.paired.metric}{unit} over {draws} draws; intervals hold for all laws of "
-        f"a column at once with {100 * one.confidence:g} %. Darkness grows with the logarithm of the ratio to the best "
-        "of the column. Frame: the one law that is significantly better than all others. Marked corner: tied with "
-        "the best, as no law is significantly better. Stripes: failed runs; a dash stands where they leave no finite "
-        "statistic."
+        f"Each tile has the statistic of {one.paired.metric}{unit} over {draws} draws; the intervals of a column hold "
+        f"at once with {100 * one.confidence:g} %. A tile is the darker, the larger its ratio to the best of its "
+        "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
+        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash stands "
+        "where they leave no finite statistic."
     )
 
 
