@@ -427,7 +427,8 @@ def test_a_search_by_which_a_law_fails_in_most_draws_of_a_scenario_is_named():
     many = "0, 0 and 160 of 160 with the whole law, and 0, 0 and 0 without (34)"
     assert failures(parts) == (
         " Some searches end at a law that costs more than 20 in most draws of a scenario. The numbers of such draws, "
-        f"by the best, the second and the third search, are: in 'limit', {many}; in {changes.described('slow')}, {many}."
+        "by the best, the second and the third search, are: "
+        f"in 'limit', {many}; in {changes.described('slow')}, {many}."
     )
 
 
