@@ -251,10 +251,10 @@ def _budget_panels(
     """
     least, most = float(costs.min()), float(costs.max())
     scale, limits = _scale(costs)
-    words = f"The thin line is the least of all laws, {least:.3g}"
+    words = f"The thin line is the least value of all laws, {least:.3g}"
     if least > 0 and most > BEYOND * least:
         scale, limits = "log", (least / 1.04, BEYOND * least)
-        words += f", and all above {BEYOND:g} times that is cut off"
+        words += f"; values above {BEYOND:g} times that are cut off"
     panels = [
         Panel(
             "" if k % ACROSS else ylabel,
