@@ -332,7 +332,8 @@ def test_more_than_three_budget_curves_have_a_panel_each_between_the_least_cost_
     assert {panel.hlines for panel in figure.panels} == {(2.0,)}
     assert {panel.ylim[1] for panel in figure.panels} == {8.0}
     assert len({(panel.xlim, panel.ylim, panel.yscale) for panel in figure.panels}) == 1
-    assert "The thin line is the least value of all laws, 2; values above 4 times that are cut off." in words(figure.caption)
+    said = "The thin line is the least value of all laws, 2; values above 4 times that are cut off."
+    assert said in words(figure.caption)
     near = {law: ([10, 20], np.array([3.0, 2.0])) for law in MANY}
     figure = budget_curves("f", "", near, NOTE, "objective")
     assert figure.panels[0].ylim[1] > 3.0
