@@ -66,7 +66,7 @@ def information() -> Table:
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
     return information_table(
         "information",
-        "The measurements and the model of each law behind both observers, and of two laws behind the others.",
+        "The measurements and the model of each law behind both observers, and of two laws with other measurements.",
         {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
         {name: len(one.tuned) for name, one in entrants.items()},
     )
