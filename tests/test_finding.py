@@ -71,10 +71,9 @@ def test_variations_that_answer_different_questions_are_counted_apart():
 
 def test_answers_of_many_variations_are_counted_and_those_of_few_named():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
-    some = replace(BEST, variations=(*many, wb.Variation("another cost", "no law")))
+    some = replace(BEST, variations=(*many, *(wb.Variation(words, "no law") for words in ("another cost", "the sum"))))
     assert some.change == (
-        "The answer changes in 31 of 31 variations: to SMC in 30 of them, for example by choice 0; to 'no law' by "
-        "another cost."
+        "The answer changes in 32 of 32 variations: to SMC in 30 of them; to 'no law' by another cost and by the sum."
     )
 
 

@@ -13,7 +13,7 @@ from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evide
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
-from workbench.study.evidence import ablation_table, change_without, level_of
+from workbench.study.evidence import Judgement, ablation_table, change_without, level_of
 from workbench.study.evidence.comparison_tables import BOLD, HALF
 from workbench.study.pictures import standings_figure
 from workbench.study.pictures.traces import loops_section
@@ -132,23 +132,28 @@ def without_table(held: Evidence, given: Given) -> Table:
     """The law that is lowest in most scenarios but one, and over all of them by each way to pool."""
     pools, cost = held.pooled[given.key], held.cost[given.key]
     one, others = changes.base(held, given.key), [changes.without_scenario(cost, s.name) for s in HELD_OUT]
-    rows = [("none", one.answer, one.detail, *(pool.answer for pool in pools.values()))]
+    rows = [("none", one.answer, one.detail, *(best(pool.whole) for pool in pools.values()))]
     rows += [
-        (s.name, one.answer, one.detail, *(pool.answers[s.name] for pool in pools.values()))
+        (s.name, one.answer, one.detail, *(best(pool.without[s.name]) for pool in pools.values()))
         for s, one in zip(HELD_OUT, others, strict=True)
     ]
     return Table(
         f"without_{given.key}",
-        "The law with the lowest cost as one scenario is left out: in most of the others, and over all of them by each "
-        f"mean. Every law has {given.words}.",
+        "The law with the lowest cost when one scenario is left out: in most of the others, and over all the others "
+        f"together by each mean. Every law has {given.words}.",
         (
             Column("scenario left out"),
             Column("lowest in most"),
             Column("scenarios in which each law is lowest", width=18),
-            *(Column(way, width=14) for way in pools),
+            *(Column(way) for way in pools),
         ),
         tuple(rows),
     )
+
+
+def best(judgement: Judgement) -> str:
+    """The law that is significantly lowest, or `NOBODY`."""
+    return judgement.by[ASKED.words].best or changes.NOBODY
 
 
 def together(held: Evidence) -> Section:
@@ -193,8 +198,8 @@ def together_table(held: Evidence, given: Given) -> Table:
     columns = (
         Column("law"),
         *(Column(head, align="right") for head in heads),
-        Column("scenario with the largest part"),
-        Column("its part of the sum", "%", "right", digits=2),
+        Column("largest part"),
+        Column("of the sum", "%", "right", digits=2),
     )
     whole = comparisons[0]
     notes = (f"{BOLD} {BRACKETS}; {whole.holds}.", whole.paired.said)

@@ -182,10 +182,10 @@ def _quoted(answer: str) -> str:
 
 
 def _by(variations: Sequence[Variation]) -> str:
-    """The variations that have one answer: all of a few by name; of more their number, and the first."""
-    if len(variations) <= NAMED:
-        return f"by {_named(variations)}"
-    return f"in {len(variations)} of them, for example by {variations[0].words}"
+    """The variations that have one answer: a few by their words, more by their number."""
+    if len(variations) > NAMED:
+        return f"in {len(variations)} of them"
+    return " and ".join(f"by {one.words}" for one in variations)
 
 
 def _named(variations: Sequence[Variation]) -> str:
