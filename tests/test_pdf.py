@@ -19,10 +19,12 @@ from workbench.study.document.document import (
     Column,
     Document,
     Equation,
+    Finding,
     Measured,
     Paragraph,
     Section,
     Table,
+    Variation,
     Verdict,
 )
 
@@ -175,3 +177,31 @@ def test_only_the_entry_of_the_catalogue_is_blanked_and_no_byte_moves():
     assert content.count(b"/Suspects false") == given.count(b"/Suspects false") - 1
     assert changed[0] > given.rindex(b"/Catalog")
     assert changed[-1] - changed[0] < len(b"/Suspects false")
+
+
+@pytest.mark.parametrize("width", [None, 40])
+def test_a_column_that_says_so_has_room_for_so_many_letters_beside_longer_texts(tmp_path, width):
+    """Each line of the first column holds as many of its words as fit; without a width fewer do."""
+    first, second = "four words stand here " * 2, "many words stand in the other column " * 20
+    columns = (Column("first", width=width), Column("second"))
+    text = text_of(pdf(with_blocks(Table("t", "T.", columns, ((first, second),) * 3))), tmp_path)
+    whole = any("four words stand here four words" in line for line in text.splitlines())
+    assert whole is (width is not None)
+
+
+def test_the_variations_of_a_finding_are_a_table_behind_the_chapters_with_other_answers_in_bold(tmp_path):
+    ones = (
+        Variation("the median in place of the mean", "SMC", "1.2 against 1.4", "that count scenarios"),
+        Variation("the sum over all scenarios", "PID", "", "that pool scenarios"),
+    )
+    finding = Finding("best", "PID is best.", answer="PID", variations=ones)
+    content = pdf(replace(document(), findings=(finding,)))
+    lines = [" ".join(line.split()) for line in text_of(content, tmp_path).splitlines()]
+    place = lines.index("variation answer figures")
+    assert lines[place + 1 : place + 5] == [
+        "Variations that count scenarios",
+        "the median in place of the mean SMC 1.2 against 1.4",
+        "Variations that pool scenarios",
+        "the sum over all scenarios PID",
+    ]
+    assert "Bold: another answer than in the box." in lines

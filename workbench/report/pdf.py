@@ -160,6 +160,21 @@ class _Writer:
             "evidence": self.phrase(one.evidence),
             "change": self.phrase(one.change),
             "scope": [{"label": label, "phrase": self.phrase(text)} for label, text in (*one.scope, *cites)],
+            "variations": [
+                {
+                    "question": question,
+                    "rows": [
+                        {
+                            "words": self.short(each.words),
+                            "answer": self.short(each.answer),
+                            "detail": self.short(each.detail),
+                            "bold": each.answer != one.answer,
+                        }
+                        for each in variations
+                    ],
+                }
+                for question, variations in one.by_question
+            ],
         }
 
     def table(self, table: Table) -> Tree:
@@ -169,6 +184,7 @@ class _Writer:
                 "header": self.phrase(column.header),
                 "unit": unit_of(column),
                 "align": align,
+                "width": column.width or 0,
                 "length": max([length(row[i]) for row in cells], default=0),
                 "numbers": align != "left" and any(isinstance(row[i].content, Printed) for row in cells),
             }
