@@ -14,7 +14,7 @@ import typst
 
 from workbench.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
-from workbench.report.number_text import Printed
+from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
 from workbench.study.document.document import (
@@ -103,7 +103,7 @@ class _Writer:
         colophon = document.colophon
         title = document.title
         return {
-            "title": self.short(title),
+            "title": join_units(self.short(title)),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}",
             "answer": self.phrase(document.answer),
@@ -221,11 +221,11 @@ class _Writer:
     def _part(self, part: Part) -> Tree:
         match part:
             case str():
-                return {"kind": "text", "text": part}
+                return {"kind": "text", "text": join_units(part)}
             case Code():
                 return {"kind": "code", "text": part.text}
             case Strong():
-                return {"kind": "strong", "text": part.text}
+                return {"kind": "strong", "text": join_units(part.text)}
             case Reference():
                 placed = self.known[part.name]
                 return {"kind": "link", "to": placed.anchor, "text": placed.label}
