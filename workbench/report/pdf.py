@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
@@ -174,12 +174,10 @@ class _Writer:
             }
             for i, (column, align) in enumerate(zip(table.columns, alignments(table), strict=True))
         ]
-        starts = range(1, min(4, len(columns)))
-        key = next((k for k in starts if len({str(row[:k]) for row in table.rows}) == len(table.rows)), 1)
         return {
             "caption": self.phrase(table.caption),
             "columns": columns,
-            "key": key,  # the first columns that tell the rows apart, which each part of a wide table repeats
+            "key": _key(table),  # each part of a wide table repeats these columns
             "rows": [[self.cell(shown) for shown in row] for row in cells],
             "notes": [self.phrase(note) for note in self.notes[table.name]],
         }
@@ -230,6 +228,23 @@ class _Writer:
                 placed = self.known[part.name]
                 return {"kind": "link", "to": placed.anchor, "text": placed.label}
         return {"kind": "math", "text": typst_math.emit(part, width=math.inf)}
+
+
+def _key(table: Table) -> list[int]:
+    """The first columns that tell the rows of a table apart, without those that are not needed for it.
+
+    It is the first column alone if the rows do not differ before the last column.
+    """
+
+    def distinct(columns: Sequence[int]) -> bool:
+        return len({str([row[i] for i in columns]) for row in table.rows}) == len(table.rows)
+
+    starts = (list(range(k)) for k in range(1, len(table.columns)))
+    key = next((start for start in starts if distinct(start)), [0])
+    for column in key[:0:-1]:
+        fewer = [other for other in key if other != column]
+        key = fewer if distinct(fewer) else key
+    return key
 
 
 def _floating(chapter: Chapter, drawings: Mapping[str, str]) -> set[Placed]:
