@@ -80,6 +80,10 @@ def test_the_frailest_loop_is_compared_with_the_others_at_its_own_period(given):
         "At the period of AOSMC-RGS, 0.25 ms, SMC keeps it up to 12.5 %, super-twisting 50 %, PID 25 % and LQG 50 %."
         in (found.statement)
     )
+    assert "keeps its error of 100 µrad at none of the levels tried, from 0.1 % on, as AOSMC-RGS" in found.evidence
+    assert "the observer decides, not the law" in found.evidence
+    shared |= {f"{shared_period()[-1].key}_shared_period": 0.125}
+    assert "not the law" not in missed_periods.clock_finding(RESULTS).evidence
     answers = {one.words: one.answer for one in found.variations}
     assert answers["the laws of the arm alone, all at 0.25 ms"] == PROPOSED
     assert answers[f"these with {OBSERVED} in place of {PROPOSED}"] == OBSERVED

@@ -147,16 +147,19 @@ def clock_finding(results: Results) -> Finding:
     frail = frailest(reach)
     shared = shared_reach(results, OBSERVED)
     (first, level), *rest = ((name, level) for name, level in shared.items() if name != frail)
-    observed = at_shared_period(results)[OBSERVED][0].largest(KEPT)
+    each = at_shared_period(results)
+    observed, error = each[OBSERVED][0].largest(KEPT), each[OBSERVED][1]
+    own = amount(each[PROPOSED][1], "rad")
+    alike = f", as {PROPOSED} its own of {own}: the observer decides, not the law" * (observed == shared[PROPOSED])
     levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
     return Finding(
         "missed_periods",
         f"With missed periods {frail} keeps its settled error within {100 * (KEPT - 1):.0f} % "
         f"{level_words(min(reach.values()))}. At the period of {PROPOSED}, {MS}, {first} keeps it up to "
         f"{listed([f'{100 * level:.3g} %', *levels_of(rest)])}.",
-        f"At each loop's own period the largest levels tried that keep the error are: "
-        f"{listed(levels_of(reach.items()))}. "
-        f"{OBSERVED}, at {MS}, keeps it {level_words(observed)}. Between two neighbours of the levels nothing was run.",
+        f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
+        "At each loop's own period the largest levels tried that keep the error are: "
+        f"{listed(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
         statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
         "worst joint; each effect by itself, in double precision.",
         sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
