@@ -138,6 +138,24 @@ def test_each_part_of_a_wide_table_names_its_rows_by_the_columns_that_tell_them_
     assert pages.count("elbow") == 2 * pages.count("thelaw") > 2
 
 
+def test_the_key_of_a_wide_table_leaves_out_columns_that_are_not_needed_to_tell_rows_apart():
+    places = [(P, s, joint) for P in ("mean", "start") for s in ("first", "second") for joint in (1, 2)]
+    rows = tuple(
+        (w, P, f"{P} of {s}" if P == "mean" else "10", s, j, 0.5) for w in ("I", "0.01 I") for P, s, j in places
+    )
+    columns = tuple(map(Column, ("weights", "P", "its diagonal", "scenario", "joint", "change")))
+    assert module._key(Table("t", "T.", columns, rows)) == [0, 1, 3, 4]
+    assert module._key(Table("t", "T.", columns, rows[:8])) == [0, 1, 3, 4]  # the first column names the rows
+    assert module._key(Table("t", "T.", columns[:3], (("a", "b", 1), ("a", "b", 2)))) == [0]
+
+
+def test_a_head_of_words_takes_more_lines_before_a_table_is_parted(tmp_path):
+    heads = [Column(f"a head of many words {k}") for k in range(8)]
+    rows = tuple((f"row {i}", *("0.1234567 s" for _ in heads[1:])) for i in range(3))
+    text = text_of(compiled(with_blocks(Table("t", "Wide.", tuple(heads), rows)))[0], tmp_path)
+    assert text.count("row 1") == 1
+
+
 def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
     monkeypatch.setattr(module.typst_math, "emit", lambda formula, **more: "frac(1")
     with pytest.raises(ValueError, match=r"`pdf\(document\)` could not set 'Six laws on one arm'.*formulas"):
