@@ -90,8 +90,8 @@ def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
             now: dict[str, Any] = {"x": state, "w": w, "k": {0: np.float64(k)}}
             values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
             values |= {node: now[source.op][source.entry] for node, source in moving.items()}
-            made = [np.broadcast_to(value, len(lot)) for value in loop.play(values)]
-            state = np.stack(made[: plan.states])
+            made = [v if np.shape(v) == lot.shape else np.broadcast_to(v, lot.shape) for v in loop.play(values)]
+            state = np.array(made[: plan.states])
             if segment is not None:
                 values |= zip(lent, made[len(made) - len(lent) :], strict=True)
                 _march_segments(plan, segment, values, state, made[plan.states], made[plan.states + 1 :])
