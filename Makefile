@@ -35,6 +35,7 @@ reports: .venv/.dev
 report-%:
 	@$(RUN) -m workbench run $(firstword $(wildcard studies/$* studies/$*.py))
 
+test: export PYTHONDONTWRITEBYTECODE = # else each process that a test starts would compile all modules again
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
