@@ -1,5 +1,6 @@
 """The names in the witnesses of a2: after `from studies.a2_claims.replay import *` each of their lines runs."""
 
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -162,6 +163,7 @@ def v2_along(Q: float, R: float) -> tuple[float, float]:
     return found.scores[0].pair
 
 
+@cache
 def compared() -> Results:
     """The laws of a1 in both scenarios, each with all its metrics."""
     return run(Study("compared", "T", "Q?", "M.", lambda results: (), cases=(*comparison("FS"), *comparison("SS"))))

@@ -113,18 +113,14 @@ class Handed:
         errors = (settled_rmse(self.follows, late), settled_size(self.follows, late))
         return (*errors, settled_rmse(self.follows, 0.0, WHOLE), total_variation(self.period))
 
-    def instruments(self, quantum: Mapping[str, float] | None = None) -> Instruments:
-        """Its instruments, with steps of their own if told."""
-        loop = self.made(self.period)
-        return Instruments.of(loop.plant, quantum=self.quantum if quantum is None else quantum, limit=self.limit)
-
     def computed(
         self, period: float | None = None, delay: float = 1, *, exact: bool = False, start: str = NEAR_START
     ) -> DigitalLoop:
         """The loop in its computer, or in one with another period and delay, with exact readings, or another start."""
         length = self.period if period is None else period
         loop = (self.made if start == NEAR_START else self.farther)(length)
-        return DigitalLoop(loop, length, self.instruments({} if exact else None), delay)
+        instruments = Instruments.of(loop.plant, quantum={} if exact else self.quantum, limit=self.limit)
+        return DigitalLoop(loop, length, instruments, delay)
 
     def digital(self, *, exact: bool = False, start: str = NEAR_START) -> Sampled:
         """The loop as its computer runs it, or one with exact readings or another start."""

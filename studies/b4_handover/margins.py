@@ -101,10 +101,10 @@ def sweeps() -> tuple[Sweep, ...]:
     made = []
     for one in handed():
         for start in BOTH:
+            near = starts(one, start)
             for way in WAYS:
                 run = Run(loop_of(one, way, start), one.metrics, one.until, h=one.period, seed=SEED)
-                named = sample_name(one, way, start)
-                made.append(computer_sweep(named, run, effects(one, way), starts(one, start), DRAWS))
+                made.append(computer_sweep(sample_name(one, way, start), run, effects(one, way), near, DRAWS))
     return tuple(made)
 
 

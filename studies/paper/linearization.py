@@ -1,6 +1,7 @@
 """The linearization of each law's loop, cut at the torque: at rest, and along the first scenario."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import casadi as ca
@@ -60,6 +61,7 @@ class AtRest:
         return 1e3 * min((m.delay for m in self.channels), default=0.0)
 
 
+@cache
 def loop_of(law: str, scenario: str = "FS") -> ClosedLoop:
     """The loop of a law as in a1."""
     return proposed_repaired(scenario) if law == PROPOSED else rival(scenario, law)

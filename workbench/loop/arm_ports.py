@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import casadi as ca
@@ -20,12 +21,12 @@ ORDERS = {"q": "", "qd": "/s", "qdd": "/s^2"}
 def motion(units: Iterable[str], names: Iterable[str] = ORDERS) -> Layout:
     """Positions, velocities and accelerations of joints whose positions have these units."""
     held = tuple(units)
-    return Layout(tuple(_entry(name, (u if u == ANY else f"{u}{ORDERS[name]}" for u in held)) for name in names))
+    return _port(tuple((name, tuple(u if u == ANY else f"{u}{ORDERS[name]}" for u in held)) for name in names))
 
 
 def torques(name: str, units: Iterable[str]) -> Layout:
     """The generalised forces on joints whose positions have these units: N m for rad, N for m."""
-    return Layout((_entry(name, ({"rad": "N m", "m": "N"}.get(unit, ANY) for unit in units)),))
+    return _port(((name, tuple({"rad": "N m", "m": "N"}.get(unit, ANY) for unit in units)),))
 
 
 def motors(arm: AbstractArm) -> Layout:
@@ -43,9 +44,13 @@ def unit(port: Layout) -> str:
     return port.entries[0].unit
 
 
-def _entry(name: str, units: Iterable[str]) -> Entry:
-    each = tuple(units)
-    return Entry(name, np.zeros(len(each)), each[0] if len(set(each)) == 1 else ", ".join(each))
+@lru_cache(maxsize=256)  # a loop asks for its ports hundreds of times while it is made
+def _port(units_of_each: tuple[tuple[str, tuple[str, ...]], ...]) -> Layout:
+    return Layout(tuple(_entry(name, units) for name, units in units_of_each))
+
+
+def _entry(name: str, units: tuple[str, ...]) -> Entry:
+    return Entry(name, np.zeros(len(units)), units[0] if len(set(units)) == 1 else ", ".join(units))
 
 
 class AbstractJoints(ABC):

@@ -17,6 +17,7 @@ from workbench.printed.tokens import Token, refusal, tokens_of_text
 Language = Literal["text", "latex"]
 SEPARATORS = {",", ";"}
 SIGNS = {"+", "-", "*", "/"}
+AHEAD = 40  # tokens in which an equals sign makes a statement of what comes
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,11 @@ def _parts(found: Sequence[Token]) -> Iterator[list[Token]]:
 def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
     piece: list[Token] = []
     for i, token in enumerate(found):
-        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 :], token.within)
-        complete = _equals(piece) and piece[-1].kind not in SIGNS | {"="}
-        next_line = complete and token.line > piece[-1].line and token.kind == "name" and not token.within
-        if next_line and _begins_statement(found[i:], ()):
+        ends = token.kind in SEPARATORS and _begins_statement(found[i + 1 : i + 1 + AHEAD], token.within)
+        next_line = piece and token.line > piece[-1].line and token.kind == "name" and not token.within
+        # the signs of a long piece are sought only where it may end
+        complete = next_line and piece[-1].kind not in SIGNS | {"="} and _equals(piece)
+        if complete and _begins_statement(found[i : i + AHEAD], ()):
             yield piece
             piece = []
         if not token.within and (token.kind == "break" or ends):
@@ -73,7 +75,7 @@ def _pieces(found: Sequence[Token]) -> Iterator[list[Token]]:
 
 def _begins_statement(rest: Sequence[Token], within: tuple[str, ...]) -> bool:
     """True if an equals sign comes before the next break or separator."""
-    signs = (token for token in rest[:40] if token.kind in SEPARATORS | {"=", "break"})
+    signs = (token for token in rest if token.kind in SEPARATORS | {"=", "break"})
     return next((sign.kind == "=" for sign in signs if len(sign.within) <= len(within)), False)
 
 

@@ -5,7 +5,8 @@ It serves where nothing can be compiled, with the bits of the compiled march, wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -15,9 +16,10 @@ from workbench.simulate.job import Job, Piece, Progress, crew, pieces
 from workbench.simulate.kernel.arrays import Arrays, Line, Tape, play
 from workbench.simulate.kernel.plan import Evaluation, Plan
 from workbench.simulate.kernel.target_operations import Value
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, Integers
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
+NORMALS_AT_ONCE = 2**14  # of some steps of all runs: so many are made with few calls, and stay in the cache
 
 
 def march(job: Job, x: Array, tell: Progress) -> None:
@@ -82,18 +84,26 @@ def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     timed = {node: np.broadcast_to(value, len(steps)) for node, value in per_step.items()}
     moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k")}
     state = np.ascontiguousarray(x[lot, piece.start].T)
+    noise = _noise(part, steps) if job.step.noises else itertools.repeat(np.empty((0, len(lot))))
     with np.errstate(all="ignore"):
-        for step, k in enumerate(steps):
-            now: dict[str, Any] = {"x": state, "w": part.noise(steps[step : step + 1])[:, 0].T, "k": {0: np.float64(k)}}
+        for step, (k, w) in enumerate(zip(steps, noise, strict=False)):
+            now: dict[str, Any] = {"x": state, "w": w, "k": {0: np.float64(k)}}
             values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
             values |= {node: now[source.op][source.entry] for node, source in moving.items()}
-            made = [np.broadcast_to(value, len(lot)) for value in loop.play(values)]
-            state = np.stack(made[: plan.states])
+            made = [v if np.shape(v) == lot.shape else np.broadcast_to(v, lot.shape) for v in loop.play(values)]
+            state = np.array(made[: plan.states])
             if segment is not None:
                 values |= zip(lent, made[len(made) - len(lent) :], strict=True)
                 _march_segments(plan, segment, values, state, made[plan.states], made[plan.states + 1 :])
             if (step + 1) % piece.steps == 0:
                 x[lot, piece.row + step // piece.steps] = state.T
+
+
+def _noise(job: Job, steps: Integers) -> Iterator[Array]:
+    """The normal numbers (nw, B) of one step after the other."""
+    some = max(1, NORMALS_AT_ONCE // (len(job.runs) * job.step.noises))
+    for first in range(0, len(steps), some):
+        yield from job.noise(steps[first : first + some]).transpose(1, 2, 0)
 
 
 def _march_segments(
