@@ -8,7 +8,7 @@ import pytest
 
 from workbench.design.frequency import stability_margins
 from workbench.design.frequency.half_planes import unstable_roots
-from workbench.design.frequency.isolated_roots import isolated_roots
+from workbench.design.frequency.positive_roots import positive_roots
 from workbench.design.matrices import Refused
 
 
@@ -149,7 +149,7 @@ def test_a_loop_without_margins_is_refused_by_name(loop, delay, words):
 
 def test_roots_are_isolated_however_near_and_counted_by_half_planes():
     # (x - 1)(1e6 x - 1000001)(x - 3)^2
-    roots = isolated_roots([9 * 1000001, -15 * 1000001 - 9000000, 7 * 1000001 + 15000000, -1000001 - 7000000, 1000000])
+    roots = positive_roots([9 * 1000001, -15 * 1000001 - 9000000, 7 * 1000001 + 15000000, -1000001 - 7000000, 1000000])
     assert [root.multiplicity for root in roots] == [1, 1, 2]
     assert [float(root.middle) for root in roots] == [1.0, 1.000001, 3.0]
     assert unstable_roots([-1, 0, 0, 1]) == (1, 0)  # s^3 - 1

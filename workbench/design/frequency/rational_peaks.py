@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from workbench.design.frequency.integer_polynomials import Polynomial, trim
-from workbench.design.frequency.isolated_roots import Root, at, bounds, isolated_roots
 from workbench.design.frequency.polynomial_ratios import slope_numerator
+from workbench.design.frequency.positive_roots import Root, at, bounds, positive_roots
 
 ZERO = Root(Fraction(0), Fraction(0))
 
@@ -29,7 +29,7 @@ def largest_ratio(F: Polynomial, G: Polynomial) -> SquaredPeak:
     """
     if not trim(F):
         return SquaredPeak(Fraction(0), Fraction(0), ZERO)
-    candidates = [_value(F, G, root) for root in (ZERO, *isolated_roots(slope_numerator(F, G)))]
+    candidates = [_value(F, G, root) for root in (ZERO, *positive_roots(slope_numerator(F, G)))]
     if len(F) == len(G):
         limit = Fraction(F[-1], G[-1])
         candidates.append(SquaredPeak(limit, limit, None))

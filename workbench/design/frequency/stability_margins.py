@@ -16,10 +16,12 @@ from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
     CertifiedValue,
+    Peak,
     enclosure,
     greatest,
     least,
     root_of,
+    widened,
 )
 from workbench.design.frequency.crossovers import (
     Crossover,
@@ -42,15 +44,6 @@ if TYPE_CHECKING:
     import control
 
 LAG = 64.0  # rad of the delay, up to which phase crossovers are listed without a `band`
-
-
-@dataclass(frozen=True)
-@show
-class Peak:
-    """The supremum of a gain over all frequencies, and a frequency in rad/s at which it is reached."""
-
-    gain: CertifiedValue
-    frequency: float
 
 
 @dataclass(frozen=True)
@@ -188,7 +181,7 @@ def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue]:
     balance = _peak(loop, opposed, closed).gain
     disk = INFINITE  # L is one at every frequency
     if balance.value:
-        disk = enclosure_of(CertifiedValue(2 / balance.value, 2 / balance.high, 2 / balance.low))
+        disk = widened(2 / balance.value, 2 / balance.high, 2 / balance.low)
     return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), disk
 
 
@@ -198,18 +191,12 @@ def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
     return Peak(root_of(peak.low, peak.high), place.value)
 
 
-def enclosure_of(value: CertifiedValue) -> CertifiedValue:
-    """The same number with bounds one unit in the last place farther out, for a quotient of it."""
-    bounds = enclosure(value.low, value.high)
-    return CertifiedValue(value.value, bounds.low, bounds.high)
-
-
 def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue]:
     S, T, g = least_distance(late), least_inverse_distance(late), least_balance(late)
     disk = (2 * math.sqrt(part / (2 - part)) for part in (g.value, g.low, g.high))
-    return _inverse_root(S), _inverse_root(T), enclosure_of(CertifiedValue(*disk))
+    return _inverse_root(S), _inverse_root(T), widened(*disk)
 
 
 def _inverse_root(valley: Valley) -> Peak:
     value, low, high = (1 / math.sqrt(part) for part in (valley.value, valley.high, valley.low))
-    return Peak(enclosure_of(CertifiedValue(value, low, high)), valley.frequency)
+    return Peak(widened(value, low, high), valley.frequency)
