@@ -7,16 +7,16 @@ first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a
 
 from workbench.design.frequency.certified_values import CertifiedValue, Peak
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
-from workbench.design.frequency.crossovers import Crossover
 from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
 from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.frequency.hold_loop import HoldLoop, HoldResponse, hold_loop
+from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.multirate import LiftedLoop, common_period, lift_rates
 from workbench.design.frequency.period_poles import PeriodPoles
 from workbench.design.frequency.pole_zero_structure import PoleZeroStructure, Roots, pole_zero_structure
 from workbench.design.frequency.row_responses import RowResponses, row_responses
-from workbench.design.frequency.stability_margins import StabilityMargins, StableMargins, stability_margins
+from workbench.design.frequency.stability_margins import stability_margins
 
 __all__ = [
     "CertifiedValue",

@@ -60,6 +60,16 @@ def widened(value: float, low: float, high: float) -> CertifiedValue:
     return CertifiedValue(value, bounds.low, bounds.high)
 
 
+def twice_inverse(gain: CertifiedValue) -> CertifiedValue:
+    """The number 2 / gain; infinity for a gain of zero."""
+    if gain.low <= 0:
+        return INFINITE
+    value = 2 / gain.value
+    if gain.low == gain.high and Fraction(value) * Fraction(gain.value) == 2:
+        return CertifiedValue(value, value, value)
+    return widened(value, 2 / gain.high, 2 / gain.low)
+
+
 def of_fractions(low: Fraction, high: Fraction) -> CertifiedValue:
     """The enclosure of a number between two fractions."""
     exact = low == high and Fraction(float(low)) == low

@@ -10,20 +10,11 @@ from itertools import product
 from workbench.design.frequency.axis_loop import AxisLoop
 from workbench.design.frequency.certified_values import CertifiedValue, angle, of_fractions, square_root
 from workbench.design.frequency.integer_polynomials import add, scale, trim
+from workbench.design.frequency.margin_records import Crossover
 from workbench.design.frequency.positive_roots import Root, at, bounds, positive_roots
 from workbench.design.frequency.rational_peaks import ZERO
-from workbench.validation.notebook_display import show
 
 ROUNDING = 1e-15  # relative, of an angle that is made of few operations
-
-
-@dataclass(frozen=True)
-@show
-class Crossover:
-    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin: of phase in degrees, or a factor of gain."""
-
-    frequency: CertifiedValue
-    margin: CertifiedValue
 
 
 @dataclass(frozen=True)

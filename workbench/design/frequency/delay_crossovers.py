@@ -21,8 +21,8 @@ from workbench.design.frequency.certified_values import (
     root_of,
     widened,
 )
-from workbench.design.frequency.crossovers import Crossover
 from workbench.design.frequency.delay_pieces import LateLoop, Piece
+from workbench.design.frequency.margin_records import Crossover
 from workbench.design.matrices import Refused
 
 TURN = 2 * math.pi

@@ -9,7 +9,7 @@ Abbott (2014), Quadratic interval refinement for real roots, ACM Communications 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import pairwise
 
@@ -28,16 +28,25 @@ FINEST = 2**64  # parts of an interval that a step of the refinement may make
 
 @dataclass(frozen=True)
 class Root:
-    """A real root: the only one of its polynomial from `low` to `high`, which are equal where it is exactly known."""
+    """A real root: the only one of a polynomial from `low` to `high`, which are equal where it is exactly known.
+
+    The ends are whole numbers over powers of two, as is every place at which a polynomial is asked here.
+    """
 
     low: Fraction
     high: Fraction
     multiplicity: int = 1
+    factor: Polynomial = field(default_factory=list, repr=False, compare=False)
 
     @property
     def middle(self) -> Fraction:
         """The middle of the interval."""
         return (self.low + self.high) / 2
+
+    def refined(self, bits: int = BITS) -> Root:
+        """The same root known to so many bits; `factor` is a polynomial that has it as a simple root."""
+        low, high = _refine(self.factor, self.low, self.high, bits)
+        return replace(self, low=low, high=high)
 
 
 def positive_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
@@ -45,14 +54,14 @@ def positive_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
     roots = []
     for factor, multiplicity in square_free_factors(trim(p)):
         factor = factor[next(i for i, a in enumerate(factor) if a) :]
-        for low, high in _isolate(factor):
-            roots.append(Root(*_refine(factor, low, high, bits), multiplicity))
+        roots += [Root(low, high, multiplicity, factor).refined(bits) for low, high in _isolate(factor)]
     return sorted(roots, key=lambda root: root.low)
 
 
 def at(p: Polynomial, x: Fraction) -> Fraction:
     """The value p(x), exactly."""
-    return Fraction(_numerator(p, x), x.denominator ** max(len(p) - 1, 0))
+    places = _places(x)
+    return Fraction(_value(p, x, places), 1 << places * max(len(p) - 1, 0))
 
 
 def bounds(p: Polynomial, root: Root) -> tuple[Fraction, Fraction]:
@@ -67,22 +76,26 @@ def bounds(p: Polynomial, root: Root) -> tuple[Fraction, Fraction]:
 
 def ratio(p: Polynomial, q: Polynomial, x: Fraction) -> tuple[int, int]:
     """Two whole numbers in the proportion of p(x) to q(x)."""
-    top, bottom = _numerator(p, x), _numerator(q, x)
-    excess = len(q) - len(p)
-    return (top * x.denominator**excess, bottom) if excess > 0 else (top, bottom * x.denominator**-excess)
+    places, excess = _places(x), len(q) - len(p)
+    top, bottom = _value(p, x, places), _value(q, x, places)
+    return (top << places * excess, bottom) if excess > 0 else (top, bottom << places * -excess)
 
 
-def _numerator(p: Polynomial, x: Fraction) -> int:
-    """The whole number p(x) d^n of the denominator d of x."""
-    total, power = 0, 1
-    for a in reversed(p):
-        total = total * x.numerator + a * power
-        power *= x.denominator
+def _places(x: Fraction) -> int:
+    """The binary places of x, a whole number over a power of two."""
+    return x.denominator.bit_length() - 1
+
+
+def _value(p: Polynomial, x: Fraction, places: int) -> int:
+    """The whole number p(x) 2^(n places), n = len(p) - 1, for an x with at most so many binary places."""
+    total, whole = 0, x.numerator << places - _places(x)
+    for i, a in enumerate(reversed(p)):
+        total = total * whole + (a << places * i)
     return total
 
 
 def _sign(p: Polynomial, x: Fraction) -> int:
-    value = _numerator(p, x)
+    value = _value(p, x, _places(x))
     return (value > 0) - (value < 0)
 
 
@@ -127,10 +140,11 @@ def _refine(p: Polynomial, low: Fraction, high: Fraction, bits: int) -> tuple[Fr
         return low, high
     before, parts = _sign(p, low) or _sign(derivative(p), low), 4
     while (high - low) * 2**bits > high:
-        start, end = at(p, low), at(p, high)
-        if start * end >= 0:  # an end is another root
+        places = max(_places(low), _places(high))
+        start, end = _value(p, low, places), _value(p, high, places)
+        if (start > 0) == (end > 0) or not start or not end:  # an end is another root
             parts = 2
-        place = min(max(int(parts * start / (start - end)), 0), parts - 1) if parts > 2 else 0
+        place = min(parts * start // (start - end), parts - 1) if parts > 2 else 0
         left = low + (high - low) * Fraction(place, parts)
         right = left + (high - low) / parts
         signs = (_sign(p, left) or before if left == low else _sign(p, left), _sign(p, right))

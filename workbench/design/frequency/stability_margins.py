@@ -8,7 +8,6 @@ circle of a discrete loop becomes the axis by z = (1 + v) / (1 - v). With a dela
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from workbench.design.frequency.axis_loop import AxisLoop, axis_loop
@@ -21,10 +20,10 @@ from workbench.design.frequency.certified_values import (
     greatest,
     least,
     root_of,
+    twice_inverse,
     widened,
 )
 from workbench.design.frequency.crossovers import (
-    Crossover,
     UnitGain,
     late_phase,
     real_crossovers,
@@ -35,8 +34,8 @@ from workbench.design.frequency.delay_crossovers import gain_limits, phase_cross
 from workbench.design.frequency.delay_peaks import Valley, least_balance, least_distance, least_inverse_distance
 from workbench.design.frequency.delay_pieces import LateLoop, late_loop
 from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
+from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.rational_peaks import largest_ratio
-from workbench.validation.notebook_display import show
 from workbench.validation.refusals import positive
 from workbench.validation.signatures import door
 
@@ -44,43 +43,6 @@ if TYPE_CHECKING:
     import control
 
 LAG = 64.0  # rad of the delay, up to which phase crossovers are listed without a `band`
-
-
-@dataclass(frozen=True)
-@show
-class StableMargins:
-    """The margins of a stable loop: how far it is from instability.
-
-    Gains between `gain_low` and `gain_high`, as factors, keep it stable, and so do losses of phase below
-    `phase_margin` in degrees, delays below `delay_margin` in s, and factors (2 + d) / (2 - d) with complex
-    |d| < `disk_margin`. `Ms` and `Mt` are the peaks of S = 1 / (1 + L) and T = L / (1 + L).
-    """
-
-    gain_low: CertifiedValue
-    gain_high: CertifiedValue
-    phase_margin: CertifiedValue
-    delay_margin: CertifiedValue
-    Ms: Peak
-    Mt: Peak
-    disk_margin: CertifiedValue
-
-
-@dataclass(frozen=True)
-@show
-class StabilityMargins:
-    """The crossovers of a loop L, and its margins if the closed loop is stable; else `margins` is None.
-
-    `gain_crossovers` are all frequencies with |L| = 1, with the phase margin there in degrees, in (-180, 180].
-    `phase_crossovers` are those where L is real and negative, zero, infinity and Nyquist's included, with the gain
-    margin -1 / L; a touch counts once. `remarks` says where |L| is one, or L real, at every frequency, so that only
-    the ends of the axis are listed.
-    """
-
-    stable: bool
-    gain_crossovers: tuple[Crossover, ...]
-    phase_crossovers: tuple[Crossover, ...]
-    margins: StableMargins | None
-    remarks: tuple[str, ...] = ()
 
 
 @door
@@ -174,15 +136,12 @@ def _delay(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
     return CertifiedValue(value / omega.value, bounds.low, bounds.high)
 
 
-def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue]:
+def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
     """Ms, Mt and the disk margin from |D|^2, |N|^2 and |D - N|^2 over |D + N|^2."""
     both = add(loop.A, loop.B)
     closed, opposed = trim(add(both, scale(loop.P, 2))), trim(add(both, scale(loop.P, -2)))
-    balance = _peak(loop, opposed, closed).gain
-    disk = INFINITE  # L is one at every frequency
-    if balance.value:
-        disk = widened(2 / balance.value, 2 / balance.high, 2 / balance.low)
-    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), disk
+    balance = _peak(loop, opposed, closed)
+    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), twice_inverse(balance.gain), balance.frequency
 
 
 def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
@@ -191,10 +150,10 @@ def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
     return Peak(root_of(peak.low, peak.high), place.value)
 
 
-def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue]:
+def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
     S, T, g = least_distance(late), least_inverse_distance(late), least_balance(late)
     disk = (2 * math.sqrt(part / (2 - part)) for part in (g.value, g.low, g.high))
-    return _inverse_root(S), _inverse_root(T), widened(*disk)
+    return _inverse_root(S), _inverse_root(T), widened(*disk), g.frequency
 
 
 def _inverse_root(valley: Valley) -> Peak:
