@@ -50,7 +50,8 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
 
     Examples
     --------
-    >>> h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).gain.value
+    >>> import control
+    >>> wb.h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).gain.value
     0.7071067811865476
     """
     A, B, C, D = exact_state_space("h2_norm", system)

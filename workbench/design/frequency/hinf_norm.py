@@ -53,8 +53,9 @@ def hinf_norm(system: control.StateSpace) -> Peak:
 
     Examples
     --------
+    >>> import control
     >>> resonance = control.ss([[-0.0002, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 1.0]], 0.0)
-    >>> norm = hinf_norm(resonance)
+    >>> norm = wb.hinf_norm(resonance)
     >>> round(norm.gain.value, 6), round(norm.frequency, 6)
     (5000.000025, 1.0)
     """

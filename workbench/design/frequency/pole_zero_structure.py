@@ -78,8 +78,9 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
 
     Examples
     --------
+    >>> import control
     >>> tanks = control.ss([[-1.0, 1.0], [0.0, -2.0]], [[1.0], [1.0]], [[1.0, 0.0]], 0.0)
-    >>> pole_zero_structure(tanks).transmission_zeros.values
+    >>> wb.pole_zero_structure(tanks).transmission_zeros.values
     array([-3.+0.j])
     """
     A, B, C, D = exact_state_space("pole_zero_structure", system)
