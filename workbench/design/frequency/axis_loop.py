@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
+from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import (
     Polynomial,
     add,
@@ -95,8 +96,8 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
             f"`{call}(loop=...)` must be proper, so that it has an answer at infinity; its numerator has degree "
             f"{len(numerator) - 1}, its denominator {len(denominator) - 1}. Add the poles that the hardware has."
         )
-    period = _period(call, loop)
-    late = _delay(call, delay, period)
+    period = period_of(call, loop)
+    late = exact_delay(call, delay, period)
     if period is not None:
         denominator, late = [0] * int(late) + denominator, Fraction(0)
     degree = len(denominator) - 1
@@ -126,12 +127,13 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     """Numerator and denominator as whole numbers."""
     import control
 
-    if loop.ninputs != 1 or loop.noutputs != 1:
-        raise ValueError(
-            f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "
-            "one of them by `one_loop`."
-        )
+    refuse_channels(call, loop)
     if isinstance(loop, control.TransferFunction):
+        if len(loop.den[0][0]) > MOST_STATES + 1:
+            raise Refused(
+                f"`{call}(loop=...)` must have at most {MOST_STATES} poles as a `TransferFunction`, as doubles do not "
+                f"hold the coefficients of more; got {len(loop.den[0][0]) - 1}. Give a `StateSpace`."
+            )
         numerator, denominator = (np.asarray(p[0][0], dtype=float)[::-1] for p in (loop.num, loop.den))
         if not (np.isfinite(numerator).all() and np.isfinite(denominator).all()):
             raise ValueError(f"`{call}(loop=...)` must have finite numbers; got nan or an infinity.")
@@ -142,7 +144,16 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     return trim(transfer.in_variable(transfer.numerators[0][0])), trim(denominator)
 
 
-def _period(call: str, loop: Any) -> float | None:
+def refuse_channels(call: str, loop: Any) -> None:
+    """Refuse a loop with another number of channels than one."""
+    if loop.ninputs != 1 or loop.noutputs != 1:
+        raise ValueError(
+            f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "
+            "one of them by `one_loop`."
+        )
+
+
+def period_of(call: str, loop: Any) -> float | None:
     """The period in s of a discrete loop, None for a continuous one."""
     if not loop.dt:
         return None
@@ -151,7 +162,7 @@ def _period(call: str, loop: Any) -> float | None:
     return float(loop.dt)
 
 
-def _delay(call: str, delay: float, period: float | None) -> Fraction:
+def exact_delay(call: str, delay: float, period: float | None) -> Fraction:
     """The delay in s, or in periods of a discrete loop."""
     if not (math.isfinite(delay) and delay >= 0):
         raise ValueError(f"`{call}(delay=...)` must be finite and not negative, as no loop foresees; got {delay:g} s.")

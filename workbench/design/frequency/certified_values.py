@@ -129,6 +129,11 @@ def angle(across: int, along: int) -> float:
     return math.atan2(across / size, along / size) if size else 0.0
 
 
+def magnitude(x: CertifiedValue) -> CertifiedValue:
+    """The number |x|."""
+    return x if x.value >= 0 else CertifiedValue(-x.value, -x.high, -x.low)
+
+
 def least(values: Iterable[CertifiedValue]) -> CertifiedValue:
     """The least of some numbers, infinity if there are none."""
     listed = list(values)

@@ -19,6 +19,7 @@ from workbench.design.frequency.certified_values import (
     enclosure,
     greatest,
     least,
+    magnitude,
     root_of,
     twice_inverse,
     widened,
@@ -33,6 +34,8 @@ from workbench.design.frequency.delay_count import is_stable
 from workbench.design.frequency.delay_crossovers import gain_limits, phase_crossovers
 from workbench.design.frequency.delay_peaks import Valley, least_balance, least_distance, least_inverse_distance
 from workbench.design.frequency.delay_pieces import LateLoop, late_loop
+from workbench.design.frequency.estimated_margins import estimated_margins
+from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
 from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.rational_peaks import largest_ratio
@@ -51,10 +54,12 @@ def stability_margins(
 ) -> StabilityMargins:
     """The margins of the negative feedback of a loop L with one channel, continuous or discrete, with an exact delay.
 
+    Up to 40 states the bounds are proved. Of a `StateSpace` with more they are estimates, and `remarks` says so.
+
     Parameters
     ----------
     delay
-        In s; of a discrete loop a whole number of periods.
+        In s; of a discrete loop a whole number of periods. None for more than 40 states in continuous time.
     band
         In rad/s: with a delay of a continuous loop, phase crossovers are listed up to it.
 
@@ -64,7 +69,8 @@ def stability_margins(
         If the loop has several channels, more zeros than poles, no denominator, or numbers that are not finite; if
         the delay is negative or `band` is not positive.
     Refused
-        If 1 + L is zero at infinity, the loop has more than 40 states, or doubles do not tell the side of a root.
+        If 1 + L is zero at infinity, doubles do not tell the side of a root, or the loop is too large: beyond 400
+        states, 40 with a delay, or 40 as a `TransferFunction`.
 
     References
     ----------
@@ -73,13 +79,15 @@ def stability_margins(
     Examples
     --------
     >>> import control
-    >>> found = stability_margins(control.tf([4], [1, 3, 3, 1]))
+    >>> found = wb.stability_margins(control.tf([4], [1, 3, 3, 1]))
     >>> found.margins.gain_high.value, found.margins.Ms.gain.value
     (2.0, 3.0)
     """
-    given = axis_loop("stability_margins", loop, delay)
     if band is not None:
         band = positive("stability_margins(band=...)", band, " of rad/s")
+    if loop.nstates and loop.nstates > MOST_STATES:
+        return estimated_margins(loop, delay)
+    given = axis_loop("stability_margins", loop, delay)
     stable, gains = is_stable(given), unit_gain_crossovers(given)
     late = late_loop(given) if given.delay and given.numerator else None
     phases = real_crossovers(given) if late is None else phase_crossovers(late, band or _band(given, gains))
@@ -108,7 +116,7 @@ def _margins(
     phases: list[Crossover],
 ) -> StableMargins:
     low, high = gain_limits(late) if late else _limits([row.margin for row in phases])
-    phase = least(_size(row.margin) for _, row in gains)
+    phase = least(magnitude(row.margin) for _, row in gains)
     delay = least(_delay(loop, gain) for gain, _ in gains)
     if loop.period is None and len(loop.A) == len(loop.B) and abs(loop.A[-1]) > loop.B[-1]:
         delay = ZERO  # |L| > 1 at infinity: no delay is short enough
@@ -117,12 +125,6 @@ def _margins(
 
 def _limits(factors: list[CertifiedValue]) -> tuple[CertifiedValue, CertifiedValue]:
     return greatest(f for f in factors if f.value < 1), least(f for f in factors if f.value > 1)
-
-
-def _size(angle: CertifiedValue) -> CertifiedValue:
-    if angle.value >= 0:
-        return angle
-    return CertifiedValue(-angle.value, -angle.high, -angle.low)
 
 
 def _delay(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
