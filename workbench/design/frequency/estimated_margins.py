@@ -18,6 +18,7 @@ from scipy.linalg import block_diag, eig, eigvals, schur
 from scipy.optimize import brentq
 
 from workbench.design.frequency.axis_loop import exact_delay, period_of, refuse_channels
+from workbench.design.frequency.bilinear_loops import delayed_loop, loop_on_axis
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 MOST = 400  # states: some minute
 GRID = 500  # frequencies between which a sign is looked at, beside the candidates
 AT_ONCE = 16  # responses with their errors
-SINGULAR = 1e12  # the condition of A beyond which a loop integrates
+INTEGRATES = 1e12  # the condition of A beyond which a loop does
 
 
 def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargins:
@@ -73,9 +74,10 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
             f"got {len(matrices[0]) + int(late)}. Reduce it first, by `control.balred` say."
         )
     with one_thread():
-        L = _on_axis(*matrices, int(late)) if period else loop
+        given = delayed_loop(*matrices, int(late))
+        L = loop_on_axis(given) if period else given
         S = sensitivity(L)
-        axis = _Axis(L, period)
+        axis = _Axis(L, given, period)
         found = axis.gain_crossovers(), axis.phase_crossovers()
         stable = _is_stable(S)
         margins = _margins(axis, S, *found) if stable else None
@@ -84,23 +86,6 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
         "of rounding, not proofs."
     )
     return StabilityMargins(stable, *found, margins, (remark,))
-
-
-def _on_axis(A: Array, B: Array, C: Array, D: Array, periods: int) -> control.StateSpace:
-    """The loop with so many periods of delay in v = (z - 1) / (z + 1)."""
-    import control
-
-    for _ in range(periods):  # a state that holds the input for a period
-        A, B = np.block([[A, B], [np.zeros((1, len(A) + 1))]]), np.eye(len(A) + 1)[:, -1:]
-        C, D = np.hstack([C, D]), 0 * D
-    plus = np.eye(len(A)) + A
-    if not np.linalg.cond(plus) < SINGULAR:
-        raise Refused(
-            "`stability_margins(loop=...)` of a discrete loop with many states must have no pole at z = -1; this one "
-            "has. Leave out the mode at Nyquist's frequency."
-        )
-    inverse = np.linalg.inv(plus)
-    return control.ss(inverse @ (A - np.eye(len(A))), inverse @ B, 2 * C @ inverse, D - C @ inverse @ B)
 
 
 def _is_stable(S: control.StateSpace) -> bool:
@@ -121,9 +106,10 @@ def _is_stable(S: control.StateSpace) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class _Axis:
-    """A loop on the imaginary axis, and the frequencies in rad/s that stand for v."""
+    """A loop L on the imaginary axis, and the same loop as it was `given`, in z if it has a period in s."""
 
     L: control.StateSpace
+    given: control.StateSpace
     period: float | None
 
     def frequency(self, omega: CertifiedValue) -> CertifiedValue:
@@ -143,7 +129,7 @@ class _Axis:
             return np.asarray((size - 1) / (size + 1))
 
         rows = []
-        for omega, value, slope, error in _with_errors(self.L, _zeros(excess, _between(self.L, candidates))):
+        for omega, value, slope, error in self._answers(_zeros(excess, _between(self.L, candidates))):
             rate = slope / value
             doubt = (error + abs(abs(value) - 1)) / max(abs(rate.real), 1e-300) + 2 * EPS * omega
             degrees = math.degrees(float(np.angle(-value)))
@@ -156,10 +142,10 @@ class _Axis:
         """All places with L < 0, zero and infinity included, with the factor -1 / L."""
         answer, own = _response(self.L), float(self.L.D[0, 0])
         places = _zeros(lambda omega: np.asarray(answer(omega).imag), _between(self.L, _real_candidates(self.L)))
-        if len(self.L.A) and np.linalg.cond(self.L.A) < SINGULAR:
+        if len(self.L.A) and np.linalg.cond(self.L.A) < INTEGRATES:
             places = np.concatenate([[0.0], places])
         rows = []
-        for omega, value, slope, error in _with_errors(self.L, places):
+        for omega, value, slope, error in self._answers(places):
             doubt = (error + abs(value.imag)) / max(abs(slope.imag), 1e-300) + 2 * EPS * omega if omega else 0.0
             if value.real < 0:
                 factor, spread = -1 / value.real, (error + abs(slope.real) * doubt) / value.real**2
@@ -170,8 +156,21 @@ class _Axis:
                     )
                 )
         if own < 0:
-            rows.append(Crossover(self.frequency(INFINITE), widened(-1 / own, -1 / own, -1 / own)))
+            size, error = -own, 0.0
+            if self.period is not None:
+                ((_, value, _, error),) = self._answers(np.array([math.inf]))
+                size = abs(value)
+            margin = widened(1 / size, 1 / (size + error), 1 / (size - error))
+            rows.append(Crossover(self.frequency(INFINITE), margin))
         return tuple(rows)
+
+    def _answers(self, places: Array) -> list[tuple[float, complex, complex, float]]:
+        """omega, L, its slope by omega, and the error of L, at each place on the axis."""
+        if self.period is None:
+            return _with_errors(self.given, places, 1j * places, np.full(len(places), 1j))
+        with np.errstate(invalid="ignore"):
+            z = np.where(np.isinf(places), -1.0, (1 + 1j * places) / (1 - 1j * places))
+            return _with_errors(self.given, places, z, 2j / (1 - 1j * places) ** 2)
 
 
 def _margins(
@@ -202,9 +201,10 @@ def _peak(axis: _Axis, S: control.StateSpace, answer: Callable[[Array], Complex]
     top = largest_gain(system, response)
     doubt = 0.0
     if math.isfinite(top.frequency):
-        ((*_, doubt),) = _with_errors(system, np.array([top.frequency]))
-    place = axis.frequency(CertifiedValue(top.frequency, top.frequency, top.frequency))
-    return Peak(CertifiedValue(top.below, top.below - doubt, top.above + doubt), place.value)
+        place = np.array([top.frequency])
+        ((*_, doubt),) = _with_errors(system, place, 1j * place, 0j * place)
+    at = axis.frequency(CertifiedValue(top.frequency, top.frequency, top.frequency))
+    return Peak(CertifiedValue(top.below, top.below - doubt, top.above + doubt), at.value)
 
 
 def _delay(row: Crossover) -> CertifiedValue:
@@ -231,18 +231,21 @@ def _response(G: control.StateSpace) -> Callable[[Array], Complex]:
     return answer
 
 
-def _with_errors(L: control.StateSpace, places: Array) -> list[tuple[float, complex, complex, float]]:
-    """omega, L(j omega), its slope by omega, and the error of L, at each place."""
-    n, rows = len(L.A), []
+def _with_errors(
+    G: control.StateSpace, places: Array, points: Complex, turns: Complex
+) -> list[tuple[float, complex, complex, float]]:
+    """The place, G at its point s, the slope for ds = `turns`, and the error of G, each."""
+    n, rows = len(G.A), []
+    rounded = np.eye(n) * (points.real != 0).any()  # z on the circle is rounded, j omega is not
     for start in range(0, len(places), AT_ONCE):
-        omega = np.asarray(places[start : start + AT_ONCE])
-        m = len(omega)
-        matrix = 1j * omega[:, np.newaxis, np.newaxis] * np.eye(n) - L.A
-        driven, seen = np.broadcast_to(L.B + 0j, (m, n, 1)), np.broadcast_to(L.C + 0j, (m, 1, n))
-        values, errors = solved("The loop", omega, matrix, driven, seen, L.D + 0j, np.zeros((n, n)))
-        slopes = -1j * seen @ np.linalg.solve(matrix, np.linalg.solve(matrix, driven))
-        parts = (part[:, 0, 0].tolist() for part in (values, slopes, errors))
-        rows += list(zip(omega.tolist(), *parts, strict=True))
+        part = slice(start, start + AT_ONCE)
+        m = len(places[part])
+        matrix = points[part, np.newaxis, np.newaxis] * np.eye(n) - G.A
+        driven, seen = np.broadcast_to(G.B + 0j, (m, n, 1)), np.broadcast_to(G.C + 0j, (m, 1, n))
+        values, errors = solved("The loop", places[part], matrix, driven, seen, G.D + 0j, rounded)
+        slopes = -seen @ np.linalg.solve(matrix, np.linalg.solve(matrix, driven))
+        parts = values[:, 0, 0], turns[part] * slopes[:, 0, 0], errors[:, 0, 0]
+        rows += list(zip(places[part].tolist(), *(one.tolist() for one in parts), strict=True))
     return rows
 
 
