@@ -187,6 +187,7 @@ def test_a_loop_of_two_hundred_states_has_margins_that_a_dense_grid_confirms_and
         (control.ss(-np.eye(41), np.ones((41, 1)), np.ones((1, 41)), 0), 0.1, "zero for a continuous loop with more"),
         (control.ss(-np.eye(401), np.ones((401, 1)), np.ones((1, 401)), 0), 0.0, "at most 400 states"),
         (control.tf([1], np.ones(43)), 0.0, "at most 40 poles as a `TransferFunction`"),
+        ("1/s", 0.0, "a `StateSpace` or `TransferFunction`"),
         (control.tf([1], [1, 0]), math.pi / 2, "so near that doubles do not tell"),
     ],
 )

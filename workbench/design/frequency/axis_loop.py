@@ -29,6 +29,7 @@ from workbench.design.frequency.rational_matrices import whole
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Refused
+from workbench.validation.refusals import refusal
 
 if TYPE_CHECKING:
     import control
@@ -127,7 +128,6 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     """Numerator and denominator as whole numbers."""
     import control
 
-    refuse_channels(call, loop)
     if isinstance(loop, control.TransferFunction):
         if len(loop.den[0][0]) > MOST_STATES + 1:
             raise Refused(
@@ -144,8 +144,12 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     return trim(transfer.in_variable(transfer.numerators[0][0])), trim(denominator)
 
 
-def refuse_channels(call: str, loop: Any) -> None:
-    """Refuse a loop with another number of channels than one."""
+def refuse_odd_loop(call: str, loop: Any) -> None:
+    """Refuse what is no linear system of python-control with one channel."""
+    import control
+
+    if not isinstance(loop, control.StateSpace | control.TransferFunction):
+        raise refusal(f"{call}(loop=...)", "a `StateSpace` or `TransferFunction` of python-control", loop)
     if loop.ninputs != 1 or loop.noutputs != 1:
         raise ValueError(
             f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "

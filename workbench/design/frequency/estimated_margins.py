@@ -17,7 +17,7 @@ import numpy as np
 from scipy.linalg import block_diag, eig, eigvals, schur
 from scipy.optimize import brentq
 
-from workbench.design.frequency.axis_loop import exact_delay, period_of, refuse_channels
+from workbench.design.frequency.axis_loop import exact_delay, period_of
 from workbench.design.frequency.bilinear_loops import delayed_loop, loop_on_axis
 from workbench.design.frequency.certified_values import (
     INFINITE,
@@ -59,7 +59,6 @@ def estimated_margins(loop: control.StateSpace, delay: float) -> StabilityMargin
         loop is as near to the axis as rounding may move it.
     """
     call = "stability_margins"
-    refuse_channels(call, loop)
     matrices, period = state_space(call, loop), period_of(call, loop)
     late = exact_delay(call, delay, period)
     if late and period is None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from workbench.design.frequency.axis_loop import AxisLoop, axis_loop
+from workbench.design.frequency.axis_loop import AxisLoop, axis_loop, refuse_odd_loop
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
@@ -66,8 +66,8 @@ def stability_margins(
     Raises
     ------
     ValueError
-        If the loop has several channels, more zeros than poles, no denominator, or numbers that are not finite; if
-        the delay is negative or `band` is not positive.
+        If the loop is no linear system with one channel, or has more zeros than poles, no denominator, or numbers
+        that are not finite; if the delay is negative or `band` is not positive.
     Refused
         If 1 + L is zero at infinity, doubles do not tell the side of a root, or the loop is too large: beyond 400
         states, 40 with a delay, or 40 as a `TransferFunction`.
@@ -85,6 +85,7 @@ def stability_margins(
     """
     if band is not None:
         band = positive("stability_margins(band=...)", band, " of rad/s")
+    refuse_odd_loop("stability_margins", loop)
     if loop.nstates and loop.nstates > MOST_STATES:
         return estimated_margins(loop, delay)
     given = axis_loop("stability_margins", loop, delay)
