@@ -1,8 +1,7 @@
-"""Figures of linear systems: margins, norms, poles and zeros, and sampled loops, each proved or with its error.
+"""Figures of linear systems: margins, norms, poles and zeros, responses, and loops in a computer, with their bounds.
 
 The room knows arrays and systems of python-control, and no robot, law or loop by name. Read `stability_margins.py`
-first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer. What is exact stands on
-`integer_polynomials.py` and `rational_matrices.py`.
+first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
 """
 
 from workbench.design.frequency.certified_values import CertifiedValue, Peak
