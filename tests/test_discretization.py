@@ -3,6 +3,7 @@
 import control
 import numpy as np
 import pytest
+from scipy.linalg import expm
 from scipy.signal import cont2discrete
 
 from workbench.core import Entry, Layout
@@ -78,6 +79,30 @@ def test_the_samples_behind_a_hold_are_those_of_a_run_by_rk4():
         np.testing.assert_allclose(own, x, atol=1e-11)
 
 
+@pytest.mark.parametrize("h", [0.5, 1e-2, 1e-4])
+@pytest.mark.parametrize("direct", [0.0, 2.0])
+def test_a_matched_state_space_keeps_its_states_and_has_the_response_of_its_transfer_function(h, direct):
+    rng = np.random.default_rng(1)
+    A, B, C = rng.normal(size=(4, 4)) - 2 * np.eye(4), rng.normal(size=(4, 1)), rng.normal(size=(1, 4))
+    system = control.ss(A, B, C, direct, states=["p", "q", "r", "s"])
+    sampled, z = c2d(system, h, "matched"), np.exp(1j * np.array([0.1, 1.0, 3.0]))
+    # the polynomials of the transfer function lose digits at 1e-4, the state space does not
+    np.testing.assert_allclose(sampled(z), c2d(control.tf(system), h, "matched")(z), rtol=1e-10)
+    assert sampled.state_labels == system.state_labels
+    np.testing.assert_allclose(sampled.A, expm(A * h), rtol=1e-12)
+    np.testing.assert_array_equal(sampled.C, C)
+    assert sampled.dcgain() == pytest.approx(system.dcgain(), rel=1e-9)
+
+
+def test_a_matched_state_space_needs_an_output_that_shows_all_states():
+    hidden = control.ss([[-1, 0], [0, -2]], [[1], [1]], [[1, 0]], 0)
+    with pytest.raises(Refused, match="shows too little"):
+        c2d(hidden, H, "matched")
+    with pytest.raises(Refused, match="always zero"):
+        c2d(control.ss(-1, 1, 0, 0, remove_useless_states=False), H, "matched")
+    assert c2d(control.ss([], [], [], 3.0), H, "matched").D.item() == 3
+
+
 def test_each_entry_of_a_transfer_matrix_is_sampled():
     system = control.tf([[[1], [2, 1]], [[3], [0]]], [[[1, 1], [1, 4, 1]], [[1], [1]]], inputs=["a", "b"])
     sampled = c2d(system, H)
@@ -117,7 +142,7 @@ def test_a_sampled_compensator_is_about_the_point_of_the_continuous_one():
         ((TWO, H, "prewarped", 40.0), "Nyquist"),
         ((TWO, H, "prewarped", 0.0), "Nyquist"),
         ((TWO, H, "prewarped", float("nan")), "finite"),
-        ((TWO, H, "matched"), "transfer function from one input"),
+        ((TWO, H, "matched"), "from one input to one output"),
         ((c2d(TWO, H), H), "continuous time"),
         ((3.0, H), "StateSpace"),
         ((control.ss([[np.nan]], [[1]], [[1]], 0), H), "finite"),

@@ -5,10 +5,12 @@ import math
 import control
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
-from workbench.design.frequency import stability_margins
+from workbench.design.frequency import c2d, stability_margins
+from workbench.design.frequency.estimated_margins import estimated_margins
 from workbench.design.frequency.half_planes import unstable_roots
-from workbench.design.frequency.isolated_roots import isolated_roots
+from workbench.design.frequency.positive_roots import positive_roots
 from workbench.design.matrices import Refused
 
 
@@ -128,6 +130,51 @@ def test_a_state_space_has_the_margins_of_its_transfer_function():
     assert found == stability_margins(control.tf([0.25, 0.8125, 2.0], [1, 0.25, 2]))
 
 
+LAG = 0.005  # s
+
+
+def flexible(modes, period=0):
+    """Many lightly damped modes, whose rates are held through a lag; with a period, as samples show them."""
+    w = np.geomspace(1.0, 100.0, modes)
+    A = block_diag(*[[[0.0, one], [-one, -0.04 * one]] for one in w])
+    B, C = np.tile([[0.0], [1.0]], (modes, 1)), 0.5 * np.tile([[0.0, 1.0]], (1, modes))
+    loop = control.ss(A, B, C, 0) * control.ss(-1 / LAG, 1 / LAG, 1, 0)
+    return c2d(loop, period) if period else loop
+
+
+@pytest.mark.parametrize("loop", [flexible(8), flexible(6, 0.002), 3 * control.ss(control.tf([25], [1, 10, 10, 10]))])
+def test_estimated_margins_hold_the_exact_ones_within_their_errors(loop):
+    exact, near = stability_margins(loop), estimated_margins(loop, 0.0)
+    assert exact.stable == near.stable
+    pairs = []
+    for name in ("gain_crossovers", "phase_crossovers"):
+        assert len(getattr(exact, name)) == len(getattr(near, name))
+        for a, b in zip(getattr(exact, name), getattr(near, name), strict=True):
+            pairs += [(a.frequency, b.frequency), (a.margin, b.margin)]
+    if exact.margins:
+        names = ("gain_low", "gain_high", "phase_margin", "delay_margin", "disk_margin")
+        pairs += [(getattr(exact.margins, name), getattr(near.margins, name)) for name in names]
+        pairs += [(exact.margins.Ms.gain, near.margins.Ms.gain), (exact.margins.Mt.gain, near.margins.Mt.gain)]
+    for a, b in pairs:
+        assert b.low <= a.high
+        assert a.low <= b.high
+        assert b.error <= 3e-6 * abs(b.value) + 1e-300 or b.error == 0
+
+
+def test_a_loop_of_two_hundred_states_has_margins_that_a_dense_grid_confirms_and_says_that_they_are_estimates():
+    loop = flexible(100)
+    found = stability_margins(loop)
+    assert found.stable
+    assert "201 states" in found.remarks[0]
+    # the response of the modes in closed form
+    w, omega = np.geomspace(1.0, 100.0, 100), np.geomspace(0.1, 1000.0, 200_001)
+    L = sum(0.5j * omega / (one**2 - omega**2 + 0.04j * one * omega) for one in w) / (1 + LAG * 1j * omega)
+    assert found.margins.Ms.gain.value == pytest.approx(np.abs(1 / (1 + L)).max(), rel=1e-4)
+    assert found.margins.disk_margin.value == pytest.approx(2 / np.abs((1 - L) / (1 + L)).max(), rel=1e-4)
+    turns = np.flatnonzero(np.diff(np.sign(np.abs(L) - 1)))
+    assert [row.frequency.value for row in found.gain_crossovers] == pytest.approx(list(omega[turns]), rel=1e-4)
+
+
 @pytest.mark.parametrize(
     ("loop", "delay", "words"),
     [
@@ -137,7 +184,10 @@ def test_a_state_space_has_the_margins_of_its_transfer_function():
         (control.tf([1], [1, 1], 0.1), 0.05, "whole periods"),
         (control.tf([1], [1, 1], True), 0.0, "period in s"),
         (control.ss(-np.eye(2), np.eye(2), np.eye(2), 0), 0.0, "one channel"),
-        (control.ss(-np.eye(41), np.ones((41, 1)), np.ones((1, 41)), 0), 0.0, "at most 40 states"),
+        (control.ss(-np.eye(41), np.ones((41, 1)), np.ones((1, 41)), 0), 0.1, "zero for a continuous loop with more"),
+        (control.ss(-np.eye(401), np.ones((401, 1)), np.ones((1, 401)), 0), 0.0, "at most 400 states"),
+        (control.tf([1], np.ones(43)), 0.0, "at most 40 poles as a `TransferFunction`"),
+        ("1/s", 0.0, "a `StateSpace` or `TransferFunction`"),
         (control.tf([1], [1, 0]), math.pi / 2, "so near that doubles do not tell"),
     ],
 )
@@ -149,7 +199,7 @@ def test_a_loop_without_margins_is_refused_by_name(loop, delay, words):
 
 def test_roots_are_isolated_however_near_and_counted_by_half_planes():
     # (x - 1)(1e6 x - 1000001)(x - 3)^2
-    roots = isolated_roots([9 * 1000001, -15 * 1000001 - 9000000, 7 * 1000001 + 15000000, -1000001 - 7000000, 1000000])
+    roots = positive_roots([9 * 1000001, -15 * 1000001 - 9000000, 7 * 1000001 + 15000000, -1000001 - 7000000, 1000000])
     assert [root.multiplicity for root in roots] == [1, 1, 2]
     assert [float(root.middle) for root in roots] == [1.0, 1.000001, 3.0]
     assert unstable_roots([-1, 0, 0, 1]) == (1, 0)  # s^3 - 1

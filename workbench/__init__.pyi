@@ -17,6 +17,15 @@ from workbench.core import (
     runge_kutta_step,
 )
 from workbench.design import linearize
+from workbench.design.frequency import (
+    c2d,
+    condition_number,
+    h2_norm,
+    hinf_norm,
+    pole_zero_structure,
+    relative_gains,
+    stability_margins,
+)
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.handover.c99.c_code import c_code
@@ -162,11 +171,15 @@ __all__ = [
     "Work",
     "base_parameters",
     "block",
+    "c2d",
     "c_code",
+    "condition_number",
     "effort",
     "equilibria",
     "export",
     "fmu",
+    "h2_norm",
+    "hinf_norm",
     "initial",
     "largest_setting",
     "layout",
@@ -186,9 +199,11 @@ __all__ = [
     "peak_error",
     "place",
     "plot",
+    "pole_zero_structure",
     "read_urdf",
     "record",
     "regressor",
+    "relative_gains",
     "replay",
     "rk4",
     "rmse",
@@ -198,6 +213,7 @@ __all__ = [
     "simulate",
     "sobol",
     "sobol_bars",
+    "stability_margins",
     "steady_kalman",
     "total_variation",
     "turned",

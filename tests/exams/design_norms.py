@@ -27,9 +27,9 @@ def _system(case: dict[str, Any]) -> control.StateSpace:
 
 def _norms(case: dict[str, Any], system: control.StateSpace) -> dict[str, Any]:
     if case["norm"] == "h2":
-        return {"h2": h2_norm(system).value}
+        return {"h2": h2_norm(system).gain.value}
     norm = hinf_norm(system)
-    return {"hinf": norm.value} | ({} if norm.reason else {"peak": norm.peak})
+    return {"hinf": norm.gain.value} | ({} if norm.reason else {"peak": norm.frequency})
 
 
 def _zeros(system: control.StateSpace) -> dict[str, Any]:

@@ -244,7 +244,7 @@ def _period(system: Any, dt: float | None) -> float | None:
     if dt is not None and dt != own:
         raise ValueError(
             f"`LinearSystem.of(dt=...)` is for a discrete system that says no period; '{system.name}' "
-            f"{'is continuous' if own is None else f'has {own:g} s'}: sample it by `control.c2d(system, dt)`; got "
+            f"{'is continuous' if own is None else f'has {own:g} s'}: sample it by `wb.c2d(system, dt)`; got "
             f"{dt!r}."
         )
     return own

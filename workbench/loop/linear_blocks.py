@@ -195,7 +195,7 @@ class LinearLaw(AbstractLinear, AbstractController):
         if self.recursion and abs(period - float(self.system.dt or 0)) > 1e-6 * period:
             raise ValueError(
                 f"`LinearLaw.run_every(period=...)` must be the period of a discrete law, {self.system.dt:g} s, for "
-                f"which its matrices were made; got {period:g} s. Sample the continuous law anew by `control.c2d`."
+                f"which its matrices were made; got {period:g} s. Sample the continuous law anew by `wb.c2d`."
             )
         return AbstractController.run_every(self, period)
 

@@ -11,7 +11,7 @@ import numpy as np
 from workbench import design
 from workbench.controllers import SlidingMode
 from workbench.core import Dynamics, Entry, Layout, Ode
-from workbench.design import chattering, linear, observer_gains, riccati, riccati_flow
+from workbench.design import chattering, frequency, linear, observer_gains, riccati, riccati_flow
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
@@ -21,7 +21,7 @@ from workbench.signals import Hold
 
 from ..parts import LOOP, signals
 
-ROOMS = (design, linear, riccati, riccati_flow, chattering, observer_gains)
+ROOMS = (design, linear, frequency, riccati, riccati_flow, chattering, observer_gains)
 MODULES = tuple(room.__name__ for room in ROOMS)
 
 A, B, C, Q, R = np.array([[0.0, 1.0], [-2.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2), np.eye(2), np.eye(1)
@@ -66,6 +66,7 @@ def calls() -> dict[str, Any]:
     return {
         **{name: getattr(room, name) for room in ROOMS for name in room.__all__},  # what a call makes, and no call
         **_linear(),
+        **_frequency(),
         "care": partial(riccati.care, A, B, Q, R, np.zeros((2, 1)), np.eye(2)),
         "dare": partial(riccati.dare, A, B, Q, R, np.zeros((2, 1)), np.eye(2)),
         "discrete_lyapunov": partial(riccati.discrete_lyapunov, A / 4, Q, np.eye(2)),
@@ -120,6 +121,24 @@ def _linear() -> dict[str, Any]:
     }
 
 
+def _frequency() -> dict[str, Any]:
+    law = control.ss([[0.5]], [[1.0]], [[0.2]], [[0.1]], 0.1)
+    rows = (np.stack([M] * 2) for M in (A, B, C, np.zeros((1, 1))))
+    return {
+        "c2d": partial(frequency.c2d, SYSTEM, 0.1, "zoh", None),
+        "common_period": partial(frequency.common_period, [0.1, 0.25]),
+        "condition_number": partial(frequency.condition_number, np.eye(2)),
+        "h2_norm": partial(frequency.h2_norm, SYSTEM),
+        "hinf_norm": partial(frequency.hinf_norm, SYSTEM),
+        "hold_loop": partial(frequency.hold_loop, SYSTEM, law, 0.03),
+        "lift_rates": partial(frequency.lift_rates, SYSTEM, [law], None),
+        "pole_zero_structure": partial(frequency.pole_zero_structure, SYSTEM),
+        "relative_gains": partial(frequency.relative_gains, np.eye(2)),
+        "row_responses": partial(frequency.row_responses, *rows, np.array([1.0, 2.0]), None),
+        "stability_margins": partial(frequency.stability_margins, SYSTEM, 0.0, None),
+    }
+
+
 def _gains() -> dict[str, Any]:
     q, eye = np.zeros((3, 1)), np.eye(1)
     known = observer_gains.certify(SWING, GAINS, REGION, 1.0)
@@ -161,6 +180,7 @@ def arguments() -> dict[str, Any]:
         "dynamics": lambda thing: SWING,
         "system": lambda thing: LAG,
         "times": lambda thing: [0.1, 0.2],
+        "frequencies": lambda thing: np.array([1.0, 2.0]),
         "c": lambda thing: np.array(column),
         "r": lambda thing: np.array(column),
     }

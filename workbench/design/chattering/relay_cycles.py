@@ -62,7 +62,7 @@ def relay_cycles(system: Any, K: float, most: int = 2000) -> tuple[Cycle, ...]:
     whole("relay_cycles(most=...)", most, most=MOST_INSTANTS, of=" of instants")
     K, W = positive("relay_cycles(K=...)", K), LinearPart.of(system)
     if not W.period:
-        raise ValueError("`relay_cycles(system=...)` must be sampled, as by `control.c2d(system, period)`; it is not.")
+        raise ValueError("`relay_cycles(system=...)` must be sampled, as by `c2d(system, period)`; it is not.")
     found, nx = [], len(W.c)
     Phi, Gamma = np.eye(nx), np.zeros(nx)
     free, forced = np.empty((most, nx)), np.empty(most)  # s of the instants, by the start and by u = 1

@@ -1,22 +1,21 @@
-"""Figures of linear systems: margins, norms, poles and zeros, and sampled loops, each proved or with its error.
+"""Figures of linear systems: margins, norms, poles and zeros, responses, and loops in a computer, with their bounds.
 
 The room knows arrays and systems of python-control, and no robot, law or loop by name. Read `stability_margins.py`
-first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer. What is exact stands on
-`integer_polynomials.py` and `rational_matrices.py`.
+first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
 """
 
-from workbench.design.frequency.certified_values import CertifiedValue
+from workbench.design.frequency.certified_values import CertifiedValue, Peak
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
-from workbench.design.frequency.crossovers import Crossover
 from workbench.design.frequency.discretization import c2d
 from workbench.design.frequency.h2_norm import MeanGain, h2_norm
-from workbench.design.frequency.hinf_norm import PeakGain, hinf_norm
+from workbench.design.frequency.hinf_norm import hinf_norm
 from workbench.design.frequency.hold_loop import HoldLoop, HoldResponse, hold_loop
+from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.multirate import LiftedLoop, common_period, lift_rates
 from workbench.design.frequency.period_poles import PeriodPoles
 from workbench.design.frequency.pole_zero_structure import PoleZeroStructure, Roots, pole_zero_structure
 from workbench.design.frequency.row_responses import RowResponses, row_responses
-from workbench.design.frequency.stability_margins import Peak, StabilityMargins, StableMargins, stability_margins
+from workbench.design.frequency.stability_margins import stability_margins
 
 __all__ = [
     "CertifiedValue",
@@ -26,7 +25,6 @@ __all__ = [
     "LiftedLoop",
     "MeanGain",
     "Peak",
-    "PeakGain",
     "PeriodPoles",
     "PoleZeroStructure",
     "Roots",

@@ -10,26 +10,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
+from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import (
     Polynomial,
     add,
     bilinear,
-    divide,
     mirror,
     multiply,
+    primitive,
+    quotient,
     scale,
     squared_modulus,
     trim,
 )
-from workbench.design.frequency.isolated_roots import Root
 from workbench.design.frequency.polynomial_ratios import lowest_terms
+from workbench.design.frequency.positive_roots import Root
+from workbench.design.frequency.rational_matrices import whole
+from workbench.design.frequency.transfer_polynomials import TransferPolynomials
+from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import refusal
 
 if TYPE_CHECKING:
     import control
 
-MOST_STATES = 40  # beyond which the exact polynomials take minutes
 LONGEST_DELAY = 200  # periods
 
 
@@ -83,7 +87,7 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
         If it has several channels, no finite numbers, more zeros than poles, or no denominator; if the delay is
         negative, or of a discrete loop no multiple of its period.
     Refused
-        If 1 + L is zero at infinity, or the loop has more than `MOST_STATES` states.
+        If 1 + L is zero at infinity.
     """
     numerator, denominator = _coefficients(call, loop)
     if not denominator:
@@ -93,8 +97,8 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
             f"`{call}(loop=...)` must be proper, so that it has an answer at infinity; its numerator has degree "
             f"{len(numerator) - 1}, its denominator {len(denominator) - 1}. Add the poles that the hardware has."
         )
-    period = _period(call, loop)
-    late = _delay(call, delay, period)
+    period = period_of(call, loop)
+    late = exact_delay(call, delay, period)
     if period is not None:
         denominator, late = [0] * int(late) + denominator, Fraction(0)
     degree = len(denominator) - 1
@@ -105,7 +109,7 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
             "loop without a solution. Add a pole or a period of delay."
         )
     N, D = lowest_terms(numerator, denominator)
-    hidden = [1] if len(D) == len(denominator) else divide(denominator, D)
+    hidden = quotient(primitive(denominator), primitive(D))
     if period is not None:
         N, D = (bilinear(p + [0] * (len(D) - len(p))) for p in (N, D))
         hidden = bilinear(hidden)
@@ -124,66 +128,36 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     """Numerator and denominator as whole numbers."""
     import control
 
+    if isinstance(loop, control.TransferFunction):
+        if len(loop.den[0][0]) > MOST_STATES + 1:
+            raise Refused(
+                f"`{call}(loop=...)` must have at most {MOST_STATES} poles as a `TransferFunction`, as doubles do not "
+                f"hold the coefficients of more; got {len(loop.den[0][0]) - 1}. Give a `StateSpace`."
+            )
+        numerator, denominator = (np.asarray(p[0][0], dtype=float)[::-1] for p in (loop.num, loop.den))
+        if not (np.isfinite(numerator).all() and np.isfinite(denominator).all()):
+            raise ValueError(f"`{call}(loop=...)` must have finite numbers; got nan or an infinity.")
+        numbers, _ = whole(np.concatenate([numerator, denominator]))
+        return trim(numbers[: len(numerator)].tolist()), trim(numbers[len(numerator) :].tolist())
+    transfer = TransferPolynomials.of(*state_space(call, loop), discrete=False)
+    denominator = scale(transfer.in_variable(transfer.denominator), transfer.constant)
+    return trim(transfer.in_variable(transfer.numerators[0][0])), trim(denominator)
+
+
+def refuse_odd_loop(call: str, loop: Any) -> None:
+    """Refuse what is no linear system of python-control with one channel."""
+    import control
+
+    if not isinstance(loop, control.StateSpace | control.TransferFunction):
+        raise refusal(f"{call}(loop=...)", "a `StateSpace` or `TransferFunction` of python-control", loop)
     if loop.ninputs != 1 or loop.noutputs != 1:
         raise ValueError(
             f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "
             "one of them by `one_loop`."
         )
-    if isinstance(loop, control.TransferFunction):
-        parts = [np.asarray(p[0][0], dtype=float)[::-1] for p in (loop.num, loop.den)]
-        _refuse_states(call, len(parts[1]) - 1)
-        _refuse_numbers(call, parts)
-        common = 1
-        exact = [[Fraction(float(a)) for a in p] for p in parts]
-        for a in [a for p in exact for a in p]:
-            common = max(common, a.denominator)
-        numerator, denominator = ([int(a * common) for a in p] for p in exact)
-        return trim(numerator), trim(denominator)
-    matrices = [np.asarray(M, dtype=float) for M in (loop.A, loop.B, loop.C, loop.D)]
-    _refuse_states(call, len(matrices[0]))
-    _refuse_numbers(call, matrices)
-    return _transfer(*matrices)
 
 
-def _transfer(A: Array, B: Array, C: Array, D: Array) -> tuple[Polynomial, Polynomial]:
-    """Numerator and denominator of C (s I - A)^-1 B + D (Faddeev and LeVerrier), modes that cancel included."""
-    common = max((Fraction(float(a)).denominator for M in (A, B, C, D) for a in M.ravel()), default=1)
-    A_, B_, C_, D_ = (
-        np.array([int(Fraction(float(a)) * common) for a in M.ravel()], dtype=object).reshape(M.shape)
-        for M in (A, B, C, D)
-    )
-    n = len(A_)
-    denominator, numerator = [1], []
-    M = np.array([[int(i == j) for j in range(n)] for i in range(n)], dtype=object).reshape(n, n)
-    for k in range(1, n + 1):  # of common s, highest power first
-        numerator.append(int((C_ @ M @ B_)[0, 0]))
-        AM = A_ @ M
-        denominator.append(-int(sum(AM[i, i] for i in range(n))) // k)
-        M = AM + denominator[-1] * np.array([[int(i == j) for j in range(n)] for i in range(n)], dtype=object)
-    feedthrough = int(D_[0, 0])
-    # C B / common^2 over s, with s = s' / common: one common is left, as in D
-    top = [feedthrough, *(feedthrough * d + c for c, d in zip(numerator, denominator[1:], strict=True))]
-    powers = [common**k for k in range(n, -1, -1)]
-    return (
-        trim([a * p for a, p in zip(top, powers, strict=True)][::-1]),
-        trim([common * a * p for a, p in zip(denominator, powers, strict=True)][::-1]),
-    )
-
-
-def _refuse_states(call: str, states: int) -> None:
-    if states > MOST_STATES:
-        raise Refused(
-            f"`{call}(loop=...)` must have at most {MOST_STATES} states, as its polynomials are exact; got {states}. "
-            "Reduce it first, or ask `loop_margins`, which is not exact."
-        )
-
-
-def _refuse_numbers(call: str, parts: list[Array]) -> None:
-    if not all(np.isfinite(p).all() for p in parts):
-        raise ValueError(f"`{call}(loop=...)` must have finite numbers; got nan or an infinity.")
-
-
-def _period(call: str, loop: Any) -> float | None:
+def period_of(call: str, loop: Any) -> float | None:
     """The period in s of a discrete loop, None for a continuous one."""
     if not loop.dt:
         return None
@@ -192,7 +166,7 @@ def _period(call: str, loop: Any) -> float | None:
     return float(loop.dt)
 
 
-def _delay(call: str, delay: float, period: float | None) -> Fraction:
+def exact_delay(call: str, delay: float, period: float | None) -> Fraction:
     """The delay in s, or in periods of a discrete loop."""
     if not (math.isfinite(delay) and delay >= 0):
         raise ValueError(f"`{call}(delay=...)` must be finite and not negative, as no loop foresees; got {delay:g} s.")

@@ -7,9 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from workbench.design.matrices import Refused
 from workbench.validation.notebook_display import show
 
 BITS = 128  # of a quotient before its square root is taken
+LARGEST_EXPONENT = 1020  # of a norm that is a double
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,19 @@ class CertifiedValue:
         return 0.0 if self.low == self.high else max(self.high - self.value, self.value - self.low)
 
 
+@dataclass(frozen=True)
+@show
+class Peak:
+    """The supremum of a gain over all frequencies, and a frequency in rad/s at which it is reached.
+
+    The frequency is infinite where the supremum is a limit, and NaN where the gain is infinite; `reason` then says why.
+    """
+
+    gain: CertifiedValue
+    frequency: float
+    reason: str = ""
+
+
 INFINITE = CertifiedValue(math.inf, math.inf, math.inf)
 ZERO = CertifiedValue(0.0, 0.0, 0.0)
 
@@ -37,6 +52,22 @@ def enclosure(low: float, high: float, steps: int = 1) -> CertifiedValue:
     for _ in range(steps):
         low, high = math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
     return CertifiedValue(middle, low, high)
+
+
+def widened(value: float, low: float, high: float) -> CertifiedValue:
+    """A value with bounds that are each right to a unit in the last place, widened by it."""
+    bounds = enclosure(low, high)
+    return CertifiedValue(value, bounds.low, bounds.high)
+
+
+def twice_inverse(gain: CertifiedValue) -> CertifiedValue:
+    """The number 2 / gain; infinity for a gain of zero."""
+    if gain.low <= 0:
+        return INFINITE
+    value = 2 / gain.value
+    if gain.low == gain.high and Fraction(value) * Fraction(gain.value) == 2:
+        return CertifiedValue(value, value, value)
+    return widened(value, 2 / gain.high, 2 / gain.low)
 
 
 def of_fractions(low: Fraction, high: Fraction) -> CertifiedValue:
@@ -52,9 +83,34 @@ def root_of(low: Fraction, high: Fraction) -> CertifiedValue:
     return CertifiedValue(first, first, first) if exact else enclosure(first, last)
 
 
+def enclosing_root(low: Fraction, high: Fraction) -> CertifiedValue:
+    """The enclosure of the square root of a number between two fractions, as narrow as doubles are."""
+    first, last = rounded_root(low, up=False), rounded_root(high, up=True)
+    return CertifiedValue(first + (last - first) / 2, first, last)
+
+
 def square_root(x: Fraction) -> float:
     """The square root, right to the last place, of a fraction whose own size no double may have."""
     return root_of_quotient(x.numerator, x.denominator)
+
+
+def rounded_root(x: Fraction, up: bool) -> float:
+    """The square root of a fraction as a double that is not larger, or, `up`, not smaller.
+
+    Raises
+    ------
+    Refused
+        If it is larger than any double.
+    """
+    if x == 0:
+        return 0.0
+    exponent = 2 * ((160 - x.numerator.bit_length() + x.denominator.bit_length()) // 2)
+    root = Fraction(math.isqrt(math.floor(x * Fraction(2) ** exponent)) + up) / Fraction(2) ** (exponent // 2)
+    if root.numerator.bit_length() - root.denominator.bit_length() > LARGEST_EXPONENT:
+        raise Refused("the norm is beyond 1e307, which is more than a double holds; choose other units.")
+    near = float(root)
+    wrong = near < root if up else near > root
+    return math.nextafter(near, math.inf if up else 0.0) if wrong else near
 
 
 def root_of_quotient(top: int, bottom: int) -> float:
@@ -71,6 +127,11 @@ def angle(across: int, along: int) -> float:
     """The angle of (along, across) in radians, right to the last place but one, for whole numbers of any size."""
     size = max(abs(across), abs(along))
     return math.atan2(across / size, along / size) if size else 0.0
+
+
+def magnitude(x: CertifiedValue) -> CertifiedValue:
+    """The number |x|."""
+    return x if x.value >= 0 else CertifiedValue(-x.value, -x.high, -x.low)
 
 
 def least(values: Iterable[CertifiedValue]) -> CertifiedValue:

@@ -23,7 +23,7 @@ def condition_number(G: Any) -> float:
     Examples
     --------
     >>> column = [[87.8, -86.4], [108.2, -109.6]]
-    >>> round(condition_number(column), 1)
+    >>> round(wb.condition_number(column), 1)
     141.7
     """
     values = np.linalg.svd(_gains("condition_number", G), compute_uv=False)
@@ -47,7 +47,7 @@ def relative_gains(G: Any) -> Complex:
 
     Examples
     --------
-    >>> round(relative_gains([[87.8, -86.4], [108.2, -109.6]])[0, 0].real, 1)
+    >>> float(wb.relative_gains([[87.8, -86.4], [108.2, -109.6]])[0, 0].real.round(1))
     35.1
     """
     gains = _gains("relative_gains", G)

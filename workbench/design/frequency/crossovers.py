@@ -8,22 +8,13 @@ from fractions import Fraction
 from itertools import product
 
 from workbench.design.frequency.axis_loop import AxisLoop
-from workbench.design.frequency.certified_values import CertifiedValue, angle, of_fractions, root_of, square_root
+from workbench.design.frequency.certified_values import CertifiedValue, angle, of_fractions, square_root
 from workbench.design.frequency.integer_polynomials import add, scale, trim
-from workbench.design.frequency.isolated_roots import Root, at, bounds, isolated_roots
+from workbench.design.frequency.margin_records import Crossover
+from workbench.design.frequency.positive_roots import Root, at, bounds, positive_roots
 from workbench.design.frequency.rational_peaks import ZERO
-from workbench.validation.notebook_display import show
 
 ROUNDING = 1e-15  # relative, of an angle that is made of few operations
-
-
-@dataclass(frozen=True)
-@show
-class Crossover:
-    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin: of phase in degrees, or a factor of gain."""
-
-    frequency: CertifiedValue
-    margin: CertifiedValue
 
 
 @dataclass(frozen=True)
@@ -42,7 +33,7 @@ class UnitGain:
 def unit_gains(loop: AxisLoop) -> list[UnitGain]:
     """All places where |L| = 1, those at zero and infinity included; where |L| is one everywhere, these alone."""
     W = trim(add(loop.B, scale(loop.A, -1)))
-    roots = isolated_roots(W)
+    roots = positive_roots(W)
     places: list[Root | None] = [*([ZERO] if not W or W[0] == 0 else []), *roots]
     if len(W) < max(len(loop.A), len(loop.B)):
         places.append(None)
@@ -87,7 +78,7 @@ def real_crossovers(loop: AxisLoop) -> list[Crossover]:
     crossovers = []
     if loop.P and loop.B[0] and loop.P[0] < 0:
         crossovers.append(_real_crossover(loop, ZERO))
-    for root in isolated_roots(loop.Q):
+    for root in positive_roots(loop.Q):
         if bounds(loop.P, root)[1] < 0 and bounds(loop.B, root)[0] > 0:
             crossovers.append(_real_crossover(loop, root))
     if loop.P and len(loop.P) == len(loop.B) and loop.P[-1] < 0:
@@ -126,9 +117,3 @@ def late_phase(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
 def _degrees(phase: CertifiedValue) -> CertifiedValue:
     value, low, high = (math.degrees(part) for part in (phase.value, phase.low, phase.high))
     return CertifiedValue(value if value > -180 else 180.0, low, high)
-
-
-def squared_gain(loop: AxisLoop, root: Root) -> CertifiedValue:
-    """The gain |L| at an x."""
-    (a_low, a_high), (b_low, b_high) = bounds(loop.A, root), bounds(loop.B, root)
-    return root_of(a_low / b_high, a_high / b_low)

@@ -11,8 +11,8 @@ import math
 
 from workbench.design.frequency.axis_loop import AxisLoop
 from workbench.design.frequency.crossovers import UnitGain, unit_gains
-from workbench.design.frequency.half_planes import unstable_roots
-from workbench.design.frequency.integer_polynomials import add, is_hurwitz, trim
+from workbench.design.frequency.half_planes import is_hurwitz, unstable_roots
+from workbench.design.frequency.integer_polynomials import add, trim
 from workbench.design.frequency.rational_peaks import ZERO
 from workbench.design.matrices import Refused
 

@@ -15,14 +15,14 @@ from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
     CertifiedValue,
-    enclosure,
     greatest,
     least,
     of_fractions,
     root_of,
+    widened,
 )
-from workbench.design.frequency.crossovers import Crossover
 from workbench.design.frequency.delay_pieces import LateLoop, Piece
+from workbench.design.frequency.margin_records import Crossover
 from workbench.design.matrices import Refused
 
 TURN = 2 * math.pi
@@ -112,10 +112,4 @@ def _crossover(piece: Piece, k: int) -> Crossover:
     doubt = 4 * math.ulp(omega) + (abs(excess(omega)) + 4 * ROUNDING * (abs(target) + TURN)) / slope
     shift = math.exp(-point.rho)
     spread = shift * math.expm1(min(1.5 * abs(point.rho_slope) * doubt + 4 * ROUNDING, 1.0))
-    return Crossover(enclosure_about(omega, doubt), enclosure_about(shift, spread))
-
-
-def enclosure_about(value: float, doubt: float) -> CertifiedValue:
-    """A value with as much doubt on both sides."""
-    low_high = enclosure(value - doubt, value + doubt)
-    return CertifiedValue(value, low_high.low, low_high.high)
+    return Crossover(widened(omega, omega - doubt, omega + doubt), widened(shift, shift - spread, shift + spread))

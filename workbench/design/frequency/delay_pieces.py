@@ -16,8 +16,8 @@ from itertools import pairwise
 from workbench.design.frequency.axis_loop import AxisLoop
 from workbench.design.frequency.certified_values import angle, root_of_quotient, square_root
 from workbench.design.frequency.integer_polynomials import add, derivative, multiply, scale
-from workbench.design.frequency.isolated_roots import isolated_roots, ratio
 from workbench.design.frequency.polynomial_ratios import Ratio, lowest_terms, slope_numerator
+from workbench.design.frequency.positive_roots import positive_roots, ratio
 
 INSIDE = 1e-15  # relative: how far from a pole or zero on the axis the one-sided phase is taken
 
@@ -106,8 +106,8 @@ def late_loop(loop: AxisLoop) -> LateLoop:
     # rho' = omega a falls and rises where a + 2 x a' = 0
     a_turn = add(multiply(*a), [0, *scale(a_slope, 2)])
     parts = [A, B, P, Q, add(A, scale(B, -1)), a[0], a[1], b[0], b[1], falling, a_turn, b_slope]
-    cuts = {loop.frequency(root).value for part in parts for root in isolated_roots(part, bits=70)}
-    singular = {loop.frequency(root).value for part in (A, B) for root in isolated_roots(part, bits=70)}
+    cuts = {loop.frequency(root).value for part in parts for root in positive_roots(part, bits=70)}
+    singular = {loop.frequency(root).value for part in (A, B) for root in positive_roots(part, bits=70)}
     if A[0] == 0 or B[0] == 0:
         singular.add(0.0)
     return LateLoop(loop, a, b, tuple(sorted(cuts)), frozenset(singular))

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.frequency.exponentials import held_map
+from workbench.design.frequency.matched_roots import matched_polynomials, matched_space
 from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Refused, pole_text
+from workbench.design.matrices import Refused
 from workbench.validation.refusals import Array, finite, one_of, refusal, seconds
 from workbench.validation.signatures import door
 
@@ -31,13 +32,13 @@ def c2d(system: Any, period: float, method: str = "zoh", frequency: float | None
         prewarped  s = w / tan(w h / 2) (z - 1) / (z + 1), which is exact at the frequency w,
         matched    each pole and zero by z = e^(s h), zeros at infinity but one by z = -1, the gain that of s = 0.
 
-    Where poles or zeros lie at s = 0, `matched` equals what is left of the gain once they are taken out.
+    Where poles or zeros lie at s = 0, `matched` equals what is left of the gain once they are taken out. Of a
+    `StateSpace` it keeps the states and what the outputs are of them, and changes what the input does.
 
     Parameters
     ----------
     system
-        A `StateSpace` or `TransferFunction` in continuous time; for `matched` a transfer function from one input to one
-        output.
+        A `StateSpace` or `TransferFunction` in continuous time; for `matched` from one input to one output.
     period
         h in s.
     frequency
@@ -48,8 +49,8 @@ def c2d(system: Any, period: float, method: str = "zoh", frequency: float | None
     ValueError
         If an argument is none of these, or a transfer function is improper.
     Refused
-        If the method has no answer: a pole at s = 2 / h, or its prewarped place, which it maps to infinity, or one of
-        `matched` at a multiple of the sampling frequency.
+        If the method has no answer: a pole at s = 2 / h, or its prewarped place, which it maps to infinity, or for
+        `matched` a pole at a multiple of the sampling frequency, or states that the output does not show.
 
     References
     ----------
@@ -59,7 +60,7 @@ def c2d(system: Any, period: float, method: str = "zoh", frequency: float | None
     Examples
     --------
     >>> motor = wb.linearize(wb.open_loop(wb.DCMotor()), 0.0, [0.0, 0.0])
-    >>> c2d(motor, 0.01).dt
+    >>> wb.c2d(motor, 0.01).dt
     0.01
     """
     import control
@@ -101,11 +102,9 @@ def _state_space(system: control.StateSpace, h: float, rule: str, alpha: float) 
 
     A, B, Cy, D = state_space("c2d", system)
     if rule == "matched":
-        raise ValueError(
-            f"`c2d(method='matched')` maps the poles and zeros of a transfer function from one input to one output; "
-            f"'{system.name}' is a `StateSpace`: give `control.tf(system)`, or take 'tustin', which keeps its states."
-        )
-    if rule == "zoh":
+        _refuse_channels(system)
+        matrices = matched_space(system, h)
+    elif rule == "zoh":
         E, G = held_map(A, B, h)
         matrices = (np.eye(len(A)) + E, G, Cy, D)
     else:
@@ -124,14 +123,11 @@ def _transfer_function(system: control.TransferFunction, h: float, rule: str, al
 
     from workbench.design.linear.pointed_systems import PointedTransfer, point_of
 
-    if rule == "matched" and not system.issiso():
-        raise ValueError(
-            f"`c2d(method='matched')` maps the poles and zeros from one input to one output; '{system.name}' has "
-            f"{system.ninputs} inputs and {system.noutputs} outputs: take 'zoh' or 'tustin', or one entry at a time."
-        )
+    if rule == "matched":
+        _refuse_channels(system)
     change: Callable[[Array, Array], Polynomials] = {
         "zoh": lambda num, den: _held(num, den, h),
-        "matched": lambda num, den: _matched(num, den, h),
+        "matched": lambda num, den: matched_polynomials(num, den, h),
     }.get(rule, lambda num, den: _bilinear(num, den, alpha))
     entries = [
         [change(*_proper(system.name, num, den)) for num, den in zip(*rows, strict=True)]
@@ -147,6 +143,15 @@ def _transfer_function(system: control.TransferFunction, h: float, rule: str, al
     sampled = control.tf(nums, dens, h, **names)
     point = point_of(system)
     return sampled if point is None else PointedTransfer(sampled, point)
+
+
+def _refuse_channels(system: control.StateSpace | control.TransferFunction) -> None:
+    """Refuse for `matched` a system with several inputs or outputs."""
+    if not system.issiso():
+        raise ValueError(
+            f"`c2d(method='matched')` maps the poles and zeros from one input to one output; '{system.name}' has "
+            f"{system.ninputs} inputs and {system.noutputs} outputs: take 'zoh' or 'tustin', or one entry at a time."
+        )
 
 
 def _proper(name: str, num: Any, den: Any) -> Polynomials:
@@ -190,27 +195,6 @@ def _bilinear(num: Array, den: Array, alpha: float) -> Polynomials:
 
     below = mapped(den)
     return mapped(num) / below[0], below / below[0]
-
-
-def _matched(num: Array, den: Array, h: float) -> Polynomials:
-    """Poles and zeros by e^(s h), zeros at infinity but one by -1, and the gain for slow signals."""
-    poles, zeros = np.roots(den), np.roots(num)
-    lost = max(len(poles) - len(zeros) - 1, 0)
-    gain = num[0] / 2**lost
-    for roots, sign in ((poles, 1), (zeros, -1)):
-        for root in roots:
-            with np.errstate(over="ignore", invalid="ignore"):
-                grown = np.expm1(root * h) / (root * h) if root else 1.0  # (1 - e^(s h)) / (-s h)
-            if abs(grown) <= 1e3 * EPS:
-                raise Refused(
-                    f"`c2d(method='matched')` has no gain for slow signals where a pole or zero, here "
-                    f"{pole_text(root)} 1/s, is a multiple of the sampling frequency {2 * math.pi / h:.6g} rad/s; take "
-                    "another period."
-                )
-            gain = gain * (grown * h) ** sign
-    with np.errstate(all="ignore"):
-        top, below = np.poly(np.concatenate([np.exp(zeros * h), -np.ones(lost)])), np.poly(np.exp(poles * h))
-    return np.atleast_1d((gain * top).real), np.atleast_1d(below.real)
 
 
 def _refuse_pole(poles: Any, alpha: float) -> None:

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from workbench.design.frequency.certified_values import INFINITE, CertifiedValue, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable
-from workbench.design.frequency.gain_polynomials import TransferPolynomials, float_root
 from workbench.design.frequency.integer_polynomials import Polynomial, add, multiply, scale, squared_modulus
+from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.validation.notebook_display import show
 from workbench.validation.signatures import door
 
@@ -22,13 +21,12 @@ if TYPE_CHECKING:
 @dataclass(frozen=True, eq=False)
 @show
 class MeanGain:
-    """The H2 norm `value` of a system within `error`: the root of the power of its outputs under unit white noise.
+    """The H2 norm `gain` of a system: the root of the power of its outputs under unit white noise.
 
     It is infinite for a system that is not stable, and for a continuous one with a direct term; `reason` says which.
     """
 
-    value: float
-    error: float
+    gain: CertifiedValue
     reason: str = ""
 
 
@@ -52,16 +50,17 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
 
     Examples
     --------
-    >>> h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).value
+    >>> import control
+    >>> wb.h2_norm(control.ss(-1.0, 1.0, 1.0, 0.0)).gain.value
     0.7071067811865476
     """
     A, B, C, D = exact_state_space("h2_norm", system)
     discrete = bool(system.isdtime(strict=True))
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:
-        return MeanGain(np.inf, 0.0, not_stable(A, discrete))
+        return MeanGain(INFINITE, not_stable(A, discrete))
     if not discrete and D.any():
-        return MeanGain(np.inf, 0.0, "the direct term D passes white noise, whose power is infinite")
+        return MeanGain(INFINITE, "the direct term D passes white noise, whose power is infinite")
     c: Polynomial = [0]
     for row in transfer.numerators:
         for polynomial in row:
@@ -70,9 +69,9 @@ def h2_norm(system: control.StateSpace) -> MeanGain:
     if discrete:  # d omega = 2 / (dt (1 - v^2)) dv / j
         d, c = multiply(d, [1, 1]), scale(c, 2)
     square = _integral(c, d) / transfer.constant**2
-    low, high = float_root(square, up=False), float_root(square, up=True)
+    low, high = rounded_root(square, up=False), rounded_root(square, up=True)
     near = low if square - Fraction(low) ** 2 < Fraction(high) ** 2 - square else high
-    return MeanGain(near, high - low)
+    return MeanGain(CertifiedValue(near, low, high))
 
 
 def _integral(c: Polynomial, d: Polynomial) -> Fraction:

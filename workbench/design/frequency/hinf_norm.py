@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.design.frequency.certified_values import INFINITE, Peak, enclosing_root, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
-from workbench.design.frequency.gain_polynomials import (
-    GainPolynomials,
-    TransferPolynomials,
-    exceeds,
-    float_root,
-    largest_square,
-)
+from workbench.design.frequency.gain_polynomials import GainPolynomials, exceeds, largest_square
 from workbench.design.frequency.positive_roots import positive_roots
+from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
@@ -32,33 +27,8 @@ LEAST_BITS, MOST_BITS = 40, 320  # of a frequency at which a singular value meet
 LEVELS = 60  # most levels that are tried; the search converges quadratically and takes some five
 
 
-@dataclass(frozen=True, eq=False)
-@show
-class PeakGain:
-    """The largest singular value of a system over all frequencies: low <= norm <= high, both proved.
-
-    `peak` [rad/s] is a frequency at which a singular value is at least `low`: infinity where that is a limit, nan where
-    the norm is infinite, and `reason` then says why.
-    """
-
-    low: float
-    high: float
-    peak: float
-    reason: str = ""
-
-    @property
-    def value(self) -> float:
-        """The middle of the enclosure."""
-        return self.low if self.low == self.high else self.low + (self.high - self.low) / 2
-
-    @property
-    def error(self) -> float:
-        """The largest distance of the norm from `value`."""
-        return 0.0 if self.low == self.high else float(np.nextafter((self.high - self.low) / 2, np.inf))
-
-
 @door
-def hinf_norm(system: control.StateSpace) -> PeakGain:
+def hinf_norm(system: control.StateSpace) -> Peak:
     """The H-infinity norm of a system, continuous or discrete, with a frequency that attains it.
 
     Levels are raised as Bruinsma and Steinbuch do. The frequencies at which a singular value meets a level are the
@@ -83,9 +53,10 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
 
     Examples
     --------
+    >>> import control
     >>> resonance = control.ss([[-0.0002, -1.0], [1.0, 0.0]], [[1.0], [0.0]], [[0.0, 1.0]], 0.0)
-    >>> norm = hinf_norm(resonance)
-    >>> round(norm.value, 6), round(norm.peak, 6)
+    >>> norm = wb.hinf_norm(resonance)
+    >>> round(norm.gain.value, 6), round(norm.frequency, 6)
     (5000.000025, 1.0)
     """
     A, B, C, D = exact_state_space("hinf_norm", system)
@@ -93,11 +64,9 @@ def hinf_norm(system: control.StateSpace) -> PeakGain:
     discrete = bool(system.isdtime(strict=True))
     transfer = TransferPolynomials.of(A, B, C, D, discrete)
     if not transfer.stable:
-        return PeakGain(np.inf, np.inf, np.nan, not_stable(A, discrete))
+        return Peak(INFINITE, math.nan, not_stable(A, discrete))
     low, high, x = _enclose(GainPolynomials.of(transfer), _candidates(A, discrete))
-    return PeakGain(
-        float_root(low, up=False), float_root(high, up=True), _frequency(x, system.dt if discrete else None)
-    )
+    return Peak(enclosing_root(low, high), _frequency(x, system.dt if discrete else None))
 
 
 def _candidates(A: Array, discrete: bool) -> list[Fraction | None]:
@@ -129,7 +98,8 @@ def _enclose(gains: GainPolynomials, candidates: list[Fraction | None]) -> tuple
             return low, level, x
         if width > WIDEST:
             break
-        ends = [Fraction(0), *(end for root in roots for end in root), 2 * roots[-1][1] if roots else Fraction(1)]
+        last = 2 * roots[-1].high if roots else Fraction(1)
+        ends = [Fraction(0), *(end for root in roots for end in (root.low, root.high)), last]
         candidates = [Fraction(0), None, *((a + b) / 2 for a, b in pairwise(ends))]
     raise Refused(
         "`hinf_norm(system)` must enclose the norm within 1e-9, and did not; balance the system or choose other units."
@@ -145,5 +115,5 @@ def _rounded(square: Fraction) -> Fraction:
 def _frequency(x: Fraction | None, dt: float | None) -> float:
     """The frequency [rad/s] of a value of x, of a discrete system with this period; a period of True counts as 1 s."""
     if dt is not None:
-        return float(np.pi / dt) if x is None else 2 / dt * float(np.arctan(float_root(x, up=False)))
-    return np.inf if x is None else float_root(x, up=False)
+        return float(np.pi / dt) if x is None else 2 / dt * float(np.arctan(rounded_root(x, up=False)))
+    return np.inf if x is None else rounded_root(x, up=False)

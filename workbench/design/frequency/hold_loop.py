@@ -4,25 +4,23 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import matrix_balance
 
 from workbench.design.frequency.exponentials import growth, held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
-from workbench.design.linear.operating_point import state_space
-from workbench.design.matrices import EPS, Complex, Refused
+from workbench.design.frequency.response_errors import solved
+from workbench.design.frequency.sampled_parts import SAME, Matrices, band, continuous_plant, sampled_law
+from workbench.design.matrices import Complex, Refused
 from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, finite, numbers, refusal
+from workbench.validation.refusals import Array, finite
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
 
 LONGEST = 500  # states of the map that the delay may add: its poles are found within seconds
-SAME = 4 * EPS  # relative: a delay nearer to a whole number of periods than this is one
-Matrices = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,73 +185,3 @@ def hold_loop(plant: control.StateSpace, law: control.StateSpace, delay: float =
     if min(rest, period - rest) <= SAME * late:
         return HoldLoop((A, B, Cy), matrices, period, late, whole, 0.0)
     return HoldLoop((A, B, Cy), matrices, period, late, round((late - rest) / period), rest)
-
-
-def continuous_plant(call: str, plant: Any) -> tuple[Array, Array, Array]:
-    """A, B and Cy of a plant in continuous time without feedthrough."""
-    A, B, Cy, D = state_space(call.partition("(")[0], plant)
-    if plant.isdtime(strict=True):
-        raise ValueError(f"`{call}` must be in continuous time; '{plant.name}' has the period {plant.dt} s.")
-    if D.any():
-        raise ValueError(
-            f"`{call}` must have no feedthrough D, or its output at an instant would depend on whether it is read "
-            f"before or after the command changes; that of '{plant.name}' has. Add the lag of its sensor."
-        )
-    return A, B, Cy
-
-
-def sampled_law(call: str, law: Any) -> tuple[Matrices, float]:
-    """The matrices of a law in discrete time, and its period in s."""
-    matrices = state_space(call.partition("(")[0], law)
-    if not law.isdtime(strict=True) or law.dt is True or not 0 < law.dt < math.inf:
-        raise ValueError(
-            f"`{call}` must be in discrete time with a positive period dt in s; '{law.name}' has dt = {law.dt}. Sample "
-            "a continuous law by `c2d`."
-        )
-    return matrices, float(law.dt)
-
-
-def band(call: str, frequencies: Any, nyquist: float = math.inf) -> Array:
-    """Frequencies (m,) in rad/s that do not fall, from zero to Nyquist's frequency."""
-    omega = numbers(call, frequencies, 1)
-    if not omega.size or not np.isfinite(omega).all():
-        raise refusal(call, "a vector of finite numbers, at least one", frequencies)
-    if (np.diff(omega) < 0).any() or omega[0] < 0:
-        raise ValueError(
-            f"`{call}` must rise from zero on, in rad/s; got {omega[0]:g} first and {omega[-1]:g} last. Sort them."
-        )
-    if omega[-1] > nyquist * (1 + SAME):
-        raise ValueError(
-            f"`{call}` must not exceed Nyquist's frequency pi / h = {nyquist:.6g} rad/s, above which samples repeat "
-            f"what they are below it; got {omega[-1]:.6g} rad/s."
-        )
-    return omega
-
-
-def solved(
-    what: str, omega: Array, matrix: Complex, driven: Complex, seen: Complex, through: Complex, sizes: Array
-) -> tuple[Complex, Array]:
-    """seen matrix^-1 driven + through at each frequency (m, ny, nu), and the error that rounding may have made there.
-
-    To first order each entry of the matrix is off by some roundings of itself and of its `sizes`, which the answers of
-    both sides weigh.
-    """
-    scale = matrix_balance(np.abs(matrix).max(axis=0), permute=False, separate=True)[1][0]
-    matrix, driven, seen = matrix * scale / scale[:, np.newaxis], driven / scale[:, np.newaxis], seen * scale
-    try:
-        right = _refined(matrix, driven)
-        left = _refined(matrix.swapaxes(1, 2), seen.swapaxes(1, 2)).swapaxes(1, 2)
-    except np.linalg.LinAlgError:
-        right = left = np.full((), np.nan)
-    if not np.isfinite(right).all() or not np.isfinite(left).all():
-        at = omega[int(np.argmin([np.linalg.svd(one, compute_uv=False)[-1] for one in matrix]))]
-        raise Refused(f"{what} has a pole at {at:.6g} rad/s, where it has no answer; leave that frequency out.")
-    size = np.abs(matrix) + sizes * scale / scale[:, np.newaxis]
-    terms = np.abs(left) @ (size @ np.abs(right) + np.abs(driven)) + np.abs(seen) @ np.abs(right) + np.abs(through)
-    return np.asarray(seen @ right + through), np.asarray((matrix.shape[1] + 1) * EPS * terms)
-
-
-def _refined(matrix: Complex, driven: Complex) -> Complex:
-    """matrix^-1 driven, with a step of refinement, after which each entry of the matrix counts by its own size."""
-    first = np.linalg.solve(matrix, driven)
-    return np.asarray(first + np.linalg.solve(matrix, driven - matrix @ first))

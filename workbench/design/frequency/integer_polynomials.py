@@ -40,16 +40,16 @@ def multiply(p: Polynomial, q: Polynomial) -> Polynomial:
     return product
 
 
-def quotient_by_monic(p: Polynomial, monic: Polynomial) -> Polynomial:
-    """The quotient of p by a monic divisor of it."""
-    rest, n = list(p), len(monic) - 1
-    quotient = [0] * max(len(p) - n, 0)
-    for i in range(len(quotient) - 1, -1, -1):
-        quotient[i] = factor = rest[i + n]
+def quotient(p: Polynomial, divisor: Polynomial) -> Polynomial:
+    """The quotient of p by a divisor whose coefficients have no common factor: then it is whole, too (Gauss)."""
+    rest, n = list(p), len(divisor) - 1
+    result = [0] * max(len(p) - n, 0)
+    for i in range(len(result) - 1, -1, -1):
+        result[i] = factor = rest[i + n] // divisor[-1]
         if factor:
-            for j in range(n + 1):
-                rest[i + j] -= factor * monic[j]
-    return quotient
+            for j, b in enumerate(divisor):
+                rest[i + j] -= factor * b
+    return result
 
 
 def primitive(p: Polynomial) -> Polynomial:
@@ -95,38 +95,28 @@ def squared_modulus(p: Polynomial) -> Polynomial:
     return add(multiply(even, even), [0, *multiply(odd, odd)])
 
 
-def _remainder(p: Polynomial, q: Polynomial) -> Polynomial:
-    """A primitive multiple of the remainder of p by q."""
-    rest = list(p)
+def remainder(p: Polynomial, q: Polynomial) -> Polynomial:
+    """A positive multiple of the remainder of p by q, without a common factor of its coefficients."""
+    rest, sign = list(p), 1 if q[-1] > 0 else -1
     while len(rest) >= len(q):
         lead, offset = rest[-1], len(rest) - len(q)
         common = math.gcd(lead, q[-1])
-        rest = scale(rest, q[-1] // common)
+        factor = sign * lead // common
+        rest = scale(rest, abs(q[-1]) // common)
         for j, b in enumerate(q):
-            rest[offset + j] -= lead // common * b
+            rest[offset + j] -= factor * b
         rest = trim(rest)
     return primitive(rest) if rest else rest
 
 
 def common_divisor(p: Polynomial, q: Polynomial) -> Polynomial:
-    """The primitive greatest common divisor, by Euclid."""
+    """The greatest common divisor without a common factor of its coefficients (Euclid)."""
     p, q = primitive(trim(p)), primitive(trim(q))
-    while q:
-        p, q = q, _remainder(p, q) if len(p) >= len(q) else p
-    return p
-
-
-def divide(p: Polynomial, q: Polynomial) -> Polynomial:
-    """The primitive quotient of p by a divisor of it."""
-    rest, quotient = list(p), [0] * (len(p) - len(q) + 1)
-    if not quotient:
+    if p and q and _coprime_modulo(p, q):
         return [1]
-    rest = scale(rest, abs(q[-1]) ** len(quotient))
-    for i in range(len(quotient) - 1, -1, -1):
-        quotient[i] = factor = rest[i + len(q) - 1] // q[-1]
-        for j, b in enumerate(q):
-            rest[i + j] -= factor * b
-    return primitive(quotient)
+    while q:
+        p, q = q, remainder(p, q) if len(p) >= len(q) else p
+    return p
 
 
 def square_free_factors(p: Polynomial) -> list[tuple[Polynomial, int]]:
@@ -134,17 +124,15 @@ def square_free_factors(p: Polynomial) -> list[tuple[Polynomial, int]]:
     p = primitive(trim(p))
     if len(p) < 2:
         return []
-    if _coprime_modulo(p, derivative(p)):
-        return [(p, 1)]
     factors, multiplicity = [], 1
     repeated = common_divisor(p, derivative(p))
-    simple = divide(p, repeated)
+    simple = quotient(p, repeated)
     while len(simple) > 1:
         shared = common_divisor(simple, repeated)
-        factor = divide(simple, shared)
+        factor = quotient(simple, shared)
         if len(factor) > 1:
             factors.append((factor, multiplicity))
-        simple, repeated, multiplicity = shared, divide(repeated, shared), multiplicity + 1
+        simple, repeated, multiplicity = shared, quotient(repeated, shared), multiplicity + 1
     return factors
 
 
@@ -162,23 +150,3 @@ def _coprime_modulo(p: Polynomial, q: Polynomial) -> bool:
             a = trim(a)
         a, b = b, a
     return len(b) == 1
-
-
-def is_hurwitz(p: Polynomial) -> bool:
-    """True if every root of a polynomial has a negative real part: Routh's array in whole numbers.
-
-    References
-    ----------
-    Gantmacher (1959), The Theory of Matrices, volume 2, chapter XV.
-    """
-    if not p or p[-1] == 0:
-        return False
-    p = p if p[-1] > 0 else scale(p, -1)
-    above, row = p[::-1][0::2], p[::-1][1::2]
-    for _ in range(len(p) - 1):
-        if not row or row[0] <= 0:
-            return False
-        padded = row + [0] * (len(above) - len(row))
-        below = [above[j + 1] * row[0] - above[0] * padded[j + 1] for j in range(len(above) - 1)]
-        above, row = row, primitive(below) if any(below) else below
-    return True

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.frequency.exponentials import held_map
-from workbench.design.frequency.hold_loop import Matrices, continuous_plant, sampled_law
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
+from workbench.design.frequency.sampled_parts import Matrices, continuous_plant, sampled_law
 from workbench.design.matrices import EPS
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, refusal, seconds, several

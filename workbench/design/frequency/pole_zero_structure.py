@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from workbench.design.frequency.certified_roots import certified_roots
+from workbench.design.frequency.complex_roots import complex_roots
 from workbench.design.frequency.exact_systems import exact_state_space
-from workbench.design.frequency.gain_polynomials import TransferPolynomials
 from workbench.design.frequency.integer_polynomials import Polynomial, common_divisor
 from workbench.design.frequency.rational_matrices import markov_parameters, whole
-from workbench.design.frequency.zero_structure import RationalSystem
+from workbench.design.frequency.rational_systems import RationalSystem
+from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.matrices import Complex
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
@@ -78,8 +78,9 @@ def pole_zero_structure(system: control.StateSpace) -> PoleZeroStructure:
 
     Examples
     --------
+    >>> import control
     >>> tanks = control.ss([[-1.0, 1.0], [0.0, -2.0]], [[1.0], [1.0]], [[1.0, 0.0]], 0.0)
-    >>> pole_zero_structure(tanks).transmission_zeros.values
+    >>> wb.pole_zero_structure(tanks).transmission_zeros.values
     array([-3.+0.j])
     """
     A, B, C, D = exact_state_space("pole_zero_structure", system)
@@ -115,7 +116,7 @@ def _zeros(exact: RationalSystem, transfer: TransferPolynomials) -> tuple[Roots,
 
 
 def _roots(polynomial: Polynomial) -> Roots:
-    values, multiplicities = certified_roots(polynomial)
+    values, multiplicities = complex_roots(polynomial)
     return Roots(values, tuple(multiplicities))
 
 

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
+import math
 
 from workbench.design.frequency.integer_polynomials import (
-    PRIME,
     Polynomial,
     add,
     common_divisor,
     derivative,
-    divide,
     multiply,
+    quotient,
     scale,
     trim,
 )
@@ -29,25 +28,7 @@ def lowest_terms(F: Polynomial, G: Polynomial) -> Ratio:
     F, G = trim(F), trim(G)
     if not F:
         return [], [1]
-    if _coprime(F, G):
-        return F, G
     shared = common_divisor(F, G)
-    f, g = divide(F, shared), divide(G, shared)
-    ratio = Fraction(F[-1] * g[-1], G[-1] * f[-1])
-    return scale(f, ratio.numerator), scale(g, ratio.denominator)
-
-
-def _coprime(F: Polynomial, G: Polynomial) -> bool:
-    """True if F and G have no common divisor modulo a prime, which their degrees survive, and so none at all."""
-    a, b = ([c % PRIME for c in p] for p in (F, G))
-    if not (a[-1] and b[-1]):
-        return False
-    while len(b) > 1:
-        inverse = pow(b[-1], -1, PRIME)
-        while len(a) >= len(b):
-            factor, offset = a[-1] * inverse % PRIME, len(a) - len(b)
-            for j, c in enumerate(b):
-                a[offset + j] = (a[offset + j] - factor * c) % PRIME
-            a = trim(a)
-        a, b = b, a
-    return len(b) == 1
+    f, g = quotient(F, shared), quotient(G, shared)
+    common = math.gcd(*f, *g)
+    return [a // common for a in f], [a // common for a in g]

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from workbench.design.frequency.integer_polynomials import Polynomial, trim
-from workbench.design.frequency.isolated_roots import Root, at, bounds, isolated_roots
 from workbench.design.frequency.polynomial_ratios import slope_numerator
+from workbench.design.frequency.positive_roots import Root, bounds, positive_roots, ratio
 
+ROUGH = 60  # bits of a place at first; those of the highest candidates are refined
+UNKNOWN = Fraction(10**1000)  # no bound from above
 ZERO = Root(Fraction(0), Fraction(0))
 
 
@@ -29,17 +31,23 @@ def largest_ratio(F: Polynomial, G: Polynomial) -> SquaredPeak:
     """
     if not trim(F):
         return SquaredPeak(Fraction(0), Fraction(0), ZERO)
-    candidates = [_value(F, G, root) for root in (ZERO, *isolated_roots(slope_numerator(F, G)))]
+    candidates = [_value(F, G, root) for root in (ZERO, *positive_roots(slope_numerator(F, G), ROUGH))]
     if len(F) == len(G):
         limit = Fraction(F[-1], G[-1])
         candidates.append(SquaredPeak(limit, limit, None))
-    best = max(candidates, key=lambda peak: peak.low)
-    return SquaredPeak(best.low, max(peak.high for peak in candidates), best.place)
+    reached = max(peak.low for peak in candidates)
+    finalists = [
+        _value(F, G, peak.place.refined()) if peak.place and peak.low < peak.high else peak
+        for peak in candidates
+        if peak.high >= reached
+    ]
+    best = max(finalists, key=lambda peak: peak.low)
+    return SquaredPeak(best.low, max(peak.high for peak in finalists), best.place)
 
 
 def _value(F: Polynomial, G: Polynomial, root: Root) -> SquaredPeak:
-    reached = at(F, root.middle) / at(G, root.middle)
+    reached = Fraction(*ratio(F, G, root.middle))
     if root.low == root.high:
         return SquaredPeak(reached, reached, root)
     (_, most), (least, _) = bounds(F, root), bounds(G, root)
-    return SquaredPeak(reached, max(reached, most / least), root)
+    return SquaredPeak(reached, max(reached, most / least) if least > 0 else UNKNOWN, root)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import matrix_balance
 
-from workbench.design.frequency.hold_loop import band
+from workbench.design.frequency.sampled_parts import band
 from workbench.design.matrices import EPS, Complex, one_thread
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, numbers, seconds

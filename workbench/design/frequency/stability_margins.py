@@ -8,21 +8,23 @@ circle of a discrete loop becomes the axis by z = (1 + v) / (1 - v). With a dela
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from workbench.design.frequency.axis_loop import AxisLoop, axis_loop
+from workbench.design.frequency.axis_loop import AxisLoop, axis_loop, refuse_odd_loop
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
     CertifiedValue,
+    Peak,
     enclosure,
     greatest,
     least,
+    magnitude,
     root_of,
+    twice_inverse,
+    widened,
 )
 from workbench.design.frequency.crossovers import (
-    Crossover,
     UnitGain,
     late_phase,
     real_crossovers,
@@ -32,9 +34,11 @@ from workbench.design.frequency.delay_count import is_stable
 from workbench.design.frequency.delay_crossovers import gain_limits, phase_crossovers
 from workbench.design.frequency.delay_peaks import Valley, least_balance, least_distance, least_inverse_distance
 from workbench.design.frequency.delay_pieces import LateLoop, late_loop
+from workbench.design.frequency.estimated_margins import estimated_margins
+from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
+from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.rational_peaks import largest_ratio
-from workbench.validation.notebook_display import show
 from workbench.validation.refusals import positive
 from workbench.validation.signatures import door
 
@@ -44,72 +48,29 @@ if TYPE_CHECKING:
 LAG = 64.0  # rad of the delay, up to which phase crossovers are listed without a `band`
 
 
-@dataclass(frozen=True)
-@show
-class Peak:
-    """The supremum of a gain over all frequencies, and a frequency in rad/s at which it is reached."""
-
-    gain: CertifiedValue
-    frequency: float
-
-
-@dataclass(frozen=True)
-@show
-class StableMargins:
-    """The margins of a stable loop: how far it is from instability.
-
-    Gains between `gain_low` and `gain_high`, as factors, keep it stable, and so do losses of phase below
-    `phase_margin` in degrees, delays below `delay_margin` in s, and factors (2 + d) / (2 - d) with complex
-    |d| < `disk_margin`. `Ms` and `Mt` are the peaks of S = 1 / (1 + L) and T = L / (1 + L).
-    """
-
-    gain_low: CertifiedValue
-    gain_high: CertifiedValue
-    phase_margin: CertifiedValue
-    delay_margin: CertifiedValue
-    Ms: Peak
-    Mt: Peak
-    disk_margin: CertifiedValue
-
-
-@dataclass(frozen=True)
-@show
-class StabilityMargins:
-    """The crossovers of a loop L, and its margins if the closed loop is stable; else `margins` is None.
-
-    `gain_crossovers` are all frequencies with |L| = 1, with the phase margin there in degrees, in (-180, 180].
-    `phase_crossovers` are those where L is real and negative, zero, infinity and Nyquist's included, with the gain
-    margin -1 / L; a touch counts once. `remarks` says where |L| is one, or L real, at every frequency, so that only
-    the ends of the axis are listed.
-    """
-
-    stable: bool
-    gain_crossovers: tuple[Crossover, ...]
-    phase_crossovers: tuple[Crossover, ...]
-    margins: StableMargins | None
-    remarks: tuple[str, ...] = ()
-
-
 @door
 def stability_margins(
     loop: control.TransferFunction | control.StateSpace, delay: float = 0.0, band: float | None = None
 ) -> StabilityMargins:
     """The margins of the negative feedback of a loop L with one channel, continuous or discrete, with an exact delay.
 
+    Up to 40 states the bounds are proved. Of a `StateSpace` with more they are estimates, and `remarks` says so.
+
     Parameters
     ----------
     delay
-        In s; of a discrete loop a whole number of periods.
+        In s; of a discrete loop a whole number of periods. None for more than 40 states in continuous time.
     band
         In rad/s: with a delay of a continuous loop, phase crossovers are listed up to it.
 
     Raises
     ------
     ValueError
-        If the loop has several channels, more zeros than poles, no denominator, or numbers that are not finite; if
-        the delay is negative or `band` is not positive.
+        If the loop is no linear system with one channel, or has more zeros than poles, no denominator, or numbers
+        that are not finite; if the delay is negative or `band` is not positive.
     Refused
-        If 1 + L is zero at infinity, the loop has more than 40 states, or doubles do not tell the side of a root.
+        If 1 + L is zero at infinity, doubles do not tell the side of a root, or the loop is too large: beyond 400
+        states, 40 with a delay, or 40 as a `TransferFunction`.
 
     References
     ----------
@@ -118,13 +79,16 @@ def stability_margins(
     Examples
     --------
     >>> import control
-    >>> found = stability_margins(control.tf([4], [1, 3, 3, 1]))
+    >>> found = wb.stability_margins(control.tf([4], [1, 3, 3, 1]))
     >>> found.margins.gain_high.value, found.margins.Ms.gain.value
     (2.0, 3.0)
     """
-    given = axis_loop("stability_margins", loop, delay)
     if band is not None:
         band = positive("stability_margins(band=...)", band, " of rad/s")
+    refuse_odd_loop("stability_margins", loop)
+    if loop.nstates and loop.nstates > MOST_STATES:
+        return estimated_margins(loop, delay)
+    given = axis_loop("stability_margins", loop, delay)
     stable, gains = is_stable(given), unit_gain_crossovers(given)
     late = late_loop(given) if given.delay and given.numerator else None
     phases = real_crossovers(given) if late is None else phase_crossovers(late, band or _band(given, gains))
@@ -153,7 +117,7 @@ def _margins(
     phases: list[Crossover],
 ) -> StableMargins:
     low, high = gain_limits(late) if late else _limits([row.margin for row in phases])
-    phase = least(_size(row.margin) for _, row in gains)
+    phase = least(magnitude(row.margin) for _, row in gains)
     delay = least(_delay(loop, gain) for gain, _ in gains)
     if loop.period is None and len(loop.A) == len(loop.B) and abs(loop.A[-1]) > loop.B[-1]:
         delay = ZERO  # |L| > 1 at infinity: no delay is short enough
@@ -162,12 +126,6 @@ def _margins(
 
 def _limits(factors: list[CertifiedValue]) -> tuple[CertifiedValue, CertifiedValue]:
     return greatest(f for f in factors if f.value < 1), least(f for f in factors if f.value > 1)
-
-
-def _size(angle: CertifiedValue) -> CertifiedValue:
-    if angle.value >= 0:
-        return angle
-    return CertifiedValue(-angle.value, -angle.high, -angle.low)
 
 
 def _delay(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
@@ -181,15 +139,12 @@ def _delay(loop: AxisLoop, gain: UnitGain) -> CertifiedValue:
     return CertifiedValue(value / omega.value, bounds.low, bounds.high)
 
 
-def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue]:
+def _peaks(loop: AxisLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
     """Ms, Mt and the disk margin from |D|^2, |N|^2 and |D - N|^2 over |D + N|^2."""
     both = add(loop.A, loop.B)
     closed, opposed = trim(add(both, scale(loop.P, 2))), trim(add(both, scale(loop.P, -2)))
-    balance = _peak(loop, opposed, closed).gain
-    disk = INFINITE  # L is one at every frequency
-    if balance.value:
-        disk = enclosure_of(CertifiedValue(2 / balance.value, 2 / balance.high, 2 / balance.low))
-    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), disk
+    balance = _peak(loop, opposed, closed)
+    return _peak(loop, loop.B, closed), _peak(loop, loop.A, closed), twice_inverse(balance.gain), balance.frequency
 
 
 def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
@@ -198,18 +153,12 @@ def _peak(loop: AxisLoop, F: Polynomial, G: Polynomial) -> Peak:
     return Peak(root_of(peak.low, peak.high), place.value)
 
 
-def enclosure_of(value: CertifiedValue) -> CertifiedValue:
-    """The same number with bounds one unit in the last place farther out, for a quotient of it."""
-    bounds = enclosure(value.low, value.high)
-    return CertifiedValue(value.value, bounds.low, bounds.high)
-
-
-def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue]:
+def _late_peaks(late: LateLoop) -> tuple[Peak, Peak, CertifiedValue, float]:
     S, T, g = least_distance(late), least_inverse_distance(late), least_balance(late)
     disk = (2 * math.sqrt(part / (2 - part)) for part in (g.value, g.low, g.high))
-    return _inverse_root(S), _inverse_root(T), enclosure_of(CertifiedValue(*disk))
+    return _inverse_root(S), _inverse_root(T), widened(*disk), g.frequency
 
 
 def _inverse_root(valley: Valley) -> Peak:
     value, low, high = (1 / math.sqrt(part) for part in (valley.value, valley.high, valley.low))
-    return Peak(enclosure_of(CertifiedValue(value, low, high)), valley.frequency)
+    return Peak(widened(value, low, high), valley.frequency)

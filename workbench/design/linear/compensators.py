@@ -148,7 +148,7 @@ def lead_lag(
         C = k (s + wc/10) / (s + wc/(10 boost)) (s + wc sqrt(a)) / (s + wc/sqrt(a)),       a = (1 - sin f)/(1 + sin f),
 
     where f is the phase that lacks at the crossover wc. Its input is the error, reference minus output, and it has the
-    names of the plant: `LinearLaw(C, error=True)` runs it, and `control.c2d(C, period, "tustin")` samples it. Of a
+    names of the plant: `LinearLaw(C, error=True)` runs it, and `c2d(C, period, "tustin")` samples it. Of a
     linearised plant it is about the point of that, and its command is u0 where the error is zero.
 
     Parameters

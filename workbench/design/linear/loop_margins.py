@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import block_diag, eigvals
-from scipy.optimize import brentq, minimize
+from scipy.optimize import minimize
 
+from workbench.design.frequency.margin_records import Crossover, StableMargins
+from workbench.design.frequency.stability_margins import stability_margins
 from workbench.design.linear.feedback_loops import (
-    crossings_of,
     largest_gain,
     one_loop,
     pole_frequencies,
@@ -19,7 +18,7 @@ from workbench.design.linear.feedback_loops import (
     sensitivity,
     square_loop,
 )
-from workbench.design.matrices import Complex, Refused
+from workbench.design.matrices import Refused
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -27,10 +26,8 @@ from workbench.validation.signatures import door
 if TYPE_CHECKING:
     import control
 
-TURN = 2 * np.pi
 PHASES, LOOKED_AT = 16, 100  # phases of a channel and frequencies from which searches begin
 MOST_ON_A_GRID = 3  # channels whose phases are searched together
-FREQUENCIES = 2000
 DECAY = 1e-12  # of the size of A: a pole that decays no faster is on the axis, as far as rounding can tell
 
 
@@ -79,10 +76,9 @@ def disk_margin(loop: control.StateSpace) -> DiskMargin:
     Seiler, Packard and Gahinet (2020), IEEE Control Systems Magazine 40(5), "An introduction to disk margins".
     """
     square_loop("disk_margin", loop)
-    M = _balanced(loop)
     if loop.ninputs == 1:  # mu is the gain itself
-        peak = largest_gain(M)
-        return DiskMargin(1 / peak.above, 1 / peak.below, peak.frequency)
+        return _disk(_one_channel(loop)[0])
+    M = _balanced(loop)
     above = _scaled_peak(M)
     below, frequency = _spectral_peak(M)
     return DiskMargin(1 / above, 1 / below, frequency)
@@ -110,71 +106,39 @@ class LoopMargins:
 def loop_margins(loop: control.StateSpace) -> tuple[LoopMargins, ...]:
     """The classical margins of each channel of a loop L, one broken at a time; refusals are those of `disk_margin`.
 
-    Crossings are found by eigenvalues and not on a grid, and located to rounding: |L(i omega)| = 1 by those of a
-    Hamiltonian matrix, and a real L(i omega) by the zeros of L(s) - L(-s).
+    All figures are those of `stability_margins`.
     """
     square_loop("loop_margins", loop)
     return tuple(_margins(one_loop(loop, i), loop.input_labels[i]) for i in range(loop.ninputs))
 
 
 def _margins(L: control.StateSpace, name: str) -> LoopMargins:
-    def values(frequencies: Array) -> Complex:
-        return np.asarray(response_at(L, frequencies)[:, 0, 0])
-
-    def excess(frequencies: Array) -> Array:  # of |L| over 1, between -1 and 1
-        size = np.abs(values(frequencies))
-        return np.asarray((size - 1) / (size + 1))
-
-    disk, feedthrough = disk_margin(L), float(L.D[0, 0])
-    crossings = _zeros(excess, _between(L, crossings_of(L, 1.0) if abs(feedthrough) != 1 else np.zeros(0)))
-    turned = np.angle(-values(crossings))  # the phase above -180 degrees
-    real = _zeros(lambda frequencies: values(frequencies).imag, _between(L, _real_at(L)))
-    # a loop that integrates has no finite gain at 0
-    still = np.zeros(1 if not len(L.A) or np.linalg.cond(L.A) < 1e12 else 0)
-    reals = [feedthrough, *values(np.concatenate([still, real])).real]
-    factors = [-1 / float(gain) for gain in reals if gain < 0]
-    least = int(np.argmin(np.abs(turned))) if len(turned) else None
+    margins, crossovers = _one_channel(L)
+    nearest = min(crossovers, key=lambda crossover: abs(crossover.margin.value), default=None)
     return LoopMargins(
         name,
-        (max((f for f in factors if f < 1), default=0.0), min((f for f in factors if f > 1), default=float("inf"))),
-        float("inf") if least is None else float(np.degrees(abs(turned[least]))),
-        float("inf") if least is None else float(np.min(turned % TURN / crossings)),
-        float("nan") if least is None else float(crossings[least]),
-        disk,
+        (margins.gain_low.value, margins.gain_high.value),
+        margins.phase_margin.value,
+        margins.delay_margin.value,
+        float("nan") if nearest is None else nearest.frequency.value,
+        _disk(margins),
     )
 
 
-def _real_at(L: control.StateSpace) -> Array:
-    """The frequencies at which L may be real, (N,): the zeros of L(s) - L(-s), perhaps with some others."""
-    nx = len(L.A)
-    pencil = np.block([[block_diag(L.A, -L.A), np.vstack([L.B, L.B])], [L.C, L.C, np.zeros((1, 1))]])
-    with np.errstate(divide="ignore", invalid="ignore"):  # the zeros at infinity
-        zeros = eigvals(pencil, block_diag(np.eye(2 * nx), np.zeros((1, 1))))
-    return np.unique(np.abs(zeros[np.isfinite(zeros)].imag))
+def _one_channel(L: control.StateSpace) -> tuple[StableMargins, tuple[Crossover, ...]]:
+    """The margins of a loop with one channel, and its gain crossovers."""
+    _balanced(L)
+    found = stability_margins(L)
+    if found.margins is None:
+        raise Refused(
+            "A loop has a margin only where it is asymptotically stable once closed; here a pole is on the axis, but "
+            "for rounding. Hold states that no command depends on by `freeze`."
+        )
+    return found.margins, found.gain_crossovers
 
 
-def _between(L: control.StateSpace, candidates: Array) -> Array:
-    """Frequencies in rad/s, from far below all poles to far above, with one between any two candidates of a zero."""
-    S = sensitivity(L)
-    spread = np.concatenate([pole_frequencies(system, FREQUENCIES) for system in (L, S)])
-    candidates = np.sort(candidates[(candidates > 0) & (candidates < 1e6 * spread.max())])
-    # not just halfway, where an undamped pole may lie
-    gaps = 0.47 * candidates[:-1] + 0.53 * candidates[1:]
-    ends = np.concatenate([candidates[:1] / 3, 3 * candidates[-1:]])
-    return np.unique(np.concatenate([spread, gaps, ends]))
-
-
-def _zeros(function: Callable[[Array], Array], frequencies: Array) -> Array:
-    """The zeros of a function of frequencies, at those given and between those where it changes its sign."""
-
-    def at(omega: float) -> float:
-        return float(function(np.array([omega]))[0])
-
-    signs = np.sign(function(frequencies))
-    places = np.flatnonzero(signs[:-1] * signs[1:] < 0)
-    ends = [(float(frequencies[k]), float(frequencies[k + 1])) for k in places]
-    found = [brentq(at, low, high, xtol=1e-13 * low, rtol=1e-13) for low, high in ends]
-    return np.sort([*found, *frequencies[signs == 0]])
+def _disk(margins: StableMargins) -> DiskMargin:
+    return DiskMargin(margins.disk_margin.low, margins.disk_margin.high, margins.disk_frequency)
 
 
 def _balanced(L: control.StateSpace) -> control.StateSpace:

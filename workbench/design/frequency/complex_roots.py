@@ -18,7 +18,7 @@ ROUNDING = 1.001  # more than the rounding of a product of a thousand doubles
 Point = tuple[int, int]
 
 
-def certified_roots(p: Polynomial) -> tuple[Complex, list[int]]:
+def complex_roots(p: Polynomial) -> tuple[Complex, list[int]]:
     """The roots of a polynomial, repeated ones as often as they occur, and the multiplicity of each.
 
     Multiplicities are those of the square-free factors, which are exact; a root is real, or zero, exactly if its

@@ -1,0 +1,56 @@
+"""The margins of a loop with one channel as numbers, each with its bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from workbench.design.frequency.certified_values import CertifiedValue, Peak
+from workbench.validation.notebook_display import show
+
+
+@dataclass(frozen=True)
+@show
+class Crossover:
+    """A frequency in rad/s at which |L| = 1 or L < 0, and the margin: of phase in degrees, or a factor of gain."""
+
+    frequency: CertifiedValue
+    margin: CertifiedValue
+
+
+@dataclass(frozen=True)
+@show
+class StableMargins:
+    """The margins of a stable loop: how far it is from instability.
+
+    Gains between `gain_low` and `gain_high`, as factors, keep it stable, and so do losses of phase below
+    `phase_margin` in degrees, delays below `delay_margin` in s, and factors (2 + d) / (2 - d) with complex
+    |d| < `disk_margin`; the disk is touched at `disk_frequency` in rad/s. `Ms` and `Mt` are the peaks of
+    S = 1 / (1 + L) and T = L / (1 + L).
+    """
+
+    gain_low: CertifiedValue
+    gain_high: CertifiedValue
+    phase_margin: CertifiedValue
+    delay_margin: CertifiedValue
+    Ms: Peak
+    Mt: Peak
+    disk_margin: CertifiedValue
+    disk_frequency: float
+
+
+@dataclass(frozen=True)
+@show
+class StabilityMargins:
+    """The crossovers of a loop L, and its margins if the closed loop is stable; else `margins` is None.
+
+    `gain_crossovers` are all frequencies with |L| = 1, with the phase margin there in degrees, in (-180, 180].
+    `phase_crossovers` are those where L is real and negative, zero, infinity and Nyquist's included, with the gain
+    margin -1 / L; a touch counts once. `remarks` says where |L| is one, or L real, at every frequency, so that only
+    the ends of the axis are listed.
+    """
+
+    stable: bool
+    gain_crossovers: tuple[Crossover, ...]
+    phase_crossovers: tuple[Crossover, ...]
+    margins: StableMargins | None
+    remarks: tuple[str, ...] = ()
