@@ -1,6 +1,7 @@
 """The study of the Riccati part: what it computes along a path, against closed forms."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from scipy.linalg import solve_continuous_are
 
 from studies.a3_riccati_gains import findings, path
 from studies.a3_riccati_gains.settings import ASSUMED, FORWARD, OTHERS, SETTINGS, WEIGHTS
-from studies.a3_riccati_gains.study import cases, choices_of
+from studies.a3_riccati_gains.study import cases, choices_of, figure
 from workbench.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.study import Study
@@ -98,3 +99,26 @@ def test_the_word_for_a_change_needs_more_than_the_margin():
     assert findings.size(0.1) == "better with (34)"
     assert findings.size(-0.1) == "worse with (34)"
     assert findings.size(0.019) == findings.size(-0.019) == "within 2 %"
+
+
+def test_a_part_is_printed_in_per_cent_with_two_digits_and_no_power_of_ten():
+    assert [findings.share(part) for part in (0.0239, 3.4e-4, 3.41, 5912.0)] == [
+        "2.4 %",
+        "0.034 %",
+        "340 %",
+        "590,000 %",
+    ]
+
+
+def test_the_algebraic_solution_has_marks_where_its_line_lies_under_another():
+    t = np.sort(np.append(np.geomspace(1e-3, 2.5, 60), np.linspace(0, 2.5, 60)))
+    X = np.exp(-t)[:, None, None] * np.eye(2)
+    one = SimpleNamespace(t=t, P=X, X=X, backward=SimpleNamespace(P=X), gap=lambda X: (0.0, 0.012))
+    drawn = figure(one, "FS")
+    for panel in drawn.panels[:2]:
+        lines = {series.label: series for series in panel.series if series.look == "line"}
+        (marks,) = (series for series in panel.series if series.look == "marks")
+        assert (marks.label, marks.style) == ("algebraic", lines["algebraic"].style)
+        np.testing.assert_allclose(marks.y, np.interp(marks.x, t, np.exp(-t)), rtol=1e-12)
+        assert np.diff(marks.x).max() < 0.3  # seen all along a window of 2.5 s
+    assert drawn.caption.endswith("within 1.2 % of each other.")

@@ -349,27 +349,30 @@ def test_the_runs_lost_a_period_late_are_blamed_as_the_others():
     found = findings.lost_runs(evidence(lost, lambda *one: one == where))
     assert found.answer == "no run is lost"  # without a delay
     (late,) = (one for one in found.variations if one.words == "torque a period late")
-    assert (late.answer, late.detail) == ("the integrator", "8, 0 and 0 of 8 runs")
+    assert (late.answer, late.detail) == ("the integrator", "of 8 runs 8 by the integrator, 0 by the law")
 
 
 def test_the_lost_runs_are_counted_and_named():
     euler = lost_by("euler")
-    assert "Explicit Euler loses 8 of 784 runs, all of AOSMC-RGS" in words(findings.lost_runs(euler))
+    found = findings.lost_runs(euler)
+    assert "With explicit Euler 8 of 784 runs diverge, all of AOSMC-RGS" in words(found)
+    assert "Of these 8 stay finite if (34) alone takes a Cayley step, and 8 with 16 Runge-Kutta steps" in words(found)
+    assert "16 Runge-Kutta steps); the run by explicit Euler diverges." in found.evidence
     rows = {row[0]: row[1:] for row in pages.lost_table(euler).rows}
     assert rows["AOSMC-RGS, Euler"] == (0, 0, 0, 0, 0, 0, 8)
     assert rows["AOSMC-RGS, Cayley"] == (0,) * 7
     smc = evidence(lost, lambda law, scenario, computer: law == "SMC" and computer.period == 1e-2)
-    assert "loses 16 of 784 runs, 0 of them of AOSMC-RGS" in words(findings.lost_runs(smc))
+    assert "With explicit Euler 16 of 784 runs diverge, 0 of them of AOSMC-RGS" in words(findings.lost_runs(smc))
 
 
 def test_the_runs_that_the_late_searches_lose_are_named():
-    assert "the searches lose no run." in findings.lost_runs(evidence()).evidence
+    assert "these runs diverge: none." in findings.lost_runs(evidence()).evidence
     made = evidence()
     trials = tuple((LoopTrial({TV: np.full(2, share)}, {TV: np.zeros(2)}),) for share in (0.5, np.nan))
     lost = LargestSetting(Threshold((1e-3, 5e-3), (True, False)), trials)
     searched = (replace(one, found=lost) if one.search == period_findings.BASE else one for one in made.quiet)
     found = findings.lost_runs(replace(made, quiet=tuple(searched)))
-    assert "the searches lose AOSMC-RGS in FS at 5 ms." in found.evidence
+    assert "these runs diverge: AOSMC-RGS in FS at 5 ms." in found.evidence
 
 
 def test_the_longest_period_is_answered_for_every_start_scenario_and_delay():

@@ -69,11 +69,43 @@ def test_the_bar_beside_sympy_is_reached_by_long_chains_alone(monkeypatch):
     assert study.sympy_findings() == ()
 
 
+def arms(monkeypatch, **panda):
+    one = measurements.Robot("pelican", 2, 11, (1,) * 6, (1e-3,), (1e-3,), (0.01,), 2e-16, 5e-16)
+    monkeypatch.setattr(study, "robots", lambda: (one, replace(one, name="panda", **panda)))
+
+
 def test_errors_are_rounding_of_every_arm_or_named(monkeypatch):
-    arm = measurements.Robot("pelican", 2, 11, (1,) * 6, 1e-3, 1e-3, 0.01, 2e-16, 5e-16)
-    panda = replace(arm, name="panda", differentiated=0.4, by_mujoco=1e-6)
-    monkeypatch.setattr(study, "robots", lambda: (arm, panda))
+    arms(monkeypatch, by_energies=1e-6)
     finding = study.error_finding()
-    assert finding.answer == "below 1e-13"
-    assert [one.words for one in finding.reversals] == ["panda, MuJoCo"]
-    assert (study.time_finding().answer, study.time_finding().kind) == ("missed", "depends")
+    assert (finding.answer, [one.words for one in finding.reversals]) == ("below 1e-13", ["panda, energies"])
+    arms(monkeypatch, by_mujoco=1e-6)  # MuJoCo alone shares nothing with us, and decides
+    finding = study.error_finding()
+    assert finding.answer == "not below 1e-13"
+    assert "against MuJoCo 1e-06, against Lagrange's equation of its own energies 2e-16" in finding.statement
+    arms(monkeypatch, by_mujoco=None)
+    assert "MuJoCo" in study.error_finding().statement  # of the pelican, where it is known
+
+
+def test_repetitions_on_both_sides_of_the_bar_are_named(monkeypatch):
+    arms(monkeypatch, derived=(0.2, 0.2, 0.3), differentiated=(0.25, 0.28, 0.4))
+    finding = study.time_finding()
+    assert (finding.answer, finding.kind, [one.words for one in finding.reversals]) == (
+        "reached",
+        "depends",
+        ["repetition 3"],
+    )
+
+
+def test_a_time_that_is_shorter_than_that_of_a_part_of_its_work_leaves_the_bar_open(monkeypatch):
+    arms(monkeypatch, derived=(0.30,), differentiated=(0.24,))
+    finding = study.time_finding()
+    assert finding.kind == "open"
+    assert "Without derivatives it took 0.3 s" in finding.evidence
+
+
+def test_the_answer_gives_the_range_over_all_chains_and_not_the_largest_ratio(monkeypatch):
+    arms(monkeypatch)
+    short = measurements.Chain(2, 0.004, (0.08, 0.13), (0.1, 0.15), 1e-16)
+    long = measurements.Chain(6, 0.03, (0.6, 7.0), (3.1, 9.8), 4e-16)
+    monkeypatch.setattr(study, "chains", lambda: (short, long))
+    assert "25 to 103 times as fast as SymPy; all 2 arms agree with MuJoCo to 5e-16" in study.answer()

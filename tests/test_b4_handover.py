@@ -10,7 +10,7 @@ from studies.a9_sampling import study as a9
 from studies.a9_sampling.evidence import Evidence
 from studies.a9_sampling.period_rules import PeriodRules
 from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
-from studies.b4_handover import findings, machine_tables, machines, margins, operations
+from studies.b4_handover import findings, machine_tables, machines, margins, missed_periods, operations
 from studies.b4_handover import study as b4
 from studies.b4_handover.loops import (
     EKF,
@@ -213,14 +213,14 @@ def test_a_loop_that_chatters_at_its_declared_period_has_no_growth_from_there(fi
 @pytest.mark.parametrize(
     ("place", "words"),
     [
-        (-1, "at no level tried, of which the least is 0.1 %"),
-        (0, "at 0.1 % but not at"),
+        (-1, "at none of the levels tried, from 0.1 % on"),
+        (0, "up to 0.1 % but not at"),
         (-2, "the largest level tried"),
     ],
 )
 def test_a_level_that_keeps_an_error_is_printed_with_the_next_one_tried(place, words):
-    levels = (*findings.missed_levels(), 0.0)
-    assert words in findings.level_words(levels[place])
+    levels = (*missed_periods.missed_levels(), 0.0)
+    assert words in missed_periods.level_words(levels[place])
 
 
 def test_the_variations_of_the_errors_hold_all_starts_and_statistics(figures):
@@ -288,7 +288,7 @@ def replayed(**changes):
     [
         ({}, "none", "on 2 of 2 targets."),
         ({"differing": 3, "first": "period 4"}, "Cortex-M4F with mended sums", "on 1 of 2 targets; on Cortex-M4F"),
-        ({"memories": 1, "first": "period 4"}, "Cortex-M4F with mended sums", "1 of 6 laws differ (PID)"),
+        ({"memories": 1, "first": "period 4"}, "Cortex-M4F with mended sums", "1 of 6 laws differs (PID)"),
         ({"reason": "install it"}, "none", "on 2 of 2 targets."),
     ],
 )

@@ -173,6 +173,7 @@ def test_a_list_serves_where_a_tuple_is_asked_for():
         (lambda: Code(3), r"`Code\(text=...\)` must be text; got 3"),
         (lambda: Column("a", digits=0), r"`Column\(digits=...\)` must be a whole number of significant digits.*got 0"),
         (lambda: Column("a", digits=2.0), r"`Column\(digits=...\)` must be a whole number"),
+        (lambda: Column("a", width=0), r"`Column\(width=...\)` must be a whole number of letters in a line.*got 0"),
         (lambda: Column("a", align="middle"), "'middle'"),
         (lambda: table(rows=(("PID", 1 + 2j),)), r"`Table\(rows=...\)`.*got \(1\+2j\) at \[0\]\[1\]"),
         (lambda: table(rows=(("PID", [1.0]),)), r"`Table\(rows=...\)`.*at \[0\]\[1\]"),

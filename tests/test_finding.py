@@ -69,11 +69,32 @@ def test_variations_that_answer_different_questions_are_counted_apart():
     )
 
 
-def test_no_reversal_is_left_out_of_the_scope_however_many_there_are():
+def test_answers_of_many_variations_are_counted_and_those_of_few_named():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
+    some = replace(BEST, variations=(*many, *(wb.Variation(words, "no law") for words in ("another cost", "the sum"))))
+    assert some.change == (
+        "The answer changes in 32 of 32 variations: to SMC in 30 of them; to 'no law' by another cost and by the sum."
+    )
+
+
+def test_no_variation_is_left_out_of_the_scope_however_many_there_are():
+    """All rows of the table in the fold, in which other answers than that of the box are bold."""
+    many = tuple(wb.Variation(f"choice {i}", "SMC" if i % 2 else "PID", f"by {i} %") for i in range(30))
     page = html(page_of(replace(BEST, variations=many)))
-    assert "The answer changes in 30 of 30 variations: to SMC by choice 0; choice 1; choice 2; 27 more." in page
-    assert all(f"<li>choice {i}: SMC</li>" in page for i in range(30))
+    fold = page[page.index("<details>") : page.index("</details>")]
+    rows = re.findall(r"<tr><th[^>]*>(choice \d+)</th>\s*<td[^>]*>(.*?)</td><td[^>]*>(.*?)</td></tr>", fold)
+    answers = ["<strong>SMC</strong>" if i % 2 else "PID" for i in range(30)]
+    assert rows == [(f"choice {i}", answer, f"by {i} %") for i, answer in enumerate(answers)]
+
+
+def test_the_scope_has_a_head_for_each_question_and_no_column_without_a_figure():
+    counted = replace(MEDIAN, question="that count scenarios", detail="")
+    pooled = wb.Variation("the arithmetic mean", "PID", question="that pool scenarios")
+    page = html(page_of(replace(BEST, variations=(pooled, counted))))
+    heads = re.findall(r'<th scope="rowgroup" colspan="(\d)" class="left">(.*?)</th>', page)
+    assert heads == [("2", "Variations that pool scenarios"), ("2", "Variations that count scenarios")]
+    assert "figures</th>" not in page
+    assert "rowgroup" not in html(page_of(BEST))
 
 
 def test_a_finding_with_variations_needs_an_answer_to_compare_them_with():

@@ -333,5 +333,9 @@ def test_a_section_of_laws_has_a_panel_and_a_table_for_each_joint_and_all_of_it_
     data = live_data(made, results, document)
     assert [panel.ylabel for panel in document.figures[0].panels] == ["e of joint 1 [rad]", "e of joint 2 [rad]"]
     assert (len(data["curves"]), len(data["cells"])) == (4, 4)
+    cut = loops_section("Laws", "All.", results.outcomes, caption="Errors.", cut=0.25).blocks[1]
+    assert (cut.caption, {(panel.xlim, panel.xcut) for panel in cut.panels}) == ("Errors.", {((0.0, 1.0), 0.25)})
+    with pytest.raises(ValueError, match=r"between the two of `xlim`"):
+        loops_section("Laws", "All.", results.outcomes, cut=2.0)
     with pytest.raises(ValueError, match="at least one outcome"):
         loops_section("Laws", "All.", [])

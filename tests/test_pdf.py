@@ -19,10 +19,12 @@ from workbench.study.document.document import (
     Column,
     Document,
     Equation,
+    Finding,
     Measured,
     Paragraph,
     Section,
     Table,
+    Variation,
     Verdict,
 )
 
@@ -136,6 +138,24 @@ def test_each_part_of_a_wide_table_names_its_rows_by_the_columns_that_tell_them_
     assert pages.count("elbow") == 2 * pages.count("thelaw") > 2
 
 
+def test_the_key_of_a_wide_table_leaves_out_columns_that_are_not_needed_to_tell_rows_apart():
+    places = [(P, s, joint) for P in ("mean", "start") for s in ("first", "second") for joint in (1, 2)]
+    rows = tuple(
+        (w, P, f"{P} of {s}" if P == "mean" else "10", s, j, 0.5) for w in ("I", "0.01 I") for P, s, j in places
+    )
+    columns = tuple(map(Column, ("weights", "P", "its diagonal", "scenario", "joint", "change")))
+    assert module._key(Table("t", "T.", columns, rows)) == [0, 1, 3, 4]
+    assert module._key(Table("t", "T.", columns, rows[:8])) == [0, 1, 3, 4]  # the first column names the rows
+    assert module._key(Table("t", "T.", columns[:3], (("a", "b", 1), ("a", "b", 2)))) == [0]
+
+
+def test_a_head_of_words_takes_more_lines_before_a_table_is_parted(tmp_path):
+    heads = [Column(f"a head of many words {k}") for k in range(8)]
+    rows = tuple((f"row {i}", *("0.1234567 s" for _ in heads[1:])) for i in range(3))
+    text = text_of(compiled(with_blocks(Table("t", "Wide.", tuple(heads), rows)))[0], tmp_path)
+    assert text.count("row 1") == 1
+
+
 def test_a_formula_that_typst_cannot_read_is_named_as_the_cause(monkeypatch):
     monkeypatch.setattr(module.typst_math, "emit", lambda formula, **more: "frac(1")
     with pytest.raises(ValueError, match=r"`pdf\(document\)` could not set 'Six laws on one arm'.*formulas"):
@@ -175,3 +195,31 @@ def test_only_the_entry_of_the_catalogue_is_blanked_and_no_byte_moves():
     assert content.count(b"/Suspects false") == given.count(b"/Suspects false") - 1
     assert changed[0] > given.rindex(b"/Catalog")
     assert changed[-1] - changed[0] < len(b"/Suspects false")
+
+
+@pytest.mark.parametrize("width", [None, 40])
+def test_a_column_that_says_so_has_room_for_so_many_letters_beside_longer_texts(tmp_path, width):
+    """Each line of the first column holds as many of its words as fit; without a width fewer do."""
+    first, second = "four words stand here " * 2, "many words stand in the other column " * 20
+    columns = (Column("first", width=width), Column("second"))
+    text = text_of(pdf(with_blocks(Table("t", "T.", columns, ((first, second),) * 3))), tmp_path)
+    whole = any("four words stand here four words" in line for line in text.splitlines())
+    assert whole is (width is not None)
+
+
+def test_the_variations_of_a_finding_are_a_table_behind_the_chapters_with_other_answers_in_bold(tmp_path):
+    ones = (
+        Variation("the median in place of the mean", "SMC", "1.2 against 1.4", "that count scenarios"),
+        Variation("the sum over all scenarios", "PID", "", "that pool scenarios"),
+    )
+    finding = Finding("best", "PID is best.", answer="PID", variations=ones)
+    content = pdf(replace(document(), findings=(finding,)))
+    lines = [" ".join(line.split()) for line in text_of(content, tmp_path).splitlines()]
+    place = lines.index("variation answer figures")
+    assert lines[place + 1 : place + 5] == [
+        "Variations that count scenarios",
+        "the median in place of the mean SMC 1.2 against 1.4",
+        "Variations that pool scenarios",
+        "the sum over all scenarios PID",
+    ]
+    assert "Bold: another answer than in the box." in lines

@@ -16,7 +16,7 @@ from studies.performance import live_page, measurements, study
 from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
-from studies.performance.peers import Peer, casadi_cvodes
+from studies.performance.peers import IN_MATRICES, PEERS, Peer, casadi_cvodes
 from studies.performance.workload import rows_of, run
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.study import Results
@@ -105,6 +105,10 @@ def test_the_report_tells_of_every_row():
         "the engine is faster",
         ["the engine is faster"],
     )
+    assert (bars.answer, bars.kind) == (
+        "1 of 2",
+        "depends",
+    )  # neither is near its figure, and on another machine 17 are reached
     assert "1 of 2 bars" in bars.statement
     assert "slow peer (4.5 x, bar ≥ 10 x)" in bars.statement
     assert study.answer(rows).endswith("and 1 of 2 bars are reached; missed: slow peer.")
@@ -112,6 +116,36 @@ def test_the_report_tells_of_every_row():
     (panel,) = speed_figure(rows).panels
     assert "slow peer" in [series.label for series in panel.series]
     assert "absent peer" not in [series.label for series in panel.series]
+
+
+def test_a_bar_near_its_figure_leaves_the_count_open():
+    rows = [Row("near", 10.0, 9.0), Row("far", 10.0, 40.0), Row("memory", 1.0, 0.9, "GB", at_most=True)]
+    finding = study.bars_finding(rows)
+    assert (finding.answer, finding.kind) == ("2 of 3", "open")
+    assert {one.words: one.answer for one in finding.variations} == {
+        "the page of 25 November 2026, on an AMD EPYC with AVX-512": "17 of 19",
+        "near on the other side of its bar": "3 of 3",
+        "memory on the other side of its bar": "1 of 3",
+    }
+    assert "2 lie within 20 % of their figure: near; memory." in finding.evidence
+
+
+def test_peers_that_could_be_faster_in_scalars_are_compared_so_too():
+    rows = [
+        Row(name, 10.0, ratio, runs_per_s=3.0, error=1e-3) for name, ratio in zip(IN_MATRICES, (9e3, 2.0), strict=True)
+    ]
+    (finding,) = study.peer_findings(rows)
+    assert [one.words for one in finding.reversals] == [f"beside {IN_MATRICES[1]}, three times as fast in scalars"]
+    assert set(IN_MATRICES) <= {peer.name for peer in PEERS}
+
+
+def test_two_threads_are_not_measured_beside_other_processes(monkeypatch):
+    if not hasattr(measurements.os, "sched_getaffinity"):
+        pytest.skip("this system does not tell its processors")
+    monkeypatch.setattr(measurements.os, "getloadavg", lambda: (4.0, 4.0, 4.0))
+    monkeypatch.setattr(measurements.os, "sched_getaffinity", lambda pid: {0, 1})
+    row = measurements.threads(TINY)
+    assert (row.reached, row.note) == (None, "not measured beside 3.0 other processes")
 
 
 def test_the_page_of_speed_opens_with_its_bars_and_says_that_it_is_of_one_machine(monkeypatch):

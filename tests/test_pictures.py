@@ -322,6 +322,36 @@ def test_a_single_search_has_no_band():
     assert "medians" not in words(figure.caption)
 
 
+MANY = ("AOSMC-RGS", "PID", "SMC", "RISE")
+
+
+def test_more_than_three_budget_curves_have_a_panel_each_between_the_least_cost_and_four_times_that():
+    curves = {law: ([10, 20, 30], np.array([[40.0, 5.0 + k, 2.0 + k]])) for k, law in enumerate(MANY)}
+    figure = budget_curves("f", "", curves, NOTE, "objective")
+    assert [panel.title for panel in figure.panels] == list(MANY)
+    assert {panel.hlines for panel in figure.panels} == {(2.0,)}
+    assert {panel.ylim[1] for panel in figure.panels} == {8.0}
+    assert len({(panel.xlim, panel.ylim, panel.yscale) for panel in figure.panels}) == 1
+    said = "The thin line is the least value of all laws, 2; values above 4 times that are cut off."
+    assert said in words(figure.caption)
+    near = {law: ([10, 20], np.array([3.0, 2.0])) for law in MANY}
+    figure = budget_curves("f", "", near, NOTE, "objective")
+    assert figure.panels[0].ylim[1] > 3.0
+    assert "cut off" not in words(figure.caption)
+
+
+def test_more_than_three_fronts_have_a_panel_each_before_the_front_of_all_laws():
+    fronts = {law: [[1.0 + k, 4.0 - k], [9.0, 0.5 + k]] for k, law in enumerate(MANY)}
+    figure = pareto_fronts("f", "", fronts, NOTE, "x", "y")
+    assert [panel.title for panel in figure.panels] == list(MANY)
+    for panel in figure.panels:
+        behind = panel.series[-1]
+        assert behind.style == "reference"
+        # that of all eight points: (1, 4), (2, 3), (3, 2), (4, 1) and (9, 0.5), as no other is below in both
+        assert np.column_stack([behind.x, behind.y]).tolist() == [[1, 4], [2, 3], [3, 2], [4, 1], [9, 0.5]]
+    assert len({(panel.xlim, panel.ylim) for panel in figure.panels}) == 1
+
+
 def test_ranks_are_stacked_to_one_the_least_mean_rank_on_top():
     ranks = {"PID": [0.0, 0.25, 0.75], "SMC": [0.6, 0.4, 0.0], "ASMC": [0.4, 0.35, 0.25]}
     (panel,) = rank_figure("f", "", ranks, NOTE).panels

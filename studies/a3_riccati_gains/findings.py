@@ -158,6 +158,11 @@ def bound(moved: float) -> str:
     return f"{step * np.ceil(percent / step - 1e-9):.2g}"
 
 
+def share(part: float) -> str:
+    """A part in per cent, with two digits."""
+    return f"{float(f'{100 * part:.2g}'):,.6g} %"
+
+
 def algebraic(held: Evidence) -> Finding:
     """The loop with the algebraic equation at each instant."""
 
@@ -206,8 +211,8 @@ def distance(held: Evidence) -> Finding:
     rises = [path.rise(one.K, one.t) for one in firsts]
     return Finding(
         "distance",
-        f"P(t) of (34) is at most {100 * ours[0][1]:.2g} % (first scenario) and {100 * ours[1][1]:.2g} % (second) from "
-        f"the algebraic solution X, from {1e3 * SETTLED:g} ms on.",
+        f"P(t) of (34) is at most {share(ours[0][1])} (first scenario) and {share(ours[1][1])} (second) from the "
+        f"algebraic solution X, from {1e3 * SETTLED:g} ms on.",
         f"A difference of two solutions of (34) falls to 1/e in at most {memory[0]:.3g} and {memory[1]:.3g} ms; K "
         f"takes {rises[0]:.3g} and {rises[1]:.3g} s for 63 % of its way.",
         statistic="The largest |P - X| / |X| in Frobenius norms.",
@@ -218,12 +223,12 @@ def distance(held: Evidence) -> Finding:
         answer=said(max(largest for _, largest in ours)),
         variations=(
             *(
-                Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), f"{100 * gaps[s, w][1]:.2g} %")
+                Variation(f"{SCENARIOS[s]}, {w}", said(gaps[s, w][1]), share(gaps[s, w][1]))
                 for w in OTHERS
                 for s in SCENARIOS
             ),
             *(
-                Variation(f"{SCENARIOS[s]}, median over time, {w}", said(gaps[s, w][0]), f"{100 * gaps[s, w][0]:.2g} %")
+                Variation(f"{SCENARIOS[s]}, median over time, {w}", said(gaps[s, w][0]), share(gaps[s, w][0]))
                 for w in WEIGHTS
                 for s in SCENARIOS
             ),
@@ -271,7 +276,8 @@ def frozen_table(held: Evidence) -> Table:
                 P = held.answers[s, weights].mean if law == MEAN else np.asarray(CARD["P(0)"])
                 values = ", ".join(f"{value:.3g}" for value in P.diagonal())
                 moved = (100 * change(held, law, name, weights, [(s, j)]) for name in (RMSE, "effort", "TV"))
-                rows.append((weights, law, values, SCENARIOS[s], j + 1, *(f"{value:+.3g}" for value in moved)))
+                scenario = SCENARIOS[s].removesuffix(" scenario")
+                rows.append((weights, law, values, scenario, j + 1, *(f"{value:+.3g}" for value in moved)))
     heads = ("weights", "P in place of (34)", "its diagonal [N m/rad]", "scenario", "joint")
     changes = (f"change of {RMSE} [%]", "change of effort [%]", "change of TV [%]")
     columns = (*map(Column, heads), *(Column(head, align="right") for head in changes))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from studies.a8_fair_comparison.conditions import HELD_OUT, TRAINING
 from studies.a8_fair_comparison.entrants import BOTH
@@ -24,7 +24,7 @@ CHOSEN = (
     "the computer."
 )
 WHOLE, LESS = "over all scenarios", "that leave a scenario out"  # the questions that pooled variations answer
-COUNTED, POOLED = "that count scenarios", "that pool them"  # the questions that changes answer
+COUNTED, POOLED = "that count scenarios", "that pool scenarios"  # the questions that changes answer
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,7 @@ def counted_change(
     """A change of which each scenario is judged by itself."""
     scenarios = sum(scenario not in without for scenario in standings.judgements)
     counts = tally(standings, statistic, without)
-    answer = champion(counts, scenarios)
-    first = next(iter(counts.items()), None)
-    detail = (
-        f"{counts[answer]} of {scenarios}" if answer in counts else f"{first[0]} in {first[1]}" if first else "none"
-    )
-    return Change(words, answer, counts, scenarios, detail)
+    return Change(words, champion(counts, scenarios), counts, scenarios, counted(counts, scenarios))
 
 
 def pooled_change(words: str, judgement: Judgement) -> Change:
@@ -92,18 +87,24 @@ def changes(evidence: Evidence, key: str) -> Iterator[Change]:
     for other in OTHERS:
         yield counted_change(f"{other.words} in place of the mean", cost, other.words)
     for words, standings in evidence.again[key].items():
-        yield counted_change(f"{words}{compared_pairs(standings, cost)}", standings)
+        one = counted_change(words, standings)
+        yield replace(one, detail=f"{one.detail}{compared_pairs(standings, cost)}")
     for way, pooled in evidence.pooled[key].items():
         yield pooled_change(f"all scenarios together, {way}", pooled.whole)
     for words, standings in evidence.weighted.get(key, {}).items():
         yield counted_change(f"weights: {words}", standings)
     for scenario in cost.judgements:
-        yield counted_change(f"without scenario '{scenario}'", cost, without=(scenario,))
+        yield without_scenario(cost, scenario)
     if seen := [one for one in SEEN if one in cost.judgements]:
         yield counted_change(f"without {listed(seen)}, which have a motion of the tuning", cost, without=seen)
     for way, pooled in evidence.pooled[key].items():
         for scenario, judgement in pooled.without.items():
             yield pooled_change(f"all but '{scenario}' together, {way}", judgement)
+
+
+def without_scenario(cost: Standings, scenario: str) -> Change:
+    """The question about all scenarios but one."""
+    return counted_change(f"without scenario '{scenario}'", cost, without=(scenario,))
 
 
 def listed(scenarios: Sequence[str]) -> str:
@@ -116,7 +117,7 @@ def compared_pairs(fewer: Standings, all_laws: Standings) -> str:
     """A remark on the number of comparisons, where fewer laws are judged than in the base."""
     sizes = [len(next(iter(one.judgements.values())).paired.laws) for one in (fewer, all_laws)]
     few, many = (n * (n - 1) // 2 for n in sizes)
-    return "" if few == many else f" ({few} pairs in place of {many}: narrower intervals)"
+    return "" if few == many else f"; {few} pair{'s' * (few > 1)} of laws in place of {many}"
 
 
 def leading(one: Comparison, most: int = 3) -> str:

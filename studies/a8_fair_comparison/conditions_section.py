@@ -22,15 +22,15 @@ def conditions_section() -> Section:
         (
             Paragraph(
                 "The model of a law has the paper's masses and lengths. The arm has other masses and lengths, and "
-                "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the repairs of "
-                "a1. Observer (24) needs the unknown D, and cannot be built; an observer of the momentum takes its "
-                "place. Its estimate D_hat is added to the torque of every law behind it. The first estimate of (10) "
-                "is the arm's start, as a first reading without noise gives it."
+                "friction that no model contains. PID is the only law without a model. AOSMC-RGS has the four repairs "
+                "of a1. Observer (24) needs the unknown disturbance D and cannot be built; an observer of the momentum "
+                "takes its place. Its estimate D_hat is added to the torque of every law behind it. Observer (10) "
+                "begins at the start of the arm, as a first reading without noise gives it."
             ),
             Paragraph(
-                "The computer integrates memories by explicit Euler, except for the stiff ones. Equation (34) and "
-                "observer (10) take a Cayley step. The filter of the velocity and the leak of the network are "
-                "integrated exactly."
+                "The computer integrates the memories of laws and observers by explicit Euler, except for the stiff "
+                "ones: equation (34) and observer (10) take a Cayley step, and the filter of the velocity and the leak "
+                "of the network are integrated exactly."
             ),
             information(),
             scenarios(),
@@ -42,8 +42,8 @@ def conditions_section() -> Section:
                 tuple((term.metric, term.acceptable, term.unit, term.why) for term in TERMS),
                 (
                     f"In 'jumps', and in 'ss' of the tuning, the square wave also jumps at {conditions.HORIZON:g} s, "
-                    "when a run ends. The computer still answers this jump. TV counts the answer, and no other metric "
-                    "does. In 'jumps' it is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
+                    "when a run ends. The computer still answers this jump; TV counts the answer, and no other metric "
+                    "does. In 'jumps' the answer is 8 % of TV and 3 % of the cost of AOSMC-RGS and of SMC.",
                 ),
             ),
             Paragraph(
@@ -66,7 +66,7 @@ def information() -> Table:
     entrants |= {f"{one.name}, {one.given.name}": one for one in others}
     return information_table(
         "information",
-        "The measurements and the model of each law behind both observers, and of two laws behind the others.",
+        "The measurements and the model of each law behind both observers, and of two laws with other measurements.",
         {name: one.loop(HELD_OUT[0]).loop for name, one in entrants.items()},
         {name: len(one.tuned) for name, one in entrants.items()},
     )
@@ -79,9 +79,9 @@ def scenarios() -> Table:
     rows += [(one.name, "comparison", one.words) for one in HELD_OUT]
     return Table(
         "scenarios",
-        f"The scenarios. No law is tuned in a scenario of the comparison, but {listed(SEEN)} have the motion of the "
-        "first scenario of the tuning. 'paper' has its start, too; it differs by its masses and by what is drawn.",
-        (Column("name"), Column("used for"), Column("wanted motion and what is unusual")),
+        f"The scenarios. No law is tuned in a scenario of the comparison. But {listed(SEEN)} have the motion of 'fs', "
+        "and 'paper' its start, too; 'paper' differs from it by the masses and by what is drawn.",
+        (Column("name"), Column("used for"), Column("wanted motion and what is unusual", width=24)),
         tuple(rows),
         (
             f"Usual values, where a row names no other: the model's masses, {limit} N m of torque, a period of "

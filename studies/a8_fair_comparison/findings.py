@@ -25,19 +25,18 @@ from studies.a8_fair_comparison.changes import (
     described,
     heaviest,
     leading,
-    rounded,
     sample,
     tally,
 )
 from studies.a8_fair_comparison.entrants import BOTH, FILTER, GIVEN, LAWS, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import ASKED, DRAWS, FAMILY, MARGIN, Evidence, by_mean_costs, together
-from studies.a8_fair_comparison.riccati_worth import CHATTERS, decisive, riccati, spread
+from studies.a8_fair_comparison.riccati_worth import CHATTERS, more_or_less, riccati, spread
 from workbench.study.document.finding import Finding, Variation
 
 __all__ = ["answer", "diverged", "pooled_cost", "proposed", "riccati", "winner"]
 
 NAMES = {READINGS.key: "raw_readings", BOTH.key: "own_observers"}
-POOLED_MEAN = "The mean over the draws of the geometric mean of the cost over all scenarios"
+PLACES = {READINGS.key: "with raw readings", BOTH.key: "behind both observers"}
 UNTRIED = "Other scenarios and ranges, a cost with other terms, and laws that are tuned for another cost."
 
 
@@ -47,17 +46,19 @@ def winner(evidence: Evidence, given: Given) -> Finding:
     variations = tuple(change.variation for change in changes(evidence, given.key))
     whole = pooled.whole.by[ASKED.words]
     models = "; all but PID have a model" if given in (READINGS, FILTER) else ""
+    place = PLACES[given.key]
     return Finding(
         NAMES[given.key],
-        f"With {given.name}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} scenarios: "
-        f"{counted(first.counts or {}, SCENARIOS)}.",
-        f"{other_searches(evidence, given)} {POOLED_MEAN} is lowest for {leading(whole)}"
-        f"{'' if whole.best else ' (undecided)'}. A law counts as lowest only if its advantage exceeds "
-        f"{100 * MARGIN:g} %, its interval and the error of the step.",
+        f"{place[0].upper()}{place[1:]}, {first.answer} has the lowest {MEASURE} in most of the {SCENARIOS} "
+        f"scenarios: {counted(first.counts or {}, SCENARIOS)}.",
+        f"A law is lowest in a scenario if its advantage over every other law exceeds {100 * MARGIN:g} %, the interval "
+        f"of the difference and the error of the step; where no law is, the scenario is undecided. "
+        f"{other_searches(evidence, given)} By the geometric mean over all scenarios, {whole.best or 'no law'} is "
+        f"lowest: {leading(whole)}.",
         statistic=f"{MEASURE.capitalize()} in each scenario, declared before the runs. The intervals of all pairs of "
         f"laws in all scenarios hold at once with {100 * FAMILY:g} %.",
         sample=sample(evidence),
-        given=f"Each of {len(LAWS)} laws has {given.words}{models}.",
+        given=f"Each of the {len(LAWS)} laws has {given.words}{models}.",
         chosen=CHOSEN,
         fitted=TUNED,
         answer=first.answer,
@@ -70,11 +71,11 @@ def winner(evidence: Evidence, given: Given) -> Finding:
 def other_searches(evidence: Evidence, given: Given) -> str:
     """The tallies by the second and the third best search of the laws that run with other numbers."""
     found = [
-        f"by {words}, {counted(tally(standings), len(standings.judgements))}"
+        f"with {words}, {counted(tally(standings), len(standings.judgements))}"
         for words, standings in evidence.again[given.key].items()
         if words.endswith("laws") and "search" in words
     ]
-    return f"In how many each law is lowest changes with the search: {'; '.join(found)}." if found else ""
+    return f"The counts change with the tuning search: {'; '.join(found)}." if found else ""
 
 
 def pooled_variations(evidence: Evidence) -> list[Variation]:
@@ -83,12 +84,13 @@ def pooled_variations(evidence: Evidence) -> list[Variation]:
     first = by[BASE]
     weights = {f"weights: {words}": one for words, one in evidence.weighted.get(BOTH.key, {}).items()}
     cost = evidence.cost[BOTH.key]
-    others = {f"{words}{compared_pairs(one, cost)}": together(one) for words, one in evidence.again[BOTH.key].items()}
-    others |= {words: together(one) for words, one in weights.items()}
+    again = evidence.again[BOTH.key]
+    others = {words: together(one) for words, one in (again | weights).items()}
     others["the geometric mean of the mean costs"] = by_mean_costs(first.members)
+    pairs = {words: compared_pairs(one, cost) for words, one in again.items()}
     searched = [
-        Variation(words, one.by[ASKED.words].answer, leading(one.by[ASKED.words], 2), WHOLE)
-        for words, one in others.items()
+        Variation(words, one.answer, f"{leading(one, 2)}{pairs.get(words, '')}", WHOLE)
+        for words, one in ((words, judgement.by[ASKED.words]) for words, judgement in others.items())
     ]
     variations = [
         Variation(f"the {way}", p.answer, leading(p.whole.by[ASKED.words], 2), WHOLE)
@@ -114,13 +116,13 @@ def pooled_cost(evidence: Evidence) -> Finding:
     first, total = by[BASE], by[SUM]
     one = first.whole.by[ASKED.words]
     name, share = heaviest(total)
-    heavy = {law: part for law, part in share.items() if 2 * part > 1}
+    heavy = [100 * part for part in share.values() if 2 * part > 1]
     rest = total.without[name].by[ASKED.words]
+    parts = " to ".join(dict.fromkeys(f"{part:.0f}" for part in (min(heavy), max(heavy)))) if heavy else ""
     part = (
-        f"'{name}' is {100 * min(heavy.values()):.0f} to {100 * max(heavy.values()):.0f} % of the sum for {len(heavy)} "
-        "laws"
+        f"'{name}' makes up {parts} % of the sum for {len(heavy)} law{'s' * (len(heavy) > 1)}"
         if heavy
-        else "no scenario is more than half of the sum for any law"
+        else "no scenario makes up more than half of the sum for any law"
     )
     return Finding(
         "pooled_cost",
@@ -130,13 +132,14 @@ def pooled_cost(evidence: Evidence) -> Finding:
             if one.best
             else f"the lowest geometric mean of the cost is {one.answer}: {leading(one)}."
         ),
-        f"Without {described(name)} they are {leading(first.without[name].by[ASKED.words])}. In the "
-        f"arithmetic mean {part}. Its lowest values are {leading(total.whole.by[ASKED.words])}, and {leading(rest, 5)} "
-        f"without '{name}'.",
-        statistic="Mean over the draws of the geometric mean of the cost over the scenarios, in which a ratio counts "
-        "alike in every scenario. It is not the geometric mean of the mean costs, which is among the variations.",
+        f"Without {described(name)}, the lowest are {leading(first.without[name].by[ASKED.words])}. In the "
+        f"arithmetic mean, {part}. The lowest arithmetic means are {leading(total.whole.by[ASKED.words])}; without "
+        f"'{name}' they are {leading(rest, 5)}.",
+        statistic="For each draw, the geometric mean of the costs over the scenarios; of these the mean over the "
+        "draws. A ratio counts the same in every scenario. The geometric mean of the mean costs is another number, and "
+        "one of the variations.",
         sample=sample(evidence),
-        given=f"Each of {len(LAWS)} laws has {BOTH.words}.",
+        given=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         chosen=CHOSEN,
         fitted=TUNED,
         answer=first.answer,
@@ -150,7 +153,7 @@ def proposed(evidence: Evidence) -> Finding:
     first = base(evidence, BOTH.key)
     others = [change for change in changes(evidence, BOTH.key) if change.counts is not None]
     others += [
-        counted_change(f"with {given.name} in place of its own observers", evidence.cost[given.key])
+        counted_change(f"with {given.name} in place of both observers", evidence.cost[given.key])
         for given in GIVEN
         if given != BOTH
     ]
@@ -161,13 +164,14 @@ def proposed(evidence: Evidence) -> Finding:
     )
     return Finding(
         "proposed_law",
-        f"{PROPOSED} has the lowest {MEASURE} in {places(first)} of {SCENARIOS} scenarios behind its own observers.",
-        f"Laws behind the same observers with a significantly lower mean: {lower}. With a significantly higher one: "
-        f"{higher}.",
-        statistic=f"Number of scenarios in which the {MEASURE} is below that by every other law, beyond "
-        f"{100 * MARGIN:g} % and its interval.",
+        f"Behind both observers, which are its own, {PROPOSED} has the lowest {MEASURE} in {places(first) or 'none'} "
+        f"of the {SCENARIOS} scenarios.",
+        f"Laws with a significantly lower mean cost than {PROPOSED}, by the number of scenarios: {lower}. Laws with a "
+        f"significantly higher one: {higher}.",
+        statistic=f"Number of scenarios in which the {MEASURE} is below that of every other law, by more than "
+        f"{100 * MARGIN:g} %, the interval of the difference and the error of the step.",
         sample=sample(evidence),
-        given=f"Each of {len(LAWS)} laws has {BOTH.words}.",
+        given=f"Each of the {len(LAWS)} laws has {BOTH.words}.",
         chosen=f"{CHOSEN} The four repairs of the law in a1.",
         fitted=TUNED,
         answer=frequency(first),
@@ -202,8 +206,9 @@ def diverged(evidence: Evidence) -> str:
     failed, total = sum(one.failed for one in runs), sum(map(len, runs))
     if not failed:
         return (
-            f"No state of {total:,} runs becomes infinite, and no angle exceeds 1e12 rad; runs with other numbers and "
-            f"without parts are not counted here. This does not say that all of them track. {costly(evidence)}"
+            f"In none of {total:,} runs does a state become infinite, or an angle exceed 1e12 rad. Runs with other "
+            "numbers, and of laws without a part, are not counted here. Not all of these runs track. "
+            f"{costly(evidence)}"
         )
     by_law, by_integrator = sum(one.by_law for one in causes), sum(one.by_integrator for one in causes)
     where = "; ".join(
@@ -226,37 +231,39 @@ def costly(evidence: Evidence) -> str:
     for scenario, one in evidence.cost[BOTH.key].judgements.items():
         always = (one.paired.values > CHATTERS).all(axis=0)
         every[scenario] = [law for law, high_in_all in zip(one.paired.laws, always, strict=True) if high_in_all]
-    where = "; ".join(f"'{scenario}': {', '.join(laws)}" for scenario, laws in every.items() if laws)
+    where = "; ".join(f"{', '.join(laws)} in '{scenario}'" for scenario, laws in every.items() if laws)
     return (
-        f"A cost of more than {CHATTERS:g}, five times an acceptable one, have {high.sum():,} runs, in "
-        f"{(high > 0).sum()} of {high.size} cases of a law in a scenario. Behind both observers these laws have it in "
-        f"every draw: {where or 'none'}."
+        f"A cost of more than {CHATTERS:g} is five times an acceptable one; {high.sum():,} runs have it, in "
+        f"{(high > 0).sum()} of the {high.size} combinations of law, measurements and scenario. Behind both observers "
+        f"these laws have it in every draw: {where or 'none'}."
     )
 
 
 def answer(evidence: Evidence) -> str:
     """The line under the title, of at most forty words."""
     readings, both = base(evidence, READINGS.key), base(evidence, BOTH.key)
-    counts = dict(both.counts or {})
-    shown = dict(list(counts.items())[:1]) | {PROPOSED: places(both)}
-    leads = ", ".join(f"{law} in {n or 'none'}" for law, n in shown.items())
-    name = decisive(evidence.parts)
-    pooled = evidence.parts.searches
-    whole, rest = (factors(spread(judgement)) for judgement in (pooled.whole, pooled.without[name]))
+    law, count = leader(readings)
+    found = f"{law} costs least in {count}" if count else f"{law} costs least in any"
+    span = spread(evidence.parts.searches.whole)
+    search = ", depending on the search" if span[0] != span[1] else ""
     return (
-        f"{lead(readings)} of {readings.scenarios} scenarios with raw readings; behind both observers, {leads}. "
-        f"{PROPOSED} costs {whole} times as much without its Riccati equation (by search), {rest} without scenario "
-        f"'{name}'."
+        f"With raw readings, {found} of {readings.scenarios} scenarios; behind both observers, {leads(both, law)}. "
+        f"Retuned without its Riccati equation, {PROPOSED} costs {more_or_less(span)}{search}."
     )
 
 
-def factors(span: tuple[float, float]) -> str:
-    """Changes in percent as factors."""
-    low, high = (rounded(1 + percent / 100) for percent in span)
-    return low if low == high else f"{low} to {high}"
+def leader(change: Change) -> tuple[str, int]:
+    """The law that is best in the most scenarios, and their number."""
+    return next(iter((change.counts or {}).items()), (NOBODY, 0))
 
 
-def lead(change: Change) -> str:
-    """The law that is best in the most scenarios, with its count in words."""
-    first = next(iter((change.counts or {}).items()), None)
-    return f"{first[0]} costs least in {first[1]}" if first else "No law costs least in any"
+def leads(change: Change, before: str) -> str:
+    """The law that is best in the most scenarios, unless it was named just before, and AOSMC-RGS."""
+    law, count = leader(change)
+    if not count:
+        return f"{NOBODY} in any"
+    undecided = change.scenarios - sum((change.counts or {}).values())
+    rest = f" ({undecided} undecided)" if undecided else ""
+    if law == before:
+        return f"in {count}{rest}" + ("" if law == PROPOSED else f", and {PROPOSED} in {places(change) or 'none'}")
+    return f"{law} in {count}{rest}" + ("" if law == PROPOSED else f", {PROPOSED} in {places(change) or 'none'}")

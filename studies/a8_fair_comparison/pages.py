@@ -1,31 +1,36 @@
-"""The page of a8: its answer and its findings, the cost in each scenario, what changes an answer, and what parts are "
-"worth.
-"""
+"""The page of a8: its answer, its findings, the cost in each scenario, what changes it, and what parts are worth."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 from studies.a8_fair_comparison import changes, findings, riccati_worth
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT
 from studies.a8_fair_comparison.conditions_section import conditions_section
-from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, LAWS, OBSERVER, PROPOSED, READINGS, Given
+from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
 from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
-from workbench.study.evidence import ablation_table, change_without, level_of
+from workbench.study.evidence import Judgement, ablation_table, change_without, level_of
 from workbench.study.evidence.comparison_tables import BOLD, HALF
 from workbench.study.pictures import standings_figure
 from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results
 
 KNOBS = (
-    "Each law as it was tuned behind both observers, in the first held-out scenario with one draw of the noise. On the "
-    "page of this report, the conditions that are drawn are knobs."
+    "Each law runs with its tuned numbers behind both observers, in scenario 'paper' without random draws but for the "
+    "noise. On the HTML page a reader can turn the numbers that are drawn in the comparison."
 )
+ERRORS = (
+    "Tracking error e of both joints over time, one panel a law, all on the same axes. The grey area is the range of "
+    "all laws. The first second takes half of each panel: in it the laws differ. The errors of the later seconds are "
+    "thinner than a line; the tables below have them as late RMSE."
+)
+START = 1.0  # s, in which the laws come to the wanted motion
+LEFT_OUT = {f"without scenario '{one.name}'" for one in HELD_OUT}  # changes with a table of their own
+ORDER = (BOTH, *(given for given in GIVEN if given != BOTH))  # as the findings stand
 BRACKETS = HALF.replace("in brackets", "In brackets:")
 
 
@@ -52,7 +57,7 @@ def sections(results: Results) -> Page:
             conditions_section(),
             tuning(results),
             trust(results, held),
-            loops_section("The laws with knobs", KNOBS, results.outcomes),
+            loops_section("The laws with knobs", KNOBS, results.outcomes, caption=ERRORS, cut=START),
         ),
     )
 
@@ -63,8 +68,8 @@ def lead(held: Evidence) -> str:
     raw, filtered = (changes.tally(held.cost[given.key]).get(law, 0) for given in (READINGS, FILTER))
     return (
         f"The network of {law} has a leak. Near e = 0 it acts as a low-pass filter of s beside the gain K / phi. With "
-        f"raw readings {law} is therefore the one law with a filter against the noise of the velocity. With filtered "
-        f"velocities all laws have one, and {law} has the lowest cost in {filtered} scenarios in place of {raw}."
+        f"raw readings, {law} is therefore the only law with a filter against the noise of the velocity. With filtered "
+        f"velocities all laws have one, and {law} has the lowest cost in {filtered} scenarios, not in {raw}."
     )
 
 
@@ -72,7 +77,7 @@ def standings(held: Evidence, given: Given) -> Figure:
     judgements = held.cost[given.key].judgements
     return standings_figure(
         f"standings_{given.key}",
-        f"Cost of the laws in each scenario. Every law has {given.words}.",
+        f"Mean cost of each law in each scenario. Every law has {given.words}.",
         {scenario: one.by for scenario, one in judgements.items()},
         ASKED.words,
         (),
@@ -87,76 +92,81 @@ def short(shown: Figure) -> Figure:
 def changed(held: Evidence) -> Section:
     """The number of scenarios in which each law is best, by what was done otherwise."""
     words = (
-        "A row has the number of scenarios in which a law has the lowest cost, beyond its interval and "
-        f"{100 * MARGIN:g} %. The last column has the law that is lowest in more than half of them. Where all "
-        "scenarios are judged together there are no numbers, and it has the law that is significantly lowest. Laws "
-        "that are lowest in at most one scenario by each change share a column. Other weights were judged for raw "
-        "readings and for both observers alone: the least and the most that a law can measure."
+        "Each row of these tables changes one thing. The second column has the law with the lowest cost in more than "
+        "half of the scenarios, and the third the number of scenarios in which each law is lowest. To be lowest in a "
+        f"scenario, a law needs an advantage of more than {100 * MARGIN:g} %, the interval and the error of the step. "
+        "Where all scenarios are judged together, the second column has the law that is significantly lowest, and the "
+        f"third the lowest means. 'Success (<= {ACCEPTABLE:g})' is the share of draws with an acceptable cost. Other "
+        "weights were judged for raw readings and for both observers alone: the least and the most that a law can "
+        "measure."
     )
     care = (
         "Other searches and half of the budget were run for the three laws with the least cost in tuning, and for "
         "AOSMC-RGS. The second and the third best search of a law are the other two of its three searches. Each of "
-        "these changes has two rows. In the first the other laws stay as tuned, and all 66 pairs of laws are "
-        "compared, so that the row shows the search alone. In the second these few laws are compared alone. There are "
-        "then fewer pairs, the intervals are narrower, and more scenarios are decided."
+        "these changes has two rows. In the first row all laws are compared, the others as tuned, so that it shows the "
+        "search alone. In the second row these few laws are compared alone. There are then fewer pairs of laws, the "
+        "intervals are narrower, and more scenarios are decided."
     )
-    tables = (table for given in GIVEN for table in (changes_table(held, given), without_table(held, given)))
+    tables = (table for given in ORDER for table in (changes_table(held, given), without_table(held, given)))
     return Section("What changes the answer", (Paragraph(words), Paragraph(care), *tables))
 
 
 def changes_table(held: Evidence, given: Given) -> Table:
-    """One row a change, one column a law that is best in a scenario by one of them."""
+    """One row a change of all scenarios: the law that is lowest in most of them, and the tally."""
     whole = {f"all scenarios together, {way}" for way in held.pooled[given.key]}
     rows = [changes.base(held, given.key), *changes.changes(held, given.key)]
-    rows = [row for row in rows if row.counts is not None or row.words in whole]
-    most = {law.name: max((row.counts or {}).get(law.name, 0) for row in rows) for law in LAWS}
-    laws = [law for law, n in most.items() if n > 1]
-    rest = any(n == 1 for n in most.values())
-    columns = (
-        Column("what is changed"),
-        *(Column(law, align="right") for law in [*laws, "another law"][: None if rest else -1]),
-        Column("undecided", align="right"),
-        Column("lowest in most"),
-    )
+    rows = [row for row in rows if (row.counts is not None or row.words in whole) and row.words not in LEFT_OUT]
     return Table(
         f"changes_{given.key}",
-        f"Scenarios in which each law has the lowest cost. Every law has {given.words}.",
-        columns,
-        tuple((row.words, *counts_of(row, laws, rest), row.answer) for row in rows),
+        f"The law with the lowest cost in most scenarios, by what is changed. Every law has {given.words}.",
+        (
+            Column("what is changed", width=24),
+            Column("lowest in most", width=12),
+            Column("scenarios in which each law is lowest, or lowest means", width=24),
+        ),
+        tuple((row.words, row.answer, row.detail) for row in rows),
     )
 
 
 def without_table(held: Evidence, given: Given) -> Table:
-    """The law that is significantly lowest over all scenarios but one, by each way to pool."""
-    pools = held.pooled[given.key]
-    rows = [("none", *(one.answer for one in pools.values()))]
-    rows += [(s.name, *(one.answers[s.name] for one in pools.values())) for s in HELD_OUT]
+    """The law that is lowest in most scenarios but one, and over all of them by each way to pool."""
+    pools, cost = held.pooled[given.key], held.cost[given.key]
+    one, others = changes.base(held, given.key), [changes.without_scenario(cost, s.name) for s in HELD_OUT]
+    rows = [("none", one.answer, one.detail, *(best(pool.whole) for pool in pools.values()))]
+    rows += [
+        (s.name, one.answer, one.detail, *(best(pool.without[s.name]) for pool in pools.values()))
+        for s, one in zip(HELD_OUT, others, strict=True)
+    ]
     return Table(
         f"without_{given.key}",
-        f"The law with the lowest cost over all scenarios but one. Every law has {given.words}.",
-        (Column("scenario left out"), *map(Column, pools)),
+        "The law with the lowest cost when one scenario is left out: in most of the others, and over all the others "
+        f"together by each mean. Every law has {given.words}.",
+        (
+            Column("scenario left out"),
+            Column("lowest in most"),
+            Column("scenarios in which each law is lowest", width=18),
+            *(Column(way) for way in pools),
+        ),
         tuple(rows),
     )
 
 
-def counts_of(row: changes.Change, laws: Sequence[str], rest: bool) -> tuple[int | None, ...]:
-    """The scenarios of each law, of all other laws and the undecided ones; missing where all are judged together."""
-    if row.counts is None:
-        return (None,) * (len(laws) + rest + 1)
-    shown, total = [row.counts.get(law, 0) for law in laws], sum(row.counts.values())
-    return (*shown, *[total - sum(shown)] * rest, row.scenarios - total)
+def best(judgement: Judgement) -> str:
+    """The law that is significantly lowest, or `NOBODY`."""
+    return judgement.by[ASKED.words].best or changes.NOBODY
 
 
 def together(held: Evidence) -> Section:
     words = (
-        "Costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
-        "with the largest costs. The ratio to the best of each scenario and the geometric mean do not depend on the "
-        "unit of a scenario. The last columns name the scenario with the largest part of a law's sum, and the mean "
-        "without the scenario that dominates for most laws. The geometric mean is that of each draw, and then the mean "
-        "over the draws. It is therefore not the geometric mean of the levels in the figures above, which a law that "
-        f"chatters in few draws raises more. {rare(held)}"
+        "The costs of ten scenarios become one number in three ways. The arithmetic mean depends most on the scenario "
+        "with the largest costs. The geometric mean, and the mean ratio to the best law of each scenario, do not "
+        "depend on how large the costs of a scenario are. The last columns have the arithmetic mean without the "
+        "scenario that dominates it for most laws, and the scenario with the largest part of a law's sum. The "
+        "geometric mean is taken over the scenarios in each draw, and then averaged over the draws. It is therefore "
+        "not the geometric mean of the mean costs in the figures above, which a few draws with chattering raise more. "
+        f"{rare(held)}"
     )
-    return Section("All scenarios together", (Paragraph(words), *(together_table(held, given) for given in GIVEN)))
+    return Section("All scenarios together", (Paragraph(words), *(together_table(held, given) for given in ORDER)))
 
 
 def rare(held: Evidence) -> str:
@@ -168,8 +178,8 @@ def rare(held: Evidence) -> str:
     values = paired.values[:, paired.place(law)]
     above = int((values > ACCEPTABLE).sum())
     return (
-        f"In '{name}' most laws behind both observers do not track, but chatter in a limit cycle. Of {law} "
-        f"{above} of {len(values)} draws cost more than {ACCEPTABLE:g} there, at most {changes.rounded(values.max())}."
+        f"In '{name}' most laws behind both observers do not track, but chatter in a limit cycle. {law} costs more "
+        f"than {ACCEPTABLE:g} there in {above} of {len(values)} draws, and at most {changes.rounded(values.max())}."
     )
 
 
@@ -220,20 +230,20 @@ def parts_table(held: Evidence) -> Table:
     rows.append((f"plain {PLAIN}", None, None, *plain, len(ENTRANTS[BOTH.key][1].tuned)))
     return Table(
         "parts",
-        f"Change of the geometric mean of the cost over all scenarios, as {PROPOSED} loses one of its parts.",
+        f"Change of the geometric mean of the cost over all scenarios when {PROPOSED} loses one of its parts.",
         (
             Column("law"),
-            Column("numbers of the whole law", "%", "right"),
-            Column("P at its steady value", "%", "right"),
+            Column("not tuned again", "%", "right"),
+            Column("not tuned again, P at its steady value", "%", "right"),
             Column("tuned again", "%", "right"),
             Column(f"tuned again, without '{name}'", "%", "right"),
             Column("numbers tuned", align="right"),
         ),
         tuple(rows),
         (
-            f"A positive change says that the part lowers the cost. Bold: significant, by the chance of the draws; "
-            f"the second best search of the whole law changes its cost by {riccati_worth.digits(other, '+')} %. "
-            f"{BRACKETS}; {retuned.holds}.",
+            "A positive change means that the part lowers the cost. Bold: significant among the draws, which says "
+            "nothing about searches: the second best search of the whole law changes its cost by "
+            f"{riccati_worth.digits(other, '+')} %. {BRACKETS}; {retuned.holds}.",
             retuned.paired.said,
         ),
     )
@@ -242,18 +252,18 @@ def parts_table(held: Evidence) -> Table:
 def parts(held: Evidence) -> Section:
     """The worth of each part of AOSMC-RGS, as tuned and tuned again."""
     words = (
-        "A law that loses a part with the numbers of the whole law is not tuned for what is left. So each law without "
-        "a part is tuned again, with the same budget for each of its numbers. The tuned P(0) is a start pulse. (34) "
-        "takes it within 0.05 to 0.1 s to a steady value that is more than a thousand times smaller, and K has taken "
-        "its rise after 10 ms. To keep P at P(0) therefore makes K grow without end, and says nothing about (34). The "
-        "second column keeps P at the steady value for K(0) at the posture in which a scenario starts. In a3 P(0) is "
-        "near the steady value, so that P kept at P(0) has another effect there: it changes the error by a few "
-        "percent. Without the state observer the law takes the noisy readings; without the disturbance estimate it is "
-        f"{PROPOSED} behind observer (10). The last table has what (34) is worth by other searches."
+        "The numbers of the whole law do not suit a law that has lost a part. Each law without a part is therefore "
+        "also tuned again, with the same budget for each of its numbers. The tuned P(0) is a pulse at the start: (34) "
+        "takes P within 0.05 to 0.1 s to a steady value that is more than a thousand times smaller, and the rise of K "
+        "is over after 10 ms. If P is kept at P(0), K grows without end, which says nothing about (34). The second "
+        "column therefore keeps P at its steady value, for K(0) and the posture in which a scenario starts. In a3, "
+        "P(0) is near the steady value, so that to keep it changes the error by a few percent only. Without the state "
+        "observer the law takes the noisy readings; without the disturbance estimate it is "
+        f"{PROPOSED} behind observer (10). The last table has the worth of (34) by other searches."
     )
     by_term = ablation_table(
         "parts_by_term",
-        "The same change of the cost and of each of its terms, each law without a part tuned again.",
+        "Change of the cost and of each of its terms when a part is taken out and the law is tuned again.",
         held.parts.by_term,
         PROPOSED,
     )

@@ -12,7 +12,6 @@ from studies.a8_fair_comparison.changes import (
     BASE,
     CHOSEN,
     LESS,
-    MEASURE,
     SCENARIOS,
     TUNED,
     WHOLE,
@@ -99,8 +98,8 @@ def worth(parts: Parts) -> str:
 def pair_words(rival: str, whole: str, other: str) -> str:
     """The numbers of the whole law and of a law that is compared with it."""
     numbers = {"": "the best search", **{kind: words for kind, (words, _) in AGAIN.items()}}
-    law = "the law without (34)" if rival == RICCATI else f"plain {rival}"
-    return f"{law} from {numbers[other]}, the whole law from {numbers[whole]}"
+    law = "without (34)" if rival == RICCATI else f"plain {rival}"
+    return f"{law} by {numbers[other]}, the whole law by {numbers[whole]}"
 
 
 def search_variations(parts: Parts) -> Iterator[Variation]:
@@ -150,10 +149,20 @@ def headline(parts: Parts) -> str:
         )
     all_of_them, rest = (spread(judgement) for judgement in (parts.searches.whole, parts.searches.without[name]))
     return (
-        f"What (34) is worth is not decided: with a constant P, tuned again, {PROPOSED} costs {ends(all_of_them)} % "
-        f"over all scenarios together, by which searches are compared. Without scenario {described(name)} it costs "
-        f"{ends(rest)} %."
+        f"The worth of the Riccati equation (34) is not decided. Tuned again with a constant P, {PROPOSED} costs "
+        f"{more_or_less(all_of_them)} over all scenarios together, depending on which searches of both laws are "
+        f"compared. Without scenario {described(name)}, it costs {more_or_less(rest)}."
     )
+
+
+def more_or_less(span: tuple[float, float]) -> str:
+    """A span of changes of a cost, in percent, in words: '33 % less to 43 % more'."""
+    low, high = (f"{digits(abs(end))} %" for end in span)
+    first, last = ("less" if end < 0 else "more" for end in span)
+    if first != last:
+        return f"{low} {first} to {high} {last}"
+    near, far = (high, low) if first == "less" else (low, high)
+    return f"{near} {first}" if near == far else f"{near.removesuffix(' %')} to {far} {first}"
 
 
 def ends(span: tuple[float, float]) -> str:
@@ -171,31 +180,40 @@ def failures(parts: Parts) -> str:
         }
         if 2 * max(max(counts) for counts in high.values()) > len(paired):
             whole, less = (f"{', '.join(map(str, first))} and {last}" for *first, last in high.values())
-            said.append(f"in {whole} of {len(paired)} draws of '{name}', and without (34) in {less}")
+            where = f"'{name}'" if name == decisive(parts) else described(name)  # the headline has described that one
+            said.append(f"in {where}, {whole} of {len(paired)} with the whole law, and {less} without (34)")
     if not said:
         return ""
-    return f" By its three searches, best first, the whole law costs more than {CHATTERS:g} {'; '.join(said)}."
+    return (
+        f" Some searches end at a law that costs more than {CHATTERS:g} in most draws of a scenario. The numbers of "
+        f"such draws, by the best, the second and the third search, are: {'; '.join(said)}."
+    )
 
 
 def riccati(evidence: Evidence) -> Finding:
     """The worth of the Riccati equation (34) in AOSMC-RGS."""
     parts = evidence.parts
     one, frozen = parts.retuned[BASE].whole.by[ASKED.words], parts.frozen.whole.by[ASKED.words]
+    plain = change_of(one, PLAIN)[0]
     name, rest = least_change(parts.retuned[BASE], PLAIN)
     answer = worth(parts)
-    by_best = f"With the best searches it {moves(one, RICCATI)}.{failures(parts)} " if answer == OPEN else ""
-    elsewhere = f" In a3, without noise, the answer is '{A3}'." if answer != A3 else ""
+    by_best = (
+        f"Between the best searches of both laws, the cost {moves(one, RICCATI)} without (34).{failures(parts)} "
+        if answer == OPEN
+        else ""
+    )
+    elsewhere = f" Report a3 asks the same without noise; its answer is '{A3}'." if answer != A3 else ""
     return Finding(
         "riccati_gain",
         headline(parts),
-        f"{by_best}With the numbers of the whole law it {moves(frozen, STEADY)} if P is kept at its steady value, and "
-        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), a start pulse. Plain {PLAIN} costs "
-        f"{digits(change_of(one, PLAIN)[0], '+')} %, and {digits(rest, '+')} % without '{name}'.{elsewhere}",
-        statistic=f"Change of the {BASE} of the {MEASURE} over the {SCENARIOS} scenarios, with its interval. The "
-        "answer is that of the best searches if all pairs of searches of both laws have it, and else undecided.",
+        f"{by_best}Without tuning again, the cost {moves(frozen, STEADY)} if P is kept at its steady value, and "
+        f"{moves(frozen, RICCATI)} if P is kept at the tuned P(0), which is a pulse at the start. Plain {PLAIN} costs "
+        f"{more_or_less((plain, plain))}, and {more_or_less((rest, rest))} without '{name}'.{elsewhere}",
+        statistic=f"Change of the {BASE} of the cost over the {SCENARIOS} scenarios, with its interval. The answer is "
+        "that of the best searches if all pairs of searches of both laws have it, and 'undecided' otherwise.",
         sample=sample(evidence),
         given=f"Both laws have {BOTH.words}.",
-        chosen=f"{CHOSEN} The posture for the steady value: the start of each scenario, with K(0).",
+        chosen=f"{CHOSEN} P is steady for K(0) and the posture in which a scenario starts.",
         fitted=TUNED,
         answer=answer,
         variations=tuple(riccati_variations(parts)),
@@ -218,13 +236,17 @@ def searches_table(parts: Parts) -> Table:
         rows.append((pair_words(rival, first, second), *cells, ends((min(changed), max(changed)))))
     return Table(
         "searches_of_34",
-        f"Change of the {BASE} of the cost without (34), by the searches whose numbers are compared.",
+        f"Change of the {BASE} of the cost without (34), by the searches that are compared.",
         (
-            Column("laws and searches"),
+            Column("searches that are compared", width=30),
             Column("all scenarios", "%", "right"),
             Column(f"without '{name}'", "%", "right"),
-            Column("without one of the others", "%", "right"),
+            Column("without one other scenario", "%", "right"),
         ),
         tuple(rows),
-        (f"A positive change says that the whole law costs less. Bold: significant; {whole.holds}.", whole.paired.said),
+        (
+            f"A positive change means that the whole law costs less. The last column has the least and the greatest "
+            f"change as each scenario but '{name}' is left out. Bold: significant; {whole.holds}.",
+            whole.paired.said,
+        ),
     )

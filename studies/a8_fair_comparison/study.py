@@ -80,18 +80,17 @@ study = Study(
     title="Which law is best: twelve laws with the same measurements and the same tuning",
     question=(
         "Which law has the lowest cost, by how much, and how sure is that? Does the answer depend on the statistic, "
-        "the measurements, the search or its budget? What is each part of AOSMC-RGS worth?"
+        "the measurements, the tuning search or its budget? What is each part of AOSMC-RGS worth?"
     ),
     method=(
-        "Twelve laws run on a computer with the same noisy readings, torque limit and wrong model. Each law has four "
-        "kinds of measurements: raw readings, a filtered velocity, observer (10), and observer (10) with an observer "
-        "of "
-        "the disturbance. Each law with each of these is tuned for one cost in two scenarios, by three searches with "
-        "the same "
-        "budget for each number. It is judged in ten other scenarios over the same draws of arm, disturbance and "
-        "start. Only laws with the same measurements are compared. The statistic that decides is the mean cost, as "
-        "costs add up. An answer is marked 'depends' if another statistic, search, budget, weight or choice of "
-        "scenarios changes it. Intervals hold for all pairs of laws in all scenarios at once."
+        "Twelve laws run on a computer with the same noisy readings, the same torque limit and the same wrong model. "
+        "They are compared with four kinds of measurements: raw readings; a filtered velocity; observer (10) of the "
+        "state; and both observers, (10) and one of the disturbance. With each kind, every law is tuned for one cost "
+        "in two scenarios, by three searches with the same budget for each number. It is judged in ten other "
+        "scenarios over random draws of the arm, the disturbance and the start, the same for all laws. Only laws with "
+        "the same measurements are compared. The mean cost decides, as costs add up. An answer is marked 'depends' if "
+        "another statistic, search, budget, weight or choice of scenarios changes it. Intervals hold for all pairs of "
+        "laws in all scenarios at once."
     ),
     tunings=tunings(),
     cases=cases,

@@ -20,18 +20,22 @@ from workbench.study.study import Results
 from workbench.study.tuning import Tuned
 from workbench.validation.refusals import Array
 
+PARTED = (
+    f"The law is {PROPOSED} without one of its parts; without the disturbance estimate it is {PROPOSED} behind "
+    "observer (10)."
+)
 GROUPS: Mapping[str, tuple[str, Sequence[Entrant]]] = {  # laws that were tuned: a sentence, and the laws
     **{given.key: (f"Every law has {given.words}.", ENTRANTS[given.key]) for given in GIVEN},
-    "parts": (f"The law is {PROPOSED} without a part; without the disturbance estimate it stands above.", NEW),
+    "parts": (PARTED, NEW),
 }
 NOTE = (
-    "This note holds for the tables below, too. The least cost is the mean over both training scenarios and the "
-    "training noises of all searches; in brackets is its error by the step. The next column has the least cost of each "
-    "search under its own noise."
+    "This note is also for the tables of other measurements. The least cost is the mean over both training scenarios "
+    "and the training noises of all searches; in brackets is the error of its step. The next column has the least cost "
+    "of each search under its own noise."
 )
 RANGES = (
-    "A search begins within the range of the fourth column, on a scale of logarithms. It may go to a thousandth of the "
-    "lower end and to a thousand times the upper end, if no physical limit comes before."
+    "A search begins within the range of the fourth column, on a logarithmic scale. It may go down to a thousandth of "
+    "the lower end and up to a thousand times the upper end, unless a physical limit comes first."
 )
 
 
@@ -41,23 +45,23 @@ def trust(results: Results, held: Evidence) -> Section:
         (
             Paragraph(findings.diverged(held)),
             Paragraph(
-                f"Intervals cover the chance in the draws. All intervals of one scenario hold at once with "
+                f"Intervals cover the chance of the draws. All intervals of one scenario hold at once with "
                 f"{100 * CONFIDENCE:g} %, and therefore all intervals of a statistic in all {len(HELD_OUT)} scenarios "
                 f"with {100 * FAMILY:g} %. This is approximate: for a skewed sample of 160 draws, intervals of 99.5 % "
                 "covered the truth in 98.7 % of trials. The draws are the same in all scenarios, so that scenarios are "
                 "not independent trials."
             ),
             Paragraph(
-                "Intervals do not cover the chance in a search, which may end far from another search for the same "
-                "law. Nor do they cover the choice of objective, scenarios and ranges. The error of the step is the "
-                "largest among the runs that were repeated with half the step, one in sixteen. Over all scenarios "
-                "together it is the mean of the errors of these draws, and each run's error is divided by its own "
-                "cost. The arm is integrated by RK4 with one step in each period of the computer."
+                "Intervals do not cover the chance of a search, which may end far from another search for the same "
+                "law. Nor do they cover the choice of objective, scenarios and ranges. One run in sixteen was repeated "
+                "with half the step; the error of the step is the largest among these. Over all scenarios together it "
+                "is the mean of the errors of these draws, where each run's error is divided by its own cost. The arm "
+                "is integrated by RK4 with one step in each period of the computer."
             ),
             Paragraph(
-                "The laws were tuned for two masses. A tuning over draws would make all of them more robust, at many "
-                "times the cost. The nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC were not tuned: they "
-                "stay as in a1."
+                "The laws were tuned for two sets of masses. A tuning over random draws could make all of them more "
+                "robust, at many times the cost. The nodes of the network of RBF-ASMC and the rules of Fuzzy-ASMC were "
+                "not tuned: they are those of a1."
             ),
             *noted(partial(tuned_numbers, results), RANGES),
         ),
@@ -69,9 +73,9 @@ def tuning(results: Results) -> Section:
     note = next(iter(shown.values())).note
     budget = budget_curves(
         "budget",
-        "The least cost so far of each law behind both observers. A band spans the searches of a law.",
+        "The least cost that the searches have found so far, for each law behind both observers.",
         {name: curves(one) for name, one in shown.items()},
-        f"Of {next(iter(shown))}: {note}",
+        f"For {next(iter(shown))}: {note}",
         "cost",
     )
     late_error, chattering = (
@@ -80,8 +84,8 @@ def tuning(results: Results) -> Section:
     )
     front = pareto_fronts(
         "front_chattering",
-        "Error against chattering in the training scenarios. The points are those that no other point of a search "
-        "beats in both.",
+        "Chattering against late error in the training scenarios, for each law behind both observers: the evaluations "
+        "that no other evaluation of the same law beats in both.",
         {name: one.measures(late_error, chattering) for name, one in shown.items()},
         "The runs are those of the figure above",
         "late RMSE [rad]",
@@ -96,11 +100,11 @@ def searches(results: Results, key: str, notes: tuple[str, ...]) -> Table:
     rows = []
     for entrant in entrants:
         tuned = results.tuned(entrant.key)
-        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:.4g}" for best in tuned.bests)
+        cost, bests = Measured(tuned.objective, tuned.step_error), ", ".join(f"{best:#.4g}" for best in tuned.bests)
         physical = (f"'{name}' is at a physical limit: {why}." for name, why in tuned.at_physical.items())
         rows.append((entrant.name, len(entrant.tuned), cost, bests, " ".join((*tuned.warnings, *physical))))
     heads = (Column("law"), *(Column(name, align="right") for name in ("numbers", "least cost")))
-    columns = (*heads, Column("least cost of each search"), Column("doubts and limits"))
+    columns = (*heads, Column("least cost of each search", width=20), Column("doubts and limits", width=24))
     return Table(f"searches_{key}", f"The searches. {words}", columns, tuple(rows), notes)
 
 

@@ -19,7 +19,7 @@ from studies.a9_sampling.evidence import (
 )
 from studies.a9_sampling.findings import PAIR, ROUGH
 from studies.a9_sampling.loops import CARD, MS, NOISY, REALISTIC, RMSE, SCENARIOS, SEED, TV, WAYS
-from studies.a9_sampling.period_rules import BOUND, HALF, RULE
+from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
 from studies.a9_sampling.quiet_periods import (
     ACTING,
     GRID,
@@ -85,8 +85,9 @@ def scores_table(metric: str, name: str, evidence: Evidence) -> Table:
 def periods_section(evidence: Evidence) -> Section:
     """Error and chattering over the period, and at one with delay and noise."""
     words = (
-        "Brackets give the error by half the substep of the plant; with noise, twice the standard error of the mean "
-        f"of {NOISY} runs. Where an adaptive law chatters strongly, its run is chaotic and this error is no bound. A "
+        "Brackets give the error, from a run with half the substep of the plant; with noise they give twice the "
+        f"standard error of the mean of {NOISY} runs. Where an adaptive law chatters strongly, its run is chaotic and "
+        "this error is no bound. A "
         "boundary layer that chatters makes the torque jump by up to 2 K each period. With a constant K, TV then falls "
         "as 1/T, and the error that chattering leaves grows as T. An adaptive K grows with that error."
     )
@@ -102,7 +103,8 @@ def computer_section() -> Section:
         "memories step by explicit Euler. AOSMC-RGS runs in a second way, too: P takes a Cayley step of (34), its "
         "observer a Cayley step of (10), and K a step of explicit Euler. Where no step is named, it is explicit Euler. "
         "With a delay, the torque of one instant acts from the next instant on, and the observer counts on the torque "
-        "that acts. In a5 it counts on the commanded torque; the searches below run that, too. Laws, numbers, "
+        "that acts. In a5 it counts on the commanded torque; the searches for the longest quiet period run that, too. "
+        "Laws, numbers, "
         "scenarios (FS and SS) and horizons are those of a1. AOSMC-RGS is the repaired law; its observer uses the true "
         "disturbance, which no instrument gives. The total variation (TV) counts each change of the torque, on a grid "
         "of 1 ms in continuous time. No torque is limited."
@@ -176,23 +178,25 @@ def safe_section(evidence: Evidence) -> Section:
     unsure = [one.search.law for one in evidence.quiet if not one.found.sure]
     words = (
         f"A period is quiet if TV is at most {QUIET:g} times its value in continuous time, at both joints. The search "
-        f"runs {len(PARTS)} periods 10 ms / m from {1e3 * GRID / PARTS[0]:g} ms on. It then narrows the gap before the "
-        "first period that is not quiet to 12 % or to two neighbours 100 ms / m. Laws with a quiet period above that "
-        f"gap: {', '.join(dict.fromkeys(again)) or 'none'}. Laws with an end within the error of the step: "
+        f"tries {len(PARTS)} periods from {1e3 * GRID / PARTS[0]:g} to {1e3 * GRID / PARTS[-1]:g} ms. It then tries "
+        "more between the last quiet period and the next one, until these are 12 % apart or no other part of 100 ms "
+        f"lies between them. Laws that are quiet again at a longer period: {', '.join(dict.fromkeys(again)) or 'none'}."
+        " Laws for which the error of the step could decide whether one of these two is quiet: "
         f"{', '.join(dict.fromkeys(unsure)) or 'none'}. Readings are exact, and all memories step by explicit Euler. "
-        "On the reference the arm and the observer start with the position and the speed of the reference. In SS it "
+        "A start on the reference has its position and speed, for the arm and for the observer. In SS the reference "
         f"jumps every 2 s, so no start removes all errors from which K grows{gain_of_start(evidence)}."
     )
     rules = (
-        "In the layer the sampled error s of a mode is 1 - T ρ / φ "
-        "times that of the instant before. ρ is an eigenvalue of the inverse of M times K. So "
-        "the mode grows from ",
+        "Within the layer, at a period T, s of a mode is 1 - T ρ / φ times s at the instant before, where ρ is an "
+        "eigenvalue of ",
+        MATRIX,
+        ". So the mode grows if T is longer than ",
         RULE,
-        " on, and with a torque a period late from ",
+        ", and with a torque a period late if T is longer than ",
         HALF,
-        " on. The table has the least of these along the run in continuous time, and the least ",
+        ". The table has the least of these along the run in continuous time. It also has the least ",
         BOUND,
-        ", which is a bound, as its eigenvalue and its gain may belong to different directions.",
+        ". This is only a bound, as its eigenvalue and its gain may belong to different directions.",
     )
     return Section("The longest quiet period", (Paragraph(words), Paragraph(rules), quiet_table(evidence)))
 
@@ -203,7 +207,8 @@ def gain_of_start(evidence: Evidence) -> str:
         next(one for one in evidence.quiet if one.search == QuietSearch(PROPOSED, "SS", start))
         for start in (ON_REFERENCE, PAPERS)
     )
-    return f"; a start on it still allows {PROPOSED} {ends(near)[0] / ends(far)[0]:.1f} times as long a period"
+    times = ends(near)[0] / ends(far)[0]
+    return f"; from a start on it {PROPOSED} is still quiet up to {times:.1f} times as long a period"
 
 
 def quiet_table(evidence: Evidence) -> Table:
@@ -261,7 +266,7 @@ def steps_table(curves: Sequence[Curve]) -> Table:
         Column("steps tried", align="right"),
         Column("largest TV over smallest", "times", "right", digits=4),
     )
-    notes = ("The larger ratio of both joints, first scenario, 10 s. With the computer its period stays the same.",)
+    notes = ("The larger ratio of the two joints, first scenario, 10 s. The period of the computer stays the same.",)
     return Table(
         "steps", "How much the step of the simulation changes the total variation.", columns, tuple(rows), notes
     )

@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from studies.a9_sampling.evidence import Evidence
 from studies.a9_sampling.loops import SCENARIOS
-from studies.a9_sampling.period_rules import BOUND, HALF, RULE
+from studies.a9_sampling.period_rules import BOUND, HALF, MATRIX, RULE
 from studies.a9_sampling.quiet_periods import (
     ACTING,
     COMMANDED,
     FACTORS,
+    HANDED_OVER,
     ON_REFERENCE,
     PAPERS,
     QUIET,
@@ -74,15 +75,18 @@ def longest_period(evidence: Evidence) -> Finding:
     return Finding(
         "longest_period",
         f"In the first scenario, with a torque a period late, {PROPOSED} is quiet up to {in_ms(ends(late))} ms from "
-        f"the paper's start and up to {in_ms(ends(near))} ms from a start on the reference.",
+        f"the paper's start and up to {in_ms(ends(near))} ms from a start on the reference; b4 hands it over with a "
+        f"period of {1e3 * HANDED_OVER:g} ms.",
         (
-            "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the "
-            "error at the start. Along the runs in continuous time ",
+            "What decides is ρ, the largest eigenvalue of ",
+            MATRIX,
+            ": it grows with the error at the start. The least ",
             HALF,
-            f" is {period(late.rule)} and {period(near.rule)} ms; the searches end between "
-            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(late))} and between "
-            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. Observer (10), if it counts on the "
-            f"commanded torque, allows {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
+            f" along the run in continuous time is {period(late.rule)} ms from the paper's start and "
+            f"{period(near.rule)} ms from the reference. The searches end between "
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(late))} ms, and between "
+            f"{' and '.join(f'{1e3 * end:.3g}' for end in ends(near))} ms. If observer (10) counts on the commanded "
+            f"torque, the law is quiet up to {in_ms(ends(told))} and {in_ms(ends(told_near))} ms.",
         ),
         statistic=f"The longest period tried up to which the total variation of the torque is at most {QUIET:g} times "
         "its value in continuous time, at both joints.",
@@ -167,27 +171,31 @@ def rule_of_thumb(evidence: Evidence) -> Finding:
     """The period that the eigenvalues of M^-1 K give, and the bound, beside the longest quiet period."""
     still = evidence.searched(start=PAPERS, delay=False)
     ratios, bounds = ratios_of(still), ratios_of(still, by="bound")
-    (law, scenario), off = farthest(ratios)
-    others = f" The rule is farthest off for {law} in {scenario}, by {100 * off:.2g} %." if off else ""
-    own = "; ".join(f"{PROPOSED} in {one} {ratio_words(bounds[PROPOSED, one])}" for one in SCENARIOS)
+    _, off = farthest(ratios)
+    others = f" In the others it is off by at most {100 * off:.2g} %." if off else ""
+    own = listed(f"{ratio_words(bounds[PROPOSED, one])} times the bound in {one}" for one in SCENARIOS)
     return Finding(
         "rule_of_thumb",
         (
-            "Without delay ",
+            "Without delay the rule ",
             RULE,
-            f" is the longest quiet period, to the width of the search, in {within(ratios)} of {len(ratios)} loops of "
-            f"laws with a gain K; it is too long for {too_long(ratios)}.",
+            f" lies between the last quiet period and the next one tried in {within(ratios)} of {len(ratios)} loops "
+            f"of laws with a gain K.{others} It is too long for {too_long(ratios)}.",
         ),
         (
             "The bound ",
             BOUND,
-            " needs no eigenvalue of a product, and may be much shorter. The longest quiet period over it: "
-            f"{own}; of all loops {min(low for low, _ in bounds.values()):.2g} to "
-            f"{max(high for _, high in bounds.values()):.2g}.{others}",
+            f" needs no eigenvalue of a product, but may be much shorter: the longest quiet period of {PROPOSED} is "
+            f"{own}; over all loops the ratio is {min(low for low, _ in bounds.values()):.2g} to "
+            f"{max(high for _, high in bounds.values()):.2g}.",
         ),
-        statistic="The two ends of the search over the rule, by law and scenario. Rule: the largest eigenvalue "
-        "ρ of the inverse of M times K, along the run in continuous time, within the layer; "
-        "a period late, half of the rule.",
+        statistic=(
+            "The last quiet period and the next one tried, divided by the rule, by law and scenario. ρ: the largest "
+            "eigenvalue of ",
+            MATRIX,
+            " along the run in continuous time, while s is in the layer of width φ. With a torque a period late the "
+            "rule is halved.",
+        ),
         sample=f"{len(ratios)} loops: {len({law for law, _ in ratios})} laws, two scenarios, the paper's start, one "
         "run a period.",
         given=GIVEN,

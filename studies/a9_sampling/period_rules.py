@@ -11,9 +11,10 @@ import numpy as np
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import ARM
 from workbench.metrics import Measurement
-from workbench.notation.formula import Number, Product, Quotient, symbol
+from workbench.notation.formula import Number, Power, Product, Quotient, symbol
 
 GAINLESS = ("PID", "super-twisting")  # these have no gain K, so no rule
+MATRIX = Product((Power(symbol("M"), Number(Fraction(-1))), symbol("K")))  # whose largest eigenvalue is rho
 TWO_PHI = (Number(Fraction(2)), symbol("phi"))
 BOUND = Quotient(Product((*TWO_PHI, symbol("lambda_min"))), symbol("K"))  # in s
 RULE = Quotient(Product(TWO_PHI), symbol("rho"))  # in s

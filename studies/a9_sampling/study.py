@@ -44,9 +44,9 @@ study = Study(
     name="a9_sampling",
     title="The paper's laws as sampled-data loops",
     question=(
-        "A computer runs the paper's six laws and super-twisting once in 0.1 to 10 ms. Which of them chatter, and how "
-        "long may the period be? Does a rule of thumb give that period? Which runs are lost, and does the law or the "
-        "integrator of the computer lose them? Does the published order survive?"
+        "A computer runs the paper's six laws and super-twisting with a period of 0.1 to 10 ms. Which of them chatter, "
+        "and how long may the period be? Does a rule of thumb give that period? Which runs diverge, and is it the law "
+        "or the integrator of the computer that loses them? Does the published order survive?"
     ),
     method=(
         "Both scenarios with the numbers of a1. Law and observer run in a computer that holds the torque for a period. "

@@ -37,8 +37,8 @@ class Robot:
     operations
         Of M, C, G, of all three together, of those with numbers for letters, and of tau; equal ones count once.
     made, derived, differentiated
-        Seconds to make the arm with its checks, to derive M, C, G and tau up to functions, and with all first
-        derivatives of inverse and forward dynamics.
+        Seconds of each repetition: to make the arm with its checks, to derive M, C, G and tau up to functions, and with
+        all first derivatives of inverse and forward dynamics.
     by_energies, by_mujoco
         The largest error over random states, relative to the largest term.
     """
@@ -47,21 +47,21 @@ class Robot:
     joints: int
     letters: int
     operations: tuple[int, ...]
-    made: float
-    derived: float
-    differentiated: float
+    made: tuple[float, ...]
+    derived: tuple[float, ...]
+    differentiated: tuple[float, ...]
     by_energies: float
     by_mujoco: float | None
 
 
-def seconds(work: Callable[[], object]) -> float:
-    """The seconds of a core that a call takes: the median of several."""
+def seconds(work: Callable[[], object]) -> tuple[float, ...]:
+    """The seconds of a core that a call takes, in each of several repetitions."""
     spent = []
     for _ in range(REPETITIONS):
         begin = process_time()
         work()
         spent.append(process_time() - begin)
-    return median(spent)
+    return tuple(spent)
 
 
 def differentiate(arm: Arm) -> object:
@@ -164,7 +164,9 @@ def chain(links: int) -> Chain:
         theirs = (np.array(answer["at"][letter]) for letter in "MCG")
         errors += [np.max(np.abs(x - y)) / np.max(np.abs(x)) for x, y in zip(ours, theirs, strict=True)]
     bias, matrices = (tuple(answer and answer[part] for answer in answers) for part in ("bias", "matrices"))
-    return Chain(links, seconds(lambda: chain_function(links)), bias, matrices, max(map(float, errors), default=None))
+    return Chain(
+        links, median(seconds(lambda: chain_function(links))), bias, matrices, max(map(float, errors), default=None)
+    )
 
 
 def by_sympy(method: str, links: int) -> dict[str, Any] | None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from studies.a9_sampling.period_rules import HALF
+from studies.a9_sampling.period_rules import HALF, MATRIX
 from studies.a9_sampling.quiet_periods import (
     COMMANDED,
     FACTORS,
@@ -40,7 +40,6 @@ from studies.b4_handover.margins import (
     QUIET,
     Loss,
     Losses,
-    effects_of,
     losses,
     margins,
     quiet_periods,
@@ -49,7 +48,7 @@ from studies.b4_handover.margins import (
 from studies.paper.card import PROPOSED
 from workbench.study import Results
 from workbench.study.document.finding import Finding, Variation
-from workbench.study.evidence.computer_margins import KEPT, STANDS, ComputerMargin
+from workbench.study.evidence.computer_margins import KEPT
 
 GIVEN = (
     "AOSMC-RGS, SMC, super-twisting: positions, velocities and the exact model. PID: positions and velocities. LQG: "
@@ -114,10 +113,13 @@ def longest_period(results: Results) -> Finding:
         f"With commands a period late, {PROPOSED} is quiet up to {in_ms(ends(near))} ms from a start on the reference "
         f"but up to {in_ms(ends(far))} ms from the paper's start; its declared period is {1e3 * HANDED_OVER:g} ms.",
         (
-            "The largest eigenvalue ρ of the inverse of M times K decides: it grows with the error at the start, and ",
+            "What decides is ρ, the largest eigenvalue of ",
+            MATRIX,
+            ": it grows with the error at the start. The least ",
             HALF,
-            f" is {1e3 * (near.rule or 0):.3g} and {1e3 * (far.rule or 0):.3g} ms. Laws for which the declared "
-            f"period is too long: {too_long[0]} from near starts, {too_long[1]} from farther ones.",
+            f" along the run is {1e3 * (near.rule or 0):.3g} ms from the reference and {1e3 * (far.rule or 0):.3g} ms "
+            f"from the paper's start. Laws for which the declared period is too long: {too_long[0]} from near starts, "
+            f"{too_long[1]} from farther ones.",
         ),
         statistic="The longest period allowed, with commands a period late and exact readings. Laws of the paper's "
         f"arm: the search of a9, total variation at most {QUIET:g} times its value in continuous time. "
@@ -206,89 +208,3 @@ def loss_finding(results: Results) -> Finding:
         variations=tuple(loss_variations(results)),
         untried="Noise in the readings, longer periods, missed periods in bursts.",
     )
-
-
-# The clock
-
-
-def frailest(reach: dict[str, float]) -> str:
-    """The loops with the least level that keeps their error."""
-    least = min(reach.values())
-    return listed(name for name, level in reach.items() if level == least)
-
-
-def reach_of(
-    results: Results, effect: str, most: float = KEPT, metric: str = ERROR, start: str = NEAR_START
-) -> dict[str, float]:
-    """By loop, the largest level of an effect up to which no run has more than `most` times its error."""
-    return {
-        one.name: effect_margin(results, one, effect, metric, start).largest(most)
-        / (one.period if effect == "jitter" else 1)
-        for one in handed()
-    }
-
-
-def effect_margin(
-    results: Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
-) -> ComputerMargin:
-    """The margin of a loop for one effect."""
-    own = margins(results, one, metric=metric, start=start)
-    return next(each for each in own.each if each.effect.name == effect)
-
-
-def clock_finding(results: Results) -> Finding:
-    """The missed periods that each loop stands."""
-    reach = reach_of(results, "missed periods")
-    frail = frailest(reach)
-    variations = [
-        Variation(
-            f"{metric}, {START_WORDS[start]}", *frail_words(reach_of(results, "missed periods", KEPT, metric, start))
-        )
-        for start in BOTH
-        for metric in STATISTICS
-        if (start, metric) != (NEAR_START, ERROR)
-    ]
-    doubled = reach_of(results, "missed periods", STANDS)
-    variations.append(Variation(f"error at most {STANDS:g} times", *frail_words(doubled)))
-    variations += [
-        Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
-        for effect in ("jitter", "coarser readings")
-    ]
-    each = ", ".join(f"{name} {100 * level:.3g} %" for name, level in reach.items())
-    levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
-    return Finding(
-        "missed_periods",
-        f"With missed periods {frail} keeps its settled error within {100 * (KEPT - 1):.0f} % "
-        f"{level_words(min(reach.values()))}; the other loops up to "
-        f"{100 * sorted(set(reach.values()))[1]:.3g} % or more.",
-        f"The largest levels tried that keep it: {each}. Between two neighbours of the levels nothing was run.",
-        statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
-        "worst joint; each effect by itself, in double precision.",
-        sample=f"Six loops, {DRAWS} starts within {NEAR:g} rad or m of each loop's own, eight or nine levels.",
-        given=GIVEN,
-        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
-        fitted=FITTED,
-        answer=frail,
-        variations=tuple(variations),
-        untried="Missed periods in bursts.",
-    )
-
-
-def frail_words(reach: dict[str, float]) -> tuple[str, str]:
-    """The frailest loops, and the level up to which they keep their error."""
-    return frailest(reach), level_words(min(reach.values()))
-
-
-def missed_levels() -> tuple[float, ...]:
-    """The levels of missed periods that are tried, the same for each loop."""
-    return next(effect.levels for effect in effects_of(handed()[0]) if effect.name == "missed periods")
-
-
-def level_words(level: float) -> str:
-    """The largest level of missed periods that keeps an error, and the next one tried, which does not."""
-    later = [each for each in missed_levels() if each > level]
-    if not later:
-        return f"up to {100 * level:.3g} %, the largest level tried"
-    if not level:
-        return f"at no level tried, of which the least is {100 * later[0]:.3g} %"
-    return f"at {100 * level:.3g} % but not at {100 * later[0]:.3g} %"

@@ -93,7 +93,8 @@ def bits_finding(results: Results) -> Finding:
     missing = sorted({short(one.target) for one in each} - set(targets))
     bits = sum(one.bits for one in each if one.ran)
     unlike = "; ".join(
-        f"on {name} {len(laws)} of {len(by_law)} laws differ ({listed(laws)})" for name, laws in other.items()
+        f"on {name} {len(laws)} of {len(by_law)} laws {'differs' if len(laws) == 1 else 'differ'} ({listed(laws)})"
+        for name, laws in other.items()
     )
     alone = operations_by_target(results)
     variations = [Variation(f"{law} alone", differing_words(differing(results, laws=(law,)))) for law in by_law]
@@ -127,7 +128,7 @@ def unfit(results: Results, key: str, start: str, precision: str = "double", cyc
     most = max(fitted, key=lambda name: fitted[name].share)
     return (
         listed(name for name, fit in fitted.items() if cycles * fit.share > 1),
-        f"{most} {100 * cycles * fitted[most].share:.2g} %",
+        f"{most} {in_percent(cycles * fitted[most].share)}",
     )
 
 
@@ -173,9 +174,13 @@ def fit_finding(results: Results, near: Fit, far: Fit) -> Finding:
 
 
 def percent_of(fit: Fit) -> str:
-    """The share of a period in per cent, with two digits or as a whole number."""
-    share = 100 * fit.share
-    return f"{share:.0f} %" if share >= 10 else f"{share:.2g} %"
+    """The share of a period in per cent."""
+    return in_percent(fit.share)
+
+
+def in_percent(share: float) -> str:
+    """A share in per cent, with two digits or as a whole number."""
+    return f"{100 * share:.0f} %" if share >= 0.1 else f"{100 * share:.2g} %"
 
 
 def short(name: str) -> str:

@@ -11,7 +11,6 @@ from studies.b4_handover.findings import (
     START_WORDS,
     all_losses,
     amount,
-    clock_finding,
     error_of,
     longest_period,
     loss_finding,
@@ -20,6 +19,7 @@ from studies.b4_handover.loops import CARD, ERROR, NEAR_START, SETTLED, TV, hand
 from studies.b4_handover.machine_tables import machines_section
 from studies.b4_handover.machines import M4F, differing, fit_of, machine_findings, percent_of
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, QUIET, Loss, margins, quiet_periods, scans
+from studies.b4_handover.missed_periods import clock_finding, shared_table
 from studies.paper.card import PROPOSED
 from workbench.study import Figure, Paragraph, Results, Section, Table
 from workbench.study.document.document import Cell, Code, Column, Measured, Page, Panel, Series
@@ -127,7 +127,7 @@ def margins_section(results: Results) -> Section:
         f"become coarser in multiples of the declared steps. Each level has {DRAWS} runs from starts within {NEAR:g} "
         "rad or m of the near or the far start. Each run is compared with the run of the same start without the effect."
     )
-    blocks = (Paragraph(words), ladders(results), *tables, delays)
+    blocks = (Paragraph(words), ladders(results), *tables, shared_table(results), delays)
     return Section("How much of each effect the laws stand", blocks)
 
 
@@ -211,9 +211,9 @@ def periods_section(results: Results) -> Section:
     notes = (
         f"Laws of the paper's arm: total variation at most {QUIET:g} times its value in continuous time, by the search "
         f"of a9. LQG, and EKF and LQR: error at most {KEPT:g} and total variation at most {QUIET:g} times their values "
-        "at a quarter of the declared period, at periods that rise by a quarter. Near and far: the starts below the "
-        "table of what is handed over. Rule: the period from which on the layer is unstable, by the largest eigenvalue "
-        "of the inverse of M times K along the run in continuous time (a9); a dash where there is no gain K.",
+        "at a quarter of the declared period, at periods that rise by a quarter. Near and far: the starts that stand "
+        "below the table of what is handed over. Rule: the period from which on the layer is unstable, by the largest "
+        "eigenvalue of M^-1 K along the run in continuous time (a9); a dash where there is no gain K.",
     )
     caption = "The longest period allowed from the near and from the far start."
     table = Table("periods_table", caption, columns, tuple(rows), notes)

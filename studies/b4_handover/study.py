@@ -6,6 +6,7 @@ Runs in about five minutes on two idle cores.
 from studies.b4_handover.loops import SEED
 from studies.b4_handover.machines import replay_works
 from studies.b4_handover.margins import scan_works, sweeps
+from studies.b4_handover.missed_periods import shared_sweeps
 from studies.b4_handover.operations import operations_work
 from studies.b4_handover.pages import sections
 from workbench.study import Study
@@ -23,7 +24,7 @@ study = Study(
         "replay it on the same inputs, and the bits are compared with the portable arithmetic. The loops then run with "
         "coarser readings, jitter, missed periods, single precision, longer delays and longer periods, from two starts."
     ),
-    sweeps=sweeps(),
+    sweeps=(*sweeps(), *shared_sweeps()),
     works=(*replay_works(), *scan_works(), operations_work()),
     sections=sections,
     seed=SEED,

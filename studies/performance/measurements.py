@@ -14,6 +14,7 @@ import numpy as np
 
 from studies.performance import processes
 from studies.performance.arithmetic import flops, peak
+from studies.performance.cores import one_core
 from studies.performance.peers import PEERS, Peer, Runner, casadi_cvodes
 from studies.performance.processes import in_a_process
 from studies.performance.steps_of_workload import by_choice, chosen
@@ -25,6 +26,7 @@ from workbench.validation.refusals import Array
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for
+AT_ERROR, BUSY = "at error", 0.5  # in a row's name; other processes, beside which two threads tell nothing
 STEPS_A_DECADE = 24  # settings that are tried
 
 
@@ -86,17 +88,18 @@ def table_rows(effort: Effort, peers: Sequence[Peer] = PEERS) -> tuple[Row, ...]
 
 
 def cpu_seconds(work: Callable[[], object]) -> float:
-    """The seconds of all cores together: waiting for a core that others use does not count."""
+    """The seconds of all cores together, without the time spent waiting for a core that others use."""
     begin = process_time()
     work()
     return process_time() - begin
 
 
 def rate(runner: Callable[[Array], object], p: Array, effort: Effort) -> float:
-    """Runs of W in a second of one core; shorter ones are scaled by their steps."""
+    """Runs of W in a second of one core, to which they are held; shorter ones are scaled by their steps."""
     calls, spent = 0, 0.0
-    while spent < effort.seconds:
-        calls, spent = calls + 1, spent + cpu_seconds(lambda: runner(p))
+    with one_core():
+        while spent < effort.seconds:
+            calls, spent = calls + 1, spent + cpu_seconds(lambda: runner(p))
     return calls * len(p) * effort.horizon / HORIZON / spent
 
 
@@ -182,13 +185,14 @@ def cvodes_row(target: float, bar: float, effort: Effort) -> Row:
         f"{fast:,.0f} runs/s, error {error(mine(many), wanted):.1e}"
     )
     wrong = error(theirs(p), wanted)
-    return Row(f"CasADi CVODES at error {target:.0e}", bar, fast / slow, runs_per_s=slow, error=wrong, note=note)
+    return Row(f"CasADi CVODES {AT_ERROR} {target:.0e}", bar, fast / slow, runs_per_s=slow, error=wrong, note=note)
 
 
 def share(effort: Effort) -> Row:
     """The floating-point operations of W in a second, of all that one core can do."""
     step = flops(workload(), VARIED_COLUMNS)
-    ours, most = alternated(effort, lambda: our_rate(effort), peak)
+    with one_core():
+        ours, most = alternated(effort, lambda: our_rate(effort), peak)
     done = ours * step * HORIZON / H
     note = f"{done / 1e9:.3g} of {most / 1e9:.3g} Gflop/s, {step:,} flop a step"
     return Row("share of one core's FMA peak", 70.0, 100 * done / most, "%", runs_per_s=ours, note=note)
@@ -229,11 +233,14 @@ def flat(effort: Effort) -> Row:
 
 
 def threads(effort: Effort) -> Row:
-    """The wall-time rate on two cores over that on one; None where the system gives no two to choose from."""
+    """The wall-time rate on two cores over that on one; None where there are no two, or others use them."""
     name, bar, p = "two threads over one", 1.8, rows_of(4 * effort.runs)
     cores = sorted(os.sched_getaffinity(0)) if hasattr(os, "sched_setaffinity") else []
     if len(cores) < 2:
-        return Row(name, bar)
+        return Row(name, bar, note="no two processors to choose from")
+    others = os.getloadavg()[0] - 1  # beside this process
+    if others > BUSY:
+        return Row(name, bar, note=f"not measured beside {others:.1f} other processes")
 
     def wall(some: Sequence[int]) -> float:
         os.sched_setaffinity(0, some)
@@ -246,7 +253,7 @@ def threads(effort: Effort) -> Row:
 
     pairs = [(wall(cores[:1]), wall(cores[:2])) for _ in range(2 * effort.repetitions)]
     one, two = map(min, zip(*pairs, strict=True))
-    note = f"wall time, best of {len(pairs)}, at a load of {os.getloadavg()[0]:.1f} where idle is meant"
+    note = f"wall time, best of {len(pairs)}"
     return Row(name, bar, one / two, note=note)
 
 

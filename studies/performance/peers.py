@@ -1,4 +1,4 @@
-"""Other ways to run W that a user could pick, each run as one who knows it would."""
+"""Other ways to run W that a user could pick."""
 
 from __future__ import annotations
 
@@ -181,9 +181,10 @@ def _numba_march() -> Any:
     return march
 
 
+IN_MATRICES = ("python-control nlsys, defaults", "SciPy LSODA 1e-6, NumPy")  # faster with a right-hand side in scalars
 PEERS = (
-    Peer("python-control nlsys, defaults", "control", 8000.0, 1, python_control),
-    Peer("SciPy LSODA 1e-6, NumPy", "scipy", 1300.0, 2, scipy_lsoda),
+    Peer(IN_MATRICES[0], "control", 8000.0, 1, python_control),
+    Peer(IN_MATRICES[1], "scipy", 1300.0, 2, scipy_lsoda),
     Peer("CasADi VM mapaccum", "casadi", 110.0, 8, casadi_machine),
     Peer("JAX vmap + scan, x64", "jax", 50.0, 64, jax_scan),
     Peer("numba scalar loop", "numba", 14.0, 16, numba_loop),

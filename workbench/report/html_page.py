@@ -16,7 +16,7 @@ from markupsafe import Markup, escape
 from workbench.notation import mathml
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.live_page import PRINTED, live_page
-from workbench.report.number_text import Printed
+from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
@@ -83,11 +83,11 @@ class _Writer:
     def _part(self, part: Part) -> Markup:
         match part:
             case str():
-                return escape(part)
+                return escape(join_units(part))
             case Code():
                 return Markup("<code>{}</code>").format(_with_breaks(part.text))
             case Strong():
-                return Markup("<strong>{}</strong>").format(part.text)
+                return Markup("<strong>{}</strong>").format(join_units(part.text))
             case Reference():
                 placed = self.known[part.name]
                 return Markup('<a href="#{}">{}</a>').format(placed.anchor, placed.label)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -10,6 +11,14 @@ from decimal import Decimal
 
 MOST_DIGITS = 5  # of a measured value, however small its error
 LEAST, GREATEST = 1e-3, 1e5  # outside of these a number has a power of ten
+
+# The units that stand behind numbers in sentences, longest first where one begins with another.
+_PRODUCTS = ("kg m", "kN m", "N m", "N s", "V s", "rad s")
+_NAMED = ("[kMG]?Hz", "[mµ]?rad", "[mµn]?s", "[mµck]?m", "[kM]?W", "k?N", "k?J", "m?V", "m?A", "kg", "min", "bytes")
+_SINGLE = rf"(?:{'|'.join((*_PRODUCTS, *_NAMED))})(?:\^?-?\d|[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+_UNIT = rf"%|(?:1|{_SINGLE})/(?:{_SINGLE}|\((?:{_SINGLE}|[ ·])+\))|{_SINGLE}"
+_NUMBER_AND_UNIT = re.compile(rf"(?<=[\d)]) ({_UNIT}|±(?= \d))(?!\w)|(?<=\d ±) ")
+_NO_BREAK = "\u00a0"
 
 
 @dataclass(frozen=True)
@@ -67,6 +76,18 @@ def measured(value: float, error: float) -> Printed:
     digits = round(Decimal(error) / place) * (10**last if last > 0 and not shift else 1)
     tail = body.tail + (f"({digits})" if digits else "")
     return Printed(body.sign, body.whole, tail, _minus(shift) if shift else "")
+
+
+def join_units(text: str) -> str:
+    r"""The text with no-break spaces between a number and its unit or percent sign, within a unit, and around '±'.
+
+    Examples
+    --------
+    >>> from workbench.report.number_text import join_units
+    >>> join_units("by 1.8 % at 5 N m")
+    'by 1.8\xa0% at 5\xa0N\xa0m'
+    """
+    return _NUMBER_AND_UNIT.sub(lambda found: found[0].replace(" ", _NO_BREAK), text)
 
 
 def paddings(column: Iterable[Printed]) -> list[Padding]:

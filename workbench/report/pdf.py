@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any
@@ -14,7 +14,7 @@ import typst
 
 from workbench.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
-from workbench.report.number_text import Printed
+from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
 from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
 from workbench.study.document.document import (
@@ -103,7 +103,7 @@ class _Writer:
         colophon = document.colophon
         title = document.title
         return {
-            "title": self.short(title),
+            "title": join_units(self.short(title)),
             "running": title if len(title) <= RUNNING else f"{title[: RUNNING - 1].rstrip()}…",
             "imprint": f"control-workbench {colophon.version}",
             "answer": self.phrase(document.answer),
@@ -160,6 +160,21 @@ class _Writer:
             "evidence": self.phrase(one.evidence),
             "change": self.phrase(one.change),
             "scope": [{"label": label, "phrase": self.phrase(text)} for label, text in (*one.scope, *cites)],
+            "variations": [
+                {
+                    "question": question,
+                    "rows": [
+                        {
+                            "words": self.short(each.words),
+                            "answer": self.short(each.answer),
+                            "detail": self.short(each.detail),
+                            "bold": each.answer != one.answer,
+                        }
+                        for each in variations
+                    ],
+                }
+                for question, variations in one.by_question
+            ],
         }
 
     def table(self, table: Table) -> Tree:
@@ -169,17 +184,16 @@ class _Writer:
                 "header": self.phrase(column.header),
                 "unit": unit_of(column),
                 "align": align,
+                "width": column.width or 0,
                 "length": max([length(row[i]) for row in cells], default=0),
                 "numbers": align != "left" and any(isinstance(row[i].content, Printed) for row in cells),
             }
             for i, (column, align) in enumerate(zip(table.columns, alignments(table), strict=True))
         ]
-        starts = range(1, min(4, len(columns)))
-        key = next((k for k in starts if len({str(row[:k]) for row in table.rows}) == len(table.rows)), 1)
         return {
             "caption": self.phrase(table.caption),
             "columns": columns,
-            "key": key,  # the first columns that tell the rows apart, which each part of a wide table repeats
+            "key": _key(table),  # each part of a wide table repeats these columns
             "rows": [[self.cell(shown) for shown in row] for row in cells],
             "notes": [self.phrase(note) for note in self.notes[table.name]],
         }
@@ -221,15 +235,32 @@ class _Writer:
     def _part(self, part: Part) -> Tree:
         match part:
             case str():
-                return {"kind": "text", "text": part}
+                return {"kind": "text", "text": join_units(part)}
             case Code():
                 return {"kind": "code", "text": part.text}
             case Strong():
-                return {"kind": "strong", "text": part.text}
+                return {"kind": "strong", "text": join_units(part.text)}
             case Reference():
                 placed = self.known[part.name]
                 return {"kind": "link", "to": placed.anchor, "text": placed.label}
         return {"kind": "math", "text": typst_math.emit(part, width=math.inf)}
+
+
+def _key(table: Table) -> list[int]:
+    """The first columns that tell the rows of a table apart, without those that are not needed for it.
+
+    It is the first column alone if the rows do not differ before the last column.
+    """
+
+    def distinct(columns: Sequence[int]) -> bool:
+        return len({str([row[i] for i in columns]) for row in table.rows}) == len(table.rows)
+
+    starts = (list(range(k)) for k in range(1, len(table.columns)))
+    key = next((start for start in starts if distinct(start)), [0])
+    for column in key[:0:-1]:
+        fewer = [other for other in key if other != column]
+        key = fewer if distinct(fewer) else key
+    return key
 
 
 def _floating(chapter: Chapter, drawings: Mapping[str, str]) -> set[Placed]:

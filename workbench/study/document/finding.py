@@ -12,7 +12,7 @@ from workbench.study.document.phrases import Phrase, check_name, parts
 from workbench.validation.refusals import refusal
 from workbench.validation.signatures import door
 
-NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope lists all
+NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope has a table of all
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,6 @@ class Variation:
                 raise refusal(f"Variation({part}=...)", "a text", getattr(self, part))
         for part in ("words", "answer", "detail", "question"):
             _refuse_nan(f"Variation({part}=...)", getattr(self, part))
-
-    @property
-    def line(self) -> str:
-        """The variation, its answer and its figures."""
-        return f"{self.words}: {self.answer}{f' ({self.detail})' * bool(self.detail)}"
 
 
 @dataclass(frozen=True)
@@ -138,7 +133,7 @@ class Finding:
         groups: dict[str, list[Variation]] = {}
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
-        answers = [f"to {answer} by {_named(ones)}" for answer, ones in groups.items()]
+        answers = [f"to {_quoted(answer)} {_by(ones)}" for answer, ones in groups.items()]
         others = len(answers) - ANSWERS
         rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
         part = self._counted if total > 1 else "the one variation"
@@ -153,8 +148,14 @@ class Finding:
         return " and in ".join(counts)
 
     @property
+    def by_question(self) -> tuple[tuple[str, tuple[Variation, ...]], ...]:
+        """The variations in their order, those that answer one question together, with the question."""
+        questions = dict.fromkeys(one.question for one in self.variations)
+        return tuple((asked, tuple(one for one in self.variations if one.question == asked)) for asked in questions)
+
+    @property
     def scope(self) -> tuple[tuple[str, Phrase], ...]:
-        """The statistic, the sample and all else on which the answer rests, each with its label."""
+        """The statistic, the sample and all else on which the answer rests, each with its label, but for variations."""
         lines: tuple[tuple[str, Phrase], ...] = (
             ("Statistic", self.statistic),
             ("Sample", self.sample),
@@ -162,7 +163,6 @@ class Finding:
             ("Chosen", self.chosen),
             ("Fitted", self.fitted),
             ("Answer", self.answer),
-            ("Variations", "; ".join(one.line for one in self.variations)),
             ("Not tried", self.untried),
         )
         return tuple((label, phrase) for label, phrase in lines if phrase)
@@ -174,6 +174,18 @@ def _refuse_nan(call: str, phrase: Phrase) -> None:
         if isinstance(part, str) and re.search(r"\bnan\b", part):
             must = "a sentence without 'nan', the text of a number that does not exist"
             raise refusal(call, must, part, "; say which runs were lost, and count them")
+
+
+def _quoted(answer: str) -> str:
+    """An answer within a sentence: one of several words stands in quotation marks."""
+    return f"'{answer}'" if " " in answer else answer
+
+
+def _by(variations: Sequence[Variation]) -> str:
+    """The variations that have one answer: a few by their words, more by their number."""
+    if len(variations) > NAMED:
+        return f"in {len(variations)} of them"
+    return " and ".join(f"by {one.words}" for one in variations)
 
 
 def _named(variations: Sequence[Variation]) -> str:

@@ -14,6 +14,7 @@ from workbench.validation.refusals import described, finite, refusal, whole
 from workbench.validation.signatures import door
 
 MOST_DIGITS = 17  # a double has no more
+MOST_LETTERS = 80  # of a line of a column: a page has no room for more
 WIDE = 0.25  # of a value: an interval that reaches farther is printed by its ends
 
 
@@ -124,17 +125,21 @@ Cell: TypeAlias = Value | Emphasis
 class Column:
     """The head of a column. Its floats have so many significant `digits`, by default four or fewer if those are exact.
 
-    A `Measured` cell has those that its error supports, whatever `digits` says.
+    A `Measured` cell has those that its error supports, whatever `digits` says. Where a page is too narrow for whole
+    lines of its texts, these break, but not before `width` letters.
     """
 
     header: Phrase
     unit: str = ""
     align: Literal["auto", "left", "center", "right"] = "auto"
     digits: int | None = None
+    width: int | None = None
 
     def __post_init__(self) -> None:
         if self.digits is not None:
             whole("Column(digits=...)", self.digits, 1, MOST_DIGITS, " of significant digits")
+        if self.width is not None:
+            whole("Column(width=...)", self.width, 1, MOST_LETTERS, " of letters in a line")
 
 
 @dataclass(frozen=True)

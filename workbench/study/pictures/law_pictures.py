@@ -25,6 +25,8 @@ from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
 TOGETHER = 3  # laws whose bands still can be told apart in one panel
+ACROSS = 3  # panels side by side, one a law
+BEYOND = 4.0  # times the least cost of all laws: the end of the scale of panels with a law each
 MARKED = 15  # points of a front, at most, so that marks do not cover one another
 SOME = f"Of a front of more points {MARKED} are marked."
 
@@ -59,7 +61,7 @@ def quantile_bands(
     times, levels = times_of("quantile_bands", t, len(first.names)), first.levels
     sources = sources_of("quantile_bands", tuple(held), note)
     marks = {law: _band(law, times, one, k % STYLES, sources.get(law)) for k, (law, one) in enumerate(held.items())}
-    scale, limits = _scale(list(held.values()))
+    scale, limits = _scale(np.concatenate([one.value.ravel() for one in held.values()]))
     if len(held) <= TOGETHER:
         panels = [Panel(ylabel, tuple(mark for law in marks.values() for mark in law), yscale=scale)]
     else:
@@ -93,9 +95,8 @@ def _middle(levels: tuple[float, ...]) -> int:
     return int(np.argsort(levels)[len(levels) // 2])
 
 
-def _scale(held: list[Quantiles]) -> tuple[Literal["linear", "log"], tuple[float, float] | None]:
-    """The scale and the ends of an axis around all quantiles; no ends where there is nothing to measure."""
-    values = np.concatenate([one.value.ravel() for one in held])
+def _scale(values: Array) -> tuple[Literal["linear", "log"], tuple[float, float] | None]:
+    """The scale and the ends of an axis around all numbers; no ends where there is nothing to measure."""
     values = values[np.isfinite(values)]
     if not values.size or np.ptp(values) == 0:
         return "linear", None
@@ -132,7 +133,8 @@ def pareto_fronts(
 
     Of the points (B, 2) by law only those that no other of the same law dominates are drawn; one with a NaN or an
     infinite number is left out, and counted in the caption. An axis whose numbers are positive and far apart is
-    logarithmic. The `note` says evaluations, failed ones, seeds and step error.
+    logarithmic. More than three laws have a panel each, on one scale, before the front of all of them in grey. The
+    `note` says evaluations, failed ones, seeds and step error.
 
     Raises
     ------
@@ -147,22 +149,35 @@ def pareto_fronts(
         found[law] = _front(known)
         if lost := len(points) - len(known):
             said.append(f"{law}: {lost:,} of {len(points):,} points have no numbers and are not drawn.")
-    marks: list[Series] = []
-    for k, (law, front) in enumerate(found.items()):
-        if len(front) > 1:
-            marks.append(Series(law, front[:, 0], front[:, 1], k % STYLES, "steps"))
-        if len(front):
-            some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MARKED)).round().astype(int))
-            x, y = front[some].T
-            marks.append(Series("" if len(front) > 1 else law, x, y, k % STYLES, "marks"))
-    if not marks:
+    marks = {law: _front_marks(law, front, k % STYLES) for k, (law, front) in enumerate(found.items())}
+    if not any(marks.values()):
         raise ValueError(f"`pareto_fronts('{name}')` needs a point with two finite numbers; got none.")
-    scales = [scale_of(np.concatenate([front[:, axis] for front in found.values()])) for axis in (0, 1)]
+    points = np.concatenate(list(found.values()))
+    (xscale, xlim), (yscale, ylim) = _scale(points[:, 0]), _scale(points[:, 1])
     said += [SOME] * any(len(front) > MARKED for front in found.values())
-    panel = Panel(ylabel, tuple(marks), xlabel=xlabel, xscale=scales[0], yscale=scales[1])
+    if len(found) <= TOGETHER:
+        together = tuple(mark for law in marks.values() for mark in law)
+        panels = [Panel(ylabel, together, xlabel=xlabel, xscale=xscale, yscale=yscale)]
+    else:
+        best = _front(points)
+        behind = Series("front of all laws together", best[:, 0], best[:, 1], "reference", "steps")
+        panels = [
+            Panel("" if k % ACROSS else ylabel, (*own, behind), xlabel, xlim, ylim, xscale, yscale, law)
+            for k, (law, own) in enumerate(marks.items())
+        ]
     rows = ((law, float(x), float(y)) for law, front in found.items() for x, y in front)
     heads = ("law", Column(xlabel), Column(ylabel))
-    return picture("pareto_fronts", name, caption, note, (panel,), heads, rows, said, names=tuple(fronts))
+    columns = min(len(panels), ACROSS)
+    return picture("pareto_fronts", name, caption, note, panels, heads, rows, said, columns, names=tuple(fronts))
+
+
+def _front_marks(law: str, front: Array, style: int) -> list[Series]:
+    """A front as steps, with marks at some of its points; a single point is a mark alone."""
+    if not len(front):
+        return []
+    some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MARKED)).round().astype(int))
+    marks = Series("" if len(front) > 1 else law, *front[some].T, style, "marks")
+    return [Series(law, *front.T, style, "steps"), marks] if len(front) > 1 else [marks]
 
 
 def _front(points: Array) -> Array:
@@ -183,7 +198,8 @@ def budget_curves(
     """The best so far against the evaluations that it cost, law by law.
 
     Of several searches the line is their median, and the band reaches from the best to the worst. Where a search has
-    nothing admissible yet there is no band, and no line if that holds for half of them.
+    nothing admissible yet there is no band, and no line if that holds for half of them. More than three laws have a
+    panel each, on one scale, which begins at the least cost of all laws, a thin line, and ends at four times that.
 
     By law, `curves` are evaluations (n,) and the best so far, (n,) or (searches, n), infinite or NaN while none is
     admissible. The `note` says evaluations, failed ones, seeds and step error.
@@ -197,16 +213,15 @@ def budget_curves(
     finite = np.concatenate([best[np.isfinite(best)] for _, best in held.values()] or [np.empty(0)])
     if not finite.size:
         raise ValueError(f"`budget_curves('{name}')` needs a law that found something admissible; got none.")
-    marks: list[Series | Band] = []
-    for k, (law, (spent, best)) in enumerate(held.items()):
-        middle = np.median(best, axis=0)
-        marks.append(Series(law, spent, np.where(np.isfinite(middle), middle, np.nan), k % STYLES, "steps"))
-        low, high = best.min(axis=0), best.max(axis=0)
-        spread = np.where(np.isfinite(high) & (len(best) > 1), high, np.nan)
-        marks += [_steps(spent[j], low[j], high[j], k % STYLES) for j in stretches(spread)]
+    marks = {law: _budget_marks(law, *pair, k % STYLES) for k, (law, pair) in enumerate(held.items())}
     several = any(len(best) > 1 for _, best in held.values())
     said = ["Lines are medians of searches from different seeds; bands reach from the best to the worst."] * several
-    panel = Panel(ylabel, tuple(marks), xlabel="evaluations", yscale=scale_of(finite))
+    if len(held) <= TOGETHER:
+        together = tuple(mark for law in marks.values() for mark in law)
+        panels = [Panel(ylabel, together, xlabel="evaluations", yscale=scale_of(finite))]
+    else:
+        panels, scale = _budget_panels(marks, finite, max(float(spent.max()) for spent, _ in held.values()), ylabel)
+        said += [scale]
     rows = (
         (law, search + 1, float(spent[k]), float(best[search, k]))
         for law, (spent, best) in held.items()
@@ -214,7 +229,46 @@ def budget_curves(
         for k in range(len(spent))
     )
     heads = ("law", "search", "evaluations", Column(ylabel))
-    return picture("budget_curves", name, caption, note, (panel,), heads, rows, said, names=tuple(curves))
+    columns = min(len(panels), ACROSS)
+    return picture("budget_curves", name, caption, note, panels, heads, rows, said, columns, names=tuple(curves))
+
+
+def _budget_marks(law: str, spent: Array, best: Array, style: int) -> list[Series | Band]:
+    """The median of the searches of a law as steps, and the band between the best and the worst of them."""
+    middle = np.median(best, axis=0)
+    line = Series(law, spent, np.where(np.isfinite(middle), middle, np.nan), style, "steps")
+    low, high = best.min(axis=0), best.max(axis=0)
+    spread = np.where(np.isfinite(high) & (len(best) > 1), high, np.nan)
+    return [line, *(_steps(spent[j], low[j], high[j], style) for j in stretches(spread))]
+
+
+def _budget_panels(
+    marks: Mapping[str, list[Series | Band]], costs: Array, longest: float, ylabel: Label
+) -> tuple[list[Panel], str]:
+    """A panel for each law, all with the same axes, and a sentence on their ordinate.
+
+    Where the finite costs are not all positive, the ordinate has the range of all of them.
+    """
+    least, most = float(costs.min()), float(costs.max())
+    scale, limits = _scale(costs)
+    words = f"The thin line is the least value of all laws, {least:.3g}"
+    if least > 0 and most > BEYOND * least:
+        scale, limits = "log", (least / 1.04, BEYOND * least)
+        words += f"; values above {BEYOND:g} times that are cut off"
+    panels = [
+        Panel(
+            "" if k % ACROSS else ylabel,
+            tuple(own),
+            xlabel="evaluations",
+            xlim=(0.0, longest),
+            ylim=limits,
+            yscale=scale,
+            title=law,
+            hlines=(least,),
+        )
+        for k, (law, own) in enumerate(marks.items())
+    ]
+    return panels, f"{words}."
 
 
 def _steps(spent: Array, low: Array, high: Array, style: int) -> Band:

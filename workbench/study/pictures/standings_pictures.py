@@ -60,7 +60,7 @@ def standings_figure(
     beside = min(max(1, len(seen)), 2 if len(comparisons) > WIDE else 3)
     first = next(iter(comparisons.values()))[asked]
     rows = tuple(row for words in order for s, one in columns[words].items() for row in _rows(words, s, one))
-    note = _note(first, comparisons)
+    note = _note(first, comparisons, "statistic" if seen else asked)
     return picture("standings_figure", name, caption, note, panels, HEADS, rows, columns=beside, lead=True)
 
 
@@ -173,17 +173,17 @@ def _shown(one: Comparison) -> Intervals:
     return Intervals(*(100 * (1 - part) for part in (held.value, held.high, held.low)))
 
 
-def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]]) -> str:
+def _note(one: Comparison, comparisons: Mapping[str, Mapping[str, Comparison]], words: str) -> str:
     """The note below the tiles: the statistic, the number of draws, the confidence, and the key of the marks."""
     sizes = sorted({len(each.paired) for held in comparisons.values() for each in held.values()})
     draws = f"{sizes[0]:,}" if len(sizes) == 1 else f"{sizes[0]:,} to {sizes[-1]:,}"
     unit = f" in {one.paired.unit}" if one.paired.unit not in ("", "1") else ""
     return (
-        f"Each tile has the statistic of {one.paired.metric}{unit} over {draws} draws; intervals hold for all laws of "
-        f"a column at once with {100 * one.confidence:g} %. Darkness grows with the logarithm of the ratio to the best "
-        "of the column. Frame: the one law that is significantly better than all others. Marked corner: tied with "
-        "the best, as no law is significantly better. Stripes: failed runs; a dash stands where they leave no finite "
-        "statistic."
+        f"Each tile has the {words} of {one.paired.metric}{unit} over {draws} draws; the intervals of a column hold "
+        f"at once with {100 * one.confidence:g} %. A tile is the darker, the larger its ratio to the best of its "
+        "column, on a logarithmic scale. Frame: the one law that is significantly better than all others. Black or "
+        "white corner: tied with the best, as no law is significantly better. Stripes: failed runs; a dash stands "
+        "where they leave no finite statistic."
     )
 
 

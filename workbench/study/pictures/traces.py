@@ -220,18 +220,28 @@ def _rows(outcome: Outcome, window: Window | None) -> tuple[int, int]:
 
 
 @door
-def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], signal: str = "e") -> Section:
+def loops_section(
+    heading: Phrase,
+    about: Phrase,
+    outcomes: Sequence[Outcome],
+    signal: str = "e",
+    *,
+    caption: Phrase = "",
+    cut: float | None = None,
+) -> Section:
     """Laws at their own numbers, for a page on which these are turned: a signal over time, and the metrics.
+
+    Behind `cut`, in s, the time axis of the figure is compressed, so that each part takes half of a panel.
 
     Raises
     ------
     ValueError
-        If there is no outcome, or more laws than styles.
+        If there is no outcome, more laws than styles, or no time on both sides of `cut`.
     """
     if not outcomes:
         raise ValueError("`loops_section(outcomes=...)` needs at least one outcome; got none.")
     shown = [signal_source(outcomes[0], signal, place) for place in range(len(labels_of(outcomes[0], signal)))]
-    figure = _loops_figure(outcomes, signal, shown)
+    figure = _loops_figure(outcomes, signal, shown, caption, cut)
     title = "Metrics of {} of each law at its own numbers."
     tables = (
         side_by_side(f"loops_{one.place}", title.format(one.words), outcomes, signal=one.place, notes=(ONE_RUN,))
@@ -240,18 +250,23 @@ def loops_section(heading: Phrase, about: Phrase, outcomes: Sequence[Outcome], s
     return Section(heading, (Paragraph(about), figure, *tables))
 
 
-def _loops_figure(outcomes: Sequence[Outcome], signal: str, shown: Sequence[Source]) -> Figure:
+def _loops_figure(
+    outcomes: Sequence[Outcome], signal: str, shown: Sequence[Source], caption: Phrase, cut: float | None
+) -> Figure:
     """A panel for each number of a signal with a line a law; or, with many laws, a panel for each of these."""
     whole, styles = Window(0.0, float(max(outcome.t[-1] for outcome in outcomes))), _styles("loops", outcomes)
-    panels, caption = [], f"{signal} of each law at its own numbers."
+    span = None if cut is None else (whole.start, whole.end)
+    panels, caption = [], caption or f"{signal} of each law at its own numbers."
     if not (len(outcomes) > TOGETHER >= len(shown) and len({one.unit for one in shown}) == 1):
         for one in shown:
             lines = [curve(o, signal, one.place, whole, o.case.law, k) for o, k in zip(outcomes, styles, strict=True)]
-            panels.append(Panel(f"{one.words} [{raised(one.unit)}]" if one.unit else one.words, tuple(lines)))
+            label = f"{one.words} [{raised(one.unit)}]" if one.unit else one.words
+            panels.append(Panel(label, tuple(lines), xlim=span, xcut=cut))
         return Figure("loops", caption, tuple(panels), columns=min(2, len(panels)))
     label = f"{signal} [{raised(shown[0].unit)}]" if shown[0].unit else signal
     drawn = [[curve(o, signal, one.place, whole, one.words, k) for k, one in enumerate(shown)] for o in outcomes]
     behind = _range_of([line for lines in drawn for line in lines])
     for k, (outcome, lines) in enumerate(zip(outcomes, drawn, strict=True)):
-        panels.append(Panel("" if k % ACROSS else label, (*lines, *behind), title=outcome.case.law))
+        ylabel = "" if k % ACROSS else label
+        panels.append(Panel(ylabel, (*lines, *behind), xlim=span, title=outcome.case.law, xcut=cut))
     return Figure("loops", caption, tuple(panels), columns=ACROSS)

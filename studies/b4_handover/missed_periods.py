@@ -1,0 +1,240 @@
+"""Missed periods: the largest share that each loop stands, at its own period and at that of AOSMC-RGS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from studies.a9_sampling.quiet_periods import momentum_loop, on_reference
+from studies.a9_sampling.words import listed
+from studies.b4_handover.findings import CHOSEN, FITTED, GIVEN, START_WORDS, amount
+from studies.b4_handover.loops import (
+    CARD,
+    ERROR,
+    LQG,
+    NEAR_START,
+    PID,
+    SEED,
+    SMC,
+    STATISTICS,
+    TWISTING,
+    Handed,
+    handed,
+)
+from studies.b4_handover.margins import BOTH, DRAWS, NEAR, effects_of, loop_of, margins, starts
+from studies.paper.card import PROPOSED
+from studies.paper.laws import RIVALS
+from workbench.controllers import WithCompensation
+from workbench.loop import ClosedLoop
+from workbench.study import Results, Run, Sweep
+from workbench.study.document.document import Cell, Column, Table
+from workbench.study.document.finding import Finding, Variation
+from workbench.study.evidence.computer_margins import (
+    KEPT,
+    STANDS,
+    ComputerEffect,
+    ComputerMargin,
+    computer_margins,
+    computer_sweep,
+)
+
+EFFECT = "missed periods"
+SHARED = float(CARD["period of sliding laws"])  # s, of AOSMC-RGS and SMC, at which the other laws of the arm run, too
+MS = f"{1e3 * SHARED:g} ms"
+OBSERVED = f"SMC with the observer of {PROPOSED}"
+PART = 0.1  # of a step of the readings, by which an error may grow in place of a part of itself
+
+
+def observed_smc() -> ClosedLoop:
+    """SMC with the disturbance that the observer of AOSMC-RGS estimates added to its torque."""
+    return replace(momentum_loop(), controller=WithCompensation(RIVALS[SMC]))
+
+
+@cache
+def shared_period() -> tuple[Handed, ...]:
+    """The loops of the arm whose own period is longer, at that of AOSMC-RGS, and SMC with the observer of AOSMC-RGS."""
+    moved = [replace(one, period=SHARED) for one in handed() if one.name in (TWISTING, PID, LQG)]
+    smc = next(one for one in handed() if one.name == SMC)
+    observed = replace(
+        smc,
+        name=OBSERVED,
+        made=lambda period: on_reference(observed_smc()),
+        farther=lambda period: observed_smc(),
+        given=f"{smc.given}, D by an observer",
+    )
+    return (*moved, observed)
+
+
+def missed(one: Handed) -> ComputerEffect:
+    """The effect of missed periods on a loop."""
+    return next(effect for effect in effects_of(one) if effect.name == EFFECT)
+
+
+def shared_sweeps() -> tuple[Sweep, ...]:
+    """The loops of `shared_period` with missed periods, from the same starts as those that are handed over."""
+    made = []
+    for one in shared_period():
+        run = Run(loop_of(one, "double"), one.metrics, one.until, h=one.period, seed=SEED)
+        made.append(computer_sweep(name_of(one), run, (missed(one),), starts(one), DRAWS))
+    return tuple(made)
+
+
+def name_of(one: Handed) -> str:
+    """The name of the sweep of a loop at the shared period."""
+    return f"{one.key}_shared_period"
+
+
+def at_shared_period(results: Results, metric: str = ERROR) -> dict[str, tuple[ComputerMargin, float]]:
+    """By loop of the arm at the shared period, its margin for missed periods, and its error without them."""
+    found = {}
+    for one in handed():
+        if one.period == SHARED:
+            error = margins(results, one, metric=metric).without.mean(axis=0).max()
+            found[one.name] = effect_margin(results, one, EFFECT, metric), float(error)
+    for one in shared_period():
+        own = computer_margins(results.sample(name_of(one)), (missed(one),), metric)
+        found[one.name] = own.each[0], float(own.without.mean(axis=0).max())
+    return found
+
+
+def shared_reach(results: Results, left_out: str) -> dict[str, float]:
+    """By loop at the shared period but for one, the largest share of missed periods that keeps its error."""
+    each = at_shared_period(results)
+    return {name: margin.largest(KEPT) for name, (margin, _) in each.items() if name != left_out}
+
+
+def frailest(reach: Mapping[str, float]) -> str:
+    """The loops with the least level that keeps their error."""
+    least = min(reach.values())
+    return listed(name for name, level in reach.items() if level == least)
+
+
+def reach_of(
+    results: Results, effect: str, most: float = KEPT, metric: str = ERROR, start: str = NEAR_START
+) -> dict[str, float]:
+    """By loop, the largest level of an effect up to which no run has more than `most` times its error."""
+    return {
+        one.name: effect_margin(results, one, effect, metric, start).largest(most)
+        / (one.period if effect == "jitter" else 1)
+        for one in handed()
+    }
+
+
+def reach_in_steps(results: Results) -> dict[str, float]:
+    """By loop, the largest share of missed periods up to which no error grows by more than `PART` of a step."""
+    reach = {}
+    for one in handed():
+        without, effect = margins(results, one).without, effect_margin(results, one, EFFECT)
+        kept = (effect.values - without <= PART * one.quantum[one.follows]).all(axis=(1, 2))
+        reach[one.name] = (0.0, *effect.effect.levels)[len(kept) if kept.all() else int(np.argmin(kept))]
+    return reach
+
+
+def effect_margin(
+    results: Results, one: Handed, effect: str, metric: str = ERROR, start: str = NEAR_START
+) -> ComputerMargin:
+    """The margin of a loop for one effect."""
+    own = margins(results, one, metric=metric, start=start)
+    return next(each for each in own.each if each.effect.name == effect)
+
+
+def clock_finding(results: Results) -> Finding:
+    """The missed periods that each loop stands."""
+    reach = reach_of(results, EFFECT)
+    frail = frailest(reach)
+    shared = shared_reach(results, OBSERVED)
+    (first, level), *rest = ((name, level) for name, level in shared.items() if name != frail)
+    each = at_shared_period(results)
+    observed, error = each[OBSERVED][0].largest(KEPT), each[OBSERVED][1]
+    own = amount(each[PROPOSED][1], "rad")
+    alike = f", as {PROPOSED} its own of {own}: the observer decides, not the law" * (observed == shared[PROPOSED])
+    levels = ", ".join(f"{100 * level:.3g}" for level in missed_levels())
+    return Finding(
+        "missed_periods",
+        f"With missed periods {frail} keeps its settled error within {100 * (KEPT - 1):.0f} % "
+        f"{level_words(min(reach.values()))}. At the period of {PROPOSED}, {MS}, {first} keeps it up to "
+        f"{listed([f'{100 * level:.3g} %', *levels_of(rest)])}.",
+        f"{OBSERVED}, at {MS}, keeps its error of {amount(error, 'rad')} {level_words(observed)}{alike}. "
+        "At each loop's own period the largest levels tried that keep the error are: "
+        f"{listed(levels_of(reach.items()))}. Between two neighbours of the levels nothing was run.",
+        statistic=f"The largest level tried up to which no run has more than {KEPT:g} times its settled RMSE at the "
+        "worst joint; each effect by itself, in double precision.",
+        sample=f"Six loops at their own periods, and those of the arm at {MS}; {DRAWS} starts within {NEAR:g} rad or m "
+        "of each loop's own, nine levels.",
+        given=GIVEN,
+        chosen=f"{CHOSEN}; the limit of {KEPT:g} times; the levels, {levels} %; periods missed independently.",
+        fitted=FITTED,
+        answer=frail,
+        variations=clock_variations(results),
+        untried="Missed periods in bursts.",
+    )
+
+
+def clock_variations(results: Results) -> tuple[Variation, ...]:
+    """The frailest loops by other statistics, starts, limits, periods and effects."""
+    asked = [
+        (f"{metric}, {START_WORDS[start]}", reach_of(results, EFFECT, KEPT, metric, start))
+        for start in BOTH
+        for metric in STATISTICS
+        if (start, metric) != (NEAR_START, ERROR)
+    ]
+    asked += [
+        (f"error at most {STANDS:g} times", reach_of(results, EFFECT, STANDS)),
+        (f"error at most {PART:g} steps of the reading larger, in place of {KEPT:g} times", reach_in_steps(results)),
+        (f"the laws of the arm alone, all at {MS}", shared_reach(results, OBSERVED)),
+        (f"these with {OBSERVED} in place of {PROPOSED}", shared_reach(results, PROPOSED)),
+    ]
+    others = (
+        Variation(f"{effect} in place of missed periods", frailest(reach_of(results, effect)))
+        for effect in ("jitter", "coarser readings")
+    )
+    return (*(Variation(words, frailest(each), level_words(min(each.values()))) for words, each in asked), *others)
+
+
+def levels_of(reach: Iterable[tuple[str, float]]) -> list[str]:
+    """Each loop with its largest level."""
+    return [f"{name} {100 * level:.3g} %" for name, level in reach]
+
+
+def missed_levels() -> tuple[float, ...]:
+    """The levels of missed periods that are tried, the same for each loop."""
+    return missed(handed()[0]).levels
+
+
+def level_words(level: float) -> str:
+    """The largest level of missed periods that keeps an error, and the next one tried, which does not."""
+    later = [each for each in missed_levels() if each > level]
+    if not later:
+        return f"up to {100 * level:.3g} %, the largest level tried"
+    if not level:
+        return f"at none of the levels tried, from {100 * later[0]:.3g} % on"
+    return f"up to {100 * level:.3g} % but not at {100 * later[0]:.3g} %"
+
+
+def shared_table(results: Results) -> Table:
+    """The loops of the arm with missed periods, all at the period of AOSMC-RGS."""
+    shown = missed_levels()[:3]
+    rows: list[tuple[Cell, ...]] = []
+    for name, (margin, error) in at_shared_period(results).items():
+        kept = margin.largest(KEPT)
+        later = [level for level in margin.effect.levels if level > kept]
+        grown = (100 * float(margin.ratios[margin.effect.levels.index(level)].max() - 1) for level in shown)
+        limits = 100 * kept, 100 * later[0] if later else "none tried"
+        rows.append((name, amount(error, "rad"), *limits, *("lost" if np.isinf(g) else g for g in grown)))
+    columns = (
+        Column("law"),
+        Column(ERROR, align="right"),
+        Column("kept up to", "%", "right", digits=3),
+        Column("not kept at", "%", "right", digits=3),
+        *(Column(f"growth at {100 * level:.3g} %", "%", "right", digits=2) for level in shown),
+    )
+    caption = f"Missed periods at the period of {PROPOSED}, {MS}: the laws of the arm, and {OBSERVED}."
+    notes = (
+        f"{ERROR}: without missed periods. Kept: no run has more than {KEPT:g} times its error. Growth: the largest of "
+        f"{DRAWS} runs near the start on the reference, LQG near its pose. {OBSERVED} adds the estimate of the "
+        "disturbance to its torque. LQG is designed for this period.",
+    )
+    return Table("missed_shared", caption, columns, tuple(rows), notes)

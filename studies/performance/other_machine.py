@@ -1,0 +1,48 @@
+"""The bars of an earlier print of this page on another machine, whose processor has vectors of eight numbers."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+from studies.performance.measurements import Row
+from workbench.study.document.document import Column, Table
+
+FILE = Path(__file__).parent / "machines" / "avx512.csv"  # the table of bars, as the page of that day holds it
+WHERE = "the page of 25 November 2026, on an AMD EPYC with AVX-512"
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A measured value with its unit, and the verdict."""
+
+    value: str
+    verdict: str
+
+
+@cache
+def printed() -> dict[str, Printed]:
+    """The rows of that page by their names."""
+    with FILE.open(encoding="utf-8", newline="") as lines:
+        return {row["against, or what"]: Printed(row["measured"], row["verdict"]) for row in csv.DictReader(lines)}
+
+
+def count() -> str:
+    """The number of bars reached there."""
+    verdicts = [one.verdict for one in printed().values()]
+    measured = [one for one in verdicts if one in ("reached", "MISSED")]
+    return f"{measured.count('reached')} of {len(measured)}"
+
+
+def machines(here: Sequence[tuple[Row, str]]) -> Table:
+    """Each row as measured here, in words, beside what was measured there."""
+    rows = tuple((row.name, words or None, there.value) for row, words in here if (there := printed().get(row.name)))
+    columns = (Column("against, or what"), *(Column(head, align="right") for head in ("this machine", "AVX-512")))
+    note = (
+        f"AVX-512: {WHERE}, by an earlier version of this code. Its vectors hold eight numbers; the last lines of this "
+        "section name the machine of this page."
+    )
+    return Table("machines", "The same rows on two machines.", columns, rows, (note,))

@@ -1,0 +1,107 @@
+"""Missed periods in b4: which loop stands the fewest, at its own period and at that of AOSMC-RGS."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from studies.a9_sampling.quiet_periods import momentum_loop
+from studies.b4_handover import missed_periods
+from studies.b4_handover import study as b4
+from studies.b4_handover.loops import EKF, LQG, PID, SMC, TWISTING, handed
+from studies.b4_handover.margins import effects_of
+from studies.b4_handover.missed_periods import EFFECT, OBSERVED, SHARED, observed_smc, shared_period
+from studies.paper.card import PROPOSED
+from studies.paper.laws import RIVALS
+from workbench.study.evidence.computer_margins import ComputerMargin, ComputerMargins
+
+ERRORS = 1e-4  # rad or m, without missed periods
+
+
+def test_all_laws_of_the_arm_are_run_at_the_period_of_aosmc_rgs():
+    own = [one.name for one in handed() if one.period == SHARED]
+    assert own == [PROPOSED, SMC]
+    assert [one.name for one in shared_period()] == [TWISTING, PID, LQG, OBSERVED]
+    assert {one.period for one in shared_period()} == {SHARED}
+    names = [sweep.name for sweep in b4.study.sweeps]
+    assert len(set(names)) == len(names)
+    assert {missed_periods.name_of(one) for one in shared_period()} <= set(names)
+    assert len({missed_periods.missed(one).levels for one in (*handed(), *shared_period())}) == 1
+
+
+def test_smc_with_the_observer_of_aosmc_rgs_adds_the_estimate_to_its_torque():
+    loop, alone = observed_smc(), replace(momentum_loop(), controller=RIVALS[SMC])
+    ode, plain = loop.ode(), alone.ode()
+    states = np.array(ode.states.default)
+    states += 0.01 * np.arange(1, states.size + 1)  # an observer of the momentum that is off has an estimate
+    seen, other = (one.outputs_at(0.0, states) for one in (ode, plain))
+    estimate = seen["d"] - seen["d_error"]
+    assert np.abs(estimate).min() > 0.01
+    np.testing.assert_allclose(seen["tau"] - other["tau"], estimate, rtol=1e-9)  # of torques of some hundred N m
+
+
+def margin_of(effect, kept, factor=3.0):
+    """The margin of an effect that keeps the error up to a level and makes it `factor` times as large beyond."""
+    ratios = np.array([[1.0 if level <= kept else factor] * 2 for level in effect.levels])
+    return ComputerMargin(effect, ERRORS * ratios[:, :, np.newaxis], ratios)
+
+
+@pytest.fixture
+def given(monkeypatch):
+    """The levels up to which loops keep their errors, at their own periods and at the shared one."""
+    own, shared, base = {}, {}, np.full((2, 1), ERRORS)
+
+    def margins(results, one, *way, **asked):
+        each = (margin_of(e, own.get(one.name, 1.0) if e.name == EFFECT else 1e3) for e in effects_of(one))
+        return ComputerMargins(tuple(each), base, base)
+
+    def computer_margins(sample, effects, metric):
+        return ComputerMargins((margin_of(effects[0], shared.get(sample, 1.0)),), base, base)
+
+    monkeypatch.setattr(missed_periods, "margins", margins)
+    monkeypatch.setattr(missed_periods, "computer_margins", computer_margins)
+    return own, shared
+
+
+RESULTS = SimpleNamespace(sample=lambda name: name)  # a sample is known by its name alone
+
+
+def test_the_frailest_loop_is_compared_with_the_others_at_its_own_period(given):
+    own, shared = given
+    own |= {PROPOSED: 0.0, SMC: 0.125, EKF: 0.0625}
+    shared |= {"pid_shared_period": 0.25, f"{shared_period()[-1].key}_shared_period": 0.0}
+    found = missed_periods.clock_finding(RESULTS)
+    assert found.answer == PROPOSED
+    assert (
+        "AOSMC-RGS keeps its settled error within 10 % at none of the levels tried, from 0.1 % on." in found.statement
+    )
+    assert (
+        "At the period of AOSMC-RGS, 0.25 ms, SMC keeps it up to 12.5 %, super-twisting 50 %, PID 25 % and LQG 50 %."
+        in (found.statement)
+    )
+    assert "keeps its error of 100 µrad at none of the levels tried, from 0.1 % on, as AOSMC-RGS" in found.evidence
+    assert "the observer decides, not the law" in found.evidence
+    shared |= {f"{shared_period()[-1].key}_shared_period": 0.125}
+    assert "not the law" not in missed_periods.clock_finding(RESULTS).evidence
+    answers = {one.words: one.answer for one in found.variations}
+    assert answers["the laws of the arm alone, all at 0.25 ms"] == PROPOSED
+    assert answers[f"these with {OBSERVED} in place of {PROPOSED}"] == OBSERVED
+
+
+def test_an_error_may_grow_by_a_part_of_a_step_of_the_readings_too(given):
+    own, _ = given
+    own |= {PROPOSED: 0.0, SMC: 0.125}
+    reach = missed_periods.reach_in_steps(RESULTS)
+    # three times 100 microradians or micrometres is more than a tenth of a step of 96 or 100
+    assert (reach[PROPOSED], reach[SMC], reach[EKF]) == (0.0, 0.125, 0.5)
+
+
+def test_a_row_has_the_ends_and_the_growths_of_its_law(given):
+    own, _ = given
+    own |= {PROPOSED: 0.0, SMC: 1.0}
+    rows = {row[0]: row[1:] for row in missed_periods.shared_table(RESULTS).rows}
+    assert list(rows) == [PROPOSED, SMC, TWISTING, PID, LQG, OBSERVED]
+    assert rows[PROPOSED][:3] == ("100 µrad", 0.0, 0.1)
+    assert rows[PROPOSED][3:] == pytest.approx((200.0,) * 3)
+    assert rows[SMC][1:3] == (50.0, "none tried")
