@@ -332,7 +332,7 @@ def test_a_second_look_has_the_late_errors_of_the_metric():
     ode = loop("SMC").ode()
     found = measure(ode, (late_error(0.3),), *runs.rows(ode), until=0.5, h=sweeps.STEPS["SMC"])
     expected = np.stack([found.score("late error", joint).value for joint in (0, 1)], axis=1)
-    assert (runs.late_errors(0.3, 0.5) == expected).all()
+    assert (second_looks.late_errors(runs, 0.3, 0.5) == expected).all()
 
 
 def test_the_gains_of_the_heaviest_run_alone_are_drawn_again():

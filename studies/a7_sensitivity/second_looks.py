@@ -41,14 +41,15 @@ class Numbers:
             rows[:, places] *= values[:, np.newaxis]
         return rows[:, : ode.parameters.size], rows[:, ode.parameters.size :]
 
-    def late_errors(self, begin: float, end: float) -> Array:
-        """The largest |e| (N, 2) of each joint from `begin` to `end` s; NaN where a run diverges."""
-        ode, metrics = loop(self.law).ode(), (late_error(begin),)
-        step = measured(ode, metrics, STEPS[self.law])
-        p, x0 = self.rows(ode)
-        more = np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))
-        runs = simulate(step, p=p, x0=np.hstack([x0, more]), until=end, every=end)
-        return final_values(runs, metrics)["late error"]
+
+def late_errors(of: Numbers, begin: float, end: float) -> Array:
+    """The largest |e| (N, 2) of each joint from `begin` to `end` s; NaN where a run diverges."""
+    ode, metrics = loop(of.law).ode(), (late_error(begin),)
+    step = measured(ode, metrics, STEPS[of.law])
+    p, x0 = of.rows(ode)
+    more = np.tile(step.states.default[x0.shape[1] :], (len(x0), 1))
+    runs = simulate(step, p=p, x0=np.hstack([x0, more]), until=end, every=end)
+    return final_values(runs, metrics)["late error"]
 
 
 @dataclass(frozen=True)
@@ -76,7 +77,7 @@ def suspects(one: LawResults) -> tuple[Numbers, ...]:
 
 def look_later(runs: Numbers) -> Later:
     """Some runs again, up to a later horizon."""
-    return Later(runs.late_errors(FROM, TO))
+    return Later(late_errors(runs, FROM, TO))
 
 
 def redrawn_gains(ours: LawResults) -> Numbers:
@@ -92,7 +93,7 @@ def redrawn_gains(ours: LawResults) -> Numbers:
 
 def redraw(runs: Numbers) -> Later:
     """The late errors of the run with redrawn gains."""
-    return Later(runs.late_errors(LATE, UNTIL))
+    return Later(late_errors(runs, LATE, UNTIL))
 
 
 def redrawn_words(ours: LawResults, redrawn: Later) -> str:
