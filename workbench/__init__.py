@@ -30,6 +30,7 @@ _ROOMS = {
     "metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
     "design.linear": "equilibria lead_lag place",
+    "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
     "Work side_by_side sobol sobol_bars",

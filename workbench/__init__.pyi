@@ -18,6 +18,7 @@ from workbench.core import (
 )
 from workbench.design import linearize
 from workbench.design.linear import equilibria, lead_lag, place
+from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
@@ -171,6 +172,7 @@ __all__ = [
     "largest_setting",
     "layout",
     "lead_lag",
+    "linear_loop",
     "linearize",
     "live",
     "load",
