@@ -31,6 +31,7 @@ _ROOMS = {
     "design": "linearize",
     "design.frequency": "c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains stability_margins",
     "design.linear": "equilibria lead_lag place",
+    "design.linear_loop": "linear_loop",
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
     "Work side_by_side sobol sobol_bars",

@@ -27,6 +27,7 @@ from workbench.design.frequency import (
     stability_margins,
 )
 from workbench.design.linear import equilibria, lead_lag, place
+from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
@@ -184,6 +185,7 @@ __all__ = [
     "largest_setting",
     "layout",
     "lead_lag",
+    "linear_loop",
     "linearize",
     "live",
     "load",

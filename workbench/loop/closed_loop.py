@@ -16,7 +16,7 @@ from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
 from workbench.loop.feedback_sign import opposite, refuse_wrong_sign
-from workbench.loop.injected_signals import Outside, added, cut
+from workbench.loop.injected_signals import Outside, Shown, cut, outside_of
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
@@ -100,7 +100,7 @@ class ClosedLoop:
         less_observer = {name: replace(self, observer=block) for name, block in observers.items()}
         return less_observer | {name: replace(self, controller=block) for name, block in controllers.items()}
 
-    def ode(self, name: str = "loop", *, inputs: bool = False) -> Ode:
+    def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Ode:
         """The closed loop as x' = f(t, x, p), every parameter a symbol keyed by its path.
 
         The outputs are those of the plant, and of each what is wanted (`x_ref`), the error e_x = x - x_ref and the same
@@ -109,14 +109,18 @@ class ClosedLoop:
         e_hat_q e, ed and e_hat.
 
         With `inputs` there are parameters, zero unless set, for what is added to each wanted signal (`x_ref`), to each
-        input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs.
+        input where it acts (`u_load`) and to each reading (`x_noise`): the declared inputs. With `at` the loop is cut
+        as by `broken`; with both, 'drive' comes first among the inputs, and the outputs are what arrives at the cut and
+        then all others.
 
         Raises
         ------
         ValueError
             If the law is one that only a computer can run, or calls a signal of its own as the loop calls one.
+        LookupError
+            If a name of `at` is none of an input or an output.
         """
-        return _around(self, name, added(self) if inputs else Outside())
+        return _around(self, name, outside_of("ClosedLoop.ode", self, inputs, at))
 
     def broken(self, name: str = "loop", *, at: str | tuple[str, ...] | None = None) -> Ode:
         """The loop cut at inputs of the plant, all unless named by `at`, or at outputs, where 'drive' acts: the
@@ -165,7 +169,7 @@ class ClosedLoop:
             "declared", or "fine" for 16 Runge-Kutta steps a period through all memories, with readings, estimate,
             reference and command held: near their exact flow, which tells what diverges by its integrator.
         inputs, at
-            As of `ode` and of `broken`: signals from outside, which are held over a period.
+            As of `ode`: signals from outside, which are held over a period.
 
         Raises
         ------
@@ -179,7 +183,7 @@ class ClosedLoop:
         """
         fine = one_of("ClosedLoop.digital(integrator=...)", integrator, INTEGRATORS) == "fine"
         length = seconds("ClosedLoop.digital(period=...)", period)
-        outside = cut("ClosedLoop.digital", self, at) if at is not None else added(self) if inputs else Outside()
+        outside = outside_of("ClosedLoop.digital", self, inputs, at)
         queue = Queue.of(self.plant.inputs, delay, waiting)
         gauges = Instruments() if instruments is None else instruments
         _refuse_wrong_sign(self, lambda loop: digital(loop, length, gauges, queue, 0, name, Outside()), recursion=True)
@@ -229,11 +233,12 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
     told, heard, followed = u.only(observer.inputs), est.only(law.reads), ref.only(law.follows)
     moves["observer"] = wiring.asked(observer, "rate", observer.memory, t, z["observer"], seen, est, told)
     moves["controller"] = wiring.asked(law, "rate", law.memory, t, z["controller"], heard, followed)
-    if outside.cut.size:
-        outputs, watched = outside.cut, dict((y | u).only(outside.cut))
-    else:
+
+    def shown() -> Shown:
         applied = wiring.asked(loop.plant, "applied", inputs, t, z["plant"], acts)
-        outputs, watched = wiring.shown(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
+        return wiring.shown(loop, y, ref, est, u, applied, wiring.signals(loop, z["controller"], est, ref))
+
+    outputs, watched = outside.watched(y | u, shown)
     symbols = (t, x, ca.vertcat(lifted.symbols, outside.symbols))
     return Ode(
         name,

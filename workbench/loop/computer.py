@@ -120,7 +120,7 @@ class Computer:
         said = self.reference(k)
         crossings.append(said)
         ref = Signals(wiring.below("r", said.parts))
-        if self.outside.parts.get("references"):
+        if self.outside.touches("references"):
             ref = numbers("r", self.outside.meets("references", ref))
         y = self.outside.meets("readings", wiring.measured(self.loop, k * self.period, plant))
         seen = self.instruments.drifting(y.only(self.instruments.reads), drifts)

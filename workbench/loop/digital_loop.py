@@ -57,10 +57,10 @@ class DigitalLoop:
         one_of("DigitalLoop(integrator=...)", self.integrator, INTEGRATORS)
         Queue.of(self.loop.plant.inputs, self.delay, self.waiting)  # refuses a delay that is none
 
-    def ode(self, name: str = "loop") -> Sampled:
+    def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Sampled:
         """The loop in its computer, see `ClosedLoop.digital`."""
         how: dict[str, Any] = {"delay": self.delay, "waiting": self.waiting, "integrator": self.integrator}
-        return self.loop.digital(self.period, self.instruments, **how, name=name)
+        return self.loop.digital(self.period, self.instruments, **how, name=name, inputs=inputs, at=at)
 
     def ablations(self) -> dict[str, DigitalLoop]:
         """The loop without one part of its observer or controller, in the same computer, by the name of the part."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -13,24 +13,55 @@ from workbench.loop.contracts import is_recursion
 from workbench.loop.wiring import Blocks
 from workbench.validation.refusals import known, several
 
+Shown = tuple[Layout, dict[str, ca.SX]]  # outputs and their expressions
+
 
 @dataclass(frozen=True)
 class Outside:
     """Signals that come from outside a loop: parameters `symbols` by `layout`, the declared inputs of its equations.
 
-    `parts` has, by "references", "readings" and "inputs", a symbol for each signal that is met there. The symbols stand
-    in the place of the signals `cut`; where there are none, they are added.
+    By "references", "readings" and "inputs", `added` has a symbol for each signal to which one is added there, and
+    `replaced` one for each of the signals `cut`, in whose place it stands.
     """
 
     layout: Layout = field(default_factory=Layout)
     symbols: ca.SX = field(default_factory=lambda: ca.SX(0, 1))
-    parts: Mapping[str, Mapping[str, ca.SX]] = field(default_factory=dict)
+    added: Mapping[str, Mapping[str, ca.SX]] = field(default_factory=dict)
+    replaced: Mapping[str, Mapping[str, ca.SX]] = field(default_factory=dict)
     cut: Layout = field(default_factory=Layout)
 
+    def __add__(self, other: Outside) -> Outside:
+        """The signals of a cut and, behind them, others that are added to those of the same loop."""
+        return Outside(
+            self.layout + other.layout, ca.vertcat(self.symbols, other.symbols), other.added, self.replaced, self.cut
+        )
+
     def meets(self, place: str, own: Signals) -> Signals:
-        """The signals at a place of the loop, with those from outside added to them or in their place."""
-        met = self.parts.get(place, {})
-        return own | {name: part if self.cut.size else own[name] + part for name, part in met.items()}
+        """The signals at a place of the loop, with those from outside in their place or added to them."""
+        here = own | self.replaced.get(place, {})
+        return here | {name: here[name] + part for name, part in self.added.get(place, {}).items()}
+
+    def touches(self, place: str) -> bool:
+        """True if a signal from outside meets one at this place of the loop."""
+        return bool(self.added.get(place) or self.replaced.get(place))
+
+    def watched(self, arriving: Signals, shown: Callable[[], Shown]) -> Shown:
+        """The outputs: all signals that a loop shows, or those that arrive at the cut; the latter first, if both."""
+        if not self.cut.size:
+            return shown()
+        at_cut = {name: ca.densify(ca.SX(part)) for name, part in arriving.only(self.cut).items()}
+        if not self.added:
+            return self.cut, at_cut
+        layout, parts = shown()
+        rest = Layout(tuple(entry for entry in layout.entries if entry.name not in self.cut))
+        return self.cut + rest, parts | at_cut
+
+
+def outside_of(call: str, loop: Blocks, inputs: bool, at: str | tuple[str, ...] | None) -> Outside:
+    """The signals from outside that a call asks for: `inputs` that are added, and a cut `at` some signals."""
+    if at is None:
+        return added(loop) if inputs else Outside()
+    return cut(call, loop, at) + added(loop) if inputs else cut(call, loop, at)
 
 
 def added(loop: Blocks) -> Outside:
@@ -52,7 +83,7 @@ def added(loop: Blocks) -> Outside:
     parts: dict[str, dict[str, ca.SX]] = {place: {} for place in ports}
     for place, name, entry in named:
         parts[place][name] = values[entry.name]
-    return Outside(layout, symbols, parts)
+    return Outside(layout, symbols, added=parts)
 
 
 def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
@@ -71,12 +102,12 @@ def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
         "inputs": {name: part for name, part in values.items() if name in plant.inputs},
         "readings": {name: part for name, part in values.items() if name not in plant.inputs},
     }
-    return Outside(layout, symbols, parts, at_cut)
+    return Outside(layout, symbols, replaced=parts, cut=at_cut)
 
 
 def refuse_inputs_of_recursion(loop: Blocks, outside: Outside) -> None:
     """Refuse signals from outside at the inputs of a plant in discrete time, which moves by the held command."""
-    if outside.parts.get("inputs") and is_recursion(loop.plant):
+    if outside.touches("inputs") and is_recursion(loop.plant):
         raise ValueError(
             f"`ClosedLoop.digital(...)` must have a plant in continuous time where signals meet its inputs; "
             f"`{type(loop.plant).__name__}` moves in discrete time. Cut the loop at an output: `at=...`."

@@ -81,10 +81,8 @@ def _between(
     if not is_recursion(plant):
         moves |= wiring.above({"plant": wiring.asked(plant, "rate", plant.states, t, z, acts)})
     y, ref = wiring.measured(loop, t, z), outside.meets("references", wiring.wanted(loop, t))
-    if outside.cut.size:
-        return moves, outside.cut, {n: ca.densify(ca.SX(part)) for n, part in (y | u).only(outside.cut).items()}
     applied = wiring.asked(plant, "applied", plant.inputs, t, z, acts)
-    return moves, *wiring.shown(loop, y, ref, est, u, applied, held)
+    return moves, *outside.watched(y | u, lambda: wiring.shown(loop, y, ref, est, u, applied, held))
 
 
 def _methods(loop: Blocks, period: float, fine: int) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from workbench.core.methods import runge_kutta
 from workbench.design.linear.corners import (
     FARTHER,
     Corners,
+    Mask,
     Piece,
     Sides,
     Used,
@@ -37,61 +38,84 @@ Matrices = tuple[Array, Array, Array, Array]
 
 @dataclass(frozen=True, eq=False)
 class Period:
-    """The state (nx,) after a period, the outputs (ny,) that follow its jump, and A, B, Cy, D from start to both."""
+    """The state (nx,) after a period, the outputs (ny,) that follow its jump, and A, B, Cy, D from start to both.
+
+    `odd` (ny,) marks the outputs whose row of Cy or D differs between the pieces that meet at the state.
+    """
 
     end: Array
     output: Array
     matrices: Matrices
+    odd: Mask
 
 
 def one_period(
-    call: str, sampled: Sampled, t: float, x: Array, p: Array, side: Sides = None, used: Used = all_entries
+    call: str,
+    sampled: Sampled,
+    t: float,
+    x: Array,
+    p: Array,
+    side: Sides = None,
+    used: Used = all_entries,
+    *,
+    substeps: int | None = None,
+    lifted: bool = False,
 ) -> Period:
-    """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken."""
+    """The jump at t and the flow that follows it; a corner on which the answer depends is refused, or a side taken.
+
+    The flow is exact, or that of so many `substeps` of a run. A block with a period of its own is refused unless the
+    period is one of several that are `lifted`.
+    """
     k = t / sampled.period
     if not 0 <= k <= MOST or abs(k - round(k)) > 1e-6:
         raise ValueError(f"`{call}(t=...)` must be a multiple of the period {sampled.period:g} s; got {t:g} s.")
     k, flow, jump, n = float(round(k)), sampled.flow, jump_of(sampled), len(x)
-    _refuse_stairs(call, jump, k, p)
+    _refuse_stairs(call, jump, k, p, lifted)
     refuse_jump_at(call, jump, k, x, p)
     after = jump.rate_at(k, x, p)
     refuse_jump_at(call, flow, t, after, p)
     output = np.array(flow.h(t, after, p)).ravel()
     first, then = Corners.of(jump), Corners.of(flow)
     jumped, moved = first.pieces(k, x, p), then.pieces(t, after, p)
+    odd = np.zeros(len(output), dtype=bool)
     if not jumped and not moved:
         A, B, _, _ = jacobians(call, jump, k, x, p)
-        end, J = _after(call, sampled, t, after, p, np.hstack([A, B]))
+        end, J = _after(call, sampled, t, after, p, np.hstack([A, B]), substeps)
     else:
-        end = _flow(call, sampled, t, after, p)[0]
+        end = flow_over(call, sampled, t, after, p, substeps)[0]
         jumped = jumped or [Piece((), np.zeros(0), *2 * (np.hstack(jacobians(call, jump, k, x, p)[:2]),))]
         step = side_direction(call, first, side, x, p[places_of(flow)])
         if step is not None:
             jumped = chosen_pieces(first, jumped, step, (k, x, p))
             moved = chosen_pieces(then, moved, np.concatenate([jumped[0].near @ step, step[n:]]), (t, after, p))
         flows: list[Piece | None] = [*moved] or [None]
-        ways = [_way(call, sampled, t, after, p, a, b) for a in jumped for b in flows]
-        if (differing(ways) & used(anywhere(ways))).any():
+        ways = [_way(call, sampled, t, after, p, a, b, substeps) for a in jumped for b in flows]
+        apart = differing(ways)
+        if (apart & used(anywhere(ways))).any():
             _refuse_period(call, first, jumped, then, moved)
-        J = ways[0].near
-    return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]))
+        J, odd = ways[0].near, np.asarray(apart[n:].any(axis=1))
+    return Period(end, output, (J[:n, :n], J[:n, n:], J[n:, :n], J[n:, n:]), odd)
 
 
-def _after(call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Array) -> tuple[Array, Array]:
+def _after(
+    call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Array, substeps: int | None
+) -> tuple[Array, Array]:
     """The state at the end of a flow, and the derivatives (nx + ny, nx + nu) of it and of the outputs, past a jump."""
     n = len(x)
-    end, by_x, by_u = _flow(call, sampled, t, x, p)
+    end, by_x, by_u = flow_over(call, sampled, t, x, p, substeps)
     _, _, Cy, D = jacobians(call, sampled.flow, t, x, p)
     A, B = jump[:, :n], jump[:, n:]
     return end, np.block([[by_x @ A, by_x @ B + by_u], [Cy @ A, Cy @ B + D]])
 
 
-def _way(call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Piece, flow: Piece | None) -> Piece:
+def _way(
+    call: str, sampled: Sampled, t: float, x: Array, p: Array, jump: Piece, flow: Piece | None, substeps: int | None
+) -> Piece:
     """The derivatives of a whole period through one piece of the jump and one of the flow, near and farther off."""
     corners, ends = Corners(sampled.flow, (), ca.SX(0, 1)), []
     for scale, own in ((1.0, jump.near), (FARTHER, jump.far)):
         at = corners.moved(t, x, p, None if flow is None else scale * flow.direction)
-        ends.append(_after(call, sampled, *at, own)[1])
+        ends.append(_after(call, sampled, *at, own, substeps)[1])
     return Piece(jump.signs, jump.direction, *ends)
 
 
@@ -111,8 +135,8 @@ def jump_of(sampled: Sampled) -> Ode:
     return replace(flow, t=sampled.k, rate=rate, outputs=Layout(), output=ca.SX(0, 1))
 
 
-def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
-    """Refuse a jump that is constant between its steps, or that differs at the next instant."""
+def _refuse_stairs(call: str, jump: Ode, k: float, p: Array, lifted: bool) -> None:
+    """Refuse a jump that is constant between its steps, or that differs at the next instant unless that is lifted."""
     fixed = [place for place in range(len(p)) if place not in places_of(jump)]
     rate = ca.densify(ca.substitute(jump.rate, jump.p[fixed], ca.SX(p[fixed])))
     steps = walk(rate)
@@ -122,22 +146,27 @@ def _refuse_stairs(call: str, jump: Ode, k: float, p: Array) -> None:
             "slope is zero: a linear model would see no feedback. Set `quantum` to zero for it."
         )
     in_time = jumps(steps, [jump.t.name()])
-    if "FMOD" in in_time or (in_time and k == 0):
+    if ("FMOD" in in_time and not lifted) or (in_time and k == 0):
         when = "every few periods" if "FMOD" in in_time else "from the second instant on: take t of one period"
         raise ValueError(
             f"`{call}(...)` must have one jump that is the same at each instant; a block of '{jump.name}' runs {when}."
         )
 
 
-def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
-    """The state after a period, and its derivatives by state and inputs, by steps halved until nothing changes."""
+def flow_over(
+    call: str, sampled: Sampled, t: float, x: Array, p: Array, substeps: int | None = None
+) -> tuple[Array, Array, Array]:
+    """The state after a period, and its derivatives by state and inputs, in `substeps` steps of Runge and Kutta.
+
+    Without a number the steps are halved until nothing changes.
+    """
     flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
     f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
     end = runge_kutta(f, now, flow.x, flow.p, h)
     slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
     step = ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
     before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
-    steps = FEWEST
+    steps = substeps or FEWEST
     while steps <= MOST_STEPS:
         state, by_x, by_u = x, np.eye(len(x)), np.zeros((len(x), len(places_of(flow))))
         for i in range(steps):
@@ -145,7 +174,7 @@ def _flow(call: str, sampled: Sampled, t: float, x: Array, p: Array) -> tuple[Ar
             state, own, driven = np.array(each[0]).ravel(), np.array(each[1]), np.array(each[2])
             by_x, by_u = own @ by_x, own @ by_u + driven
         now_all = np.column_stack([state, by_x, by_u])
-        if np.abs(now_all - before).max() <= CONVERGED * np.abs(now_all).max():
+        if substeps or np.abs(now_all - before).max() <= CONVERGED * np.abs(now_all).max():
             return state, by_x, by_u
         before, steps = now_all, 2 * steps
     raise Refused(

@@ -68,7 +68,7 @@ def broken_loop(
     if u is None:
         row[places_of(flow)] = _arriving(ode, time, state, row)
     n = ode.states.size
-    G = linear_model("broken_loop", ode, time, state, row, side=side, used=lambda pattern: _reaching(pattern, n))
+    G = linear_model("broken_loop", ode, time, state, row, side=side, used=lambda pattern: reaching(pattern, n))
     if not frozen:
         _refuse_motion(ode, time, state, row, G)
     name = f"{ode.name}, frozen at t = {time:g} s" if frozen else ode.name
@@ -94,14 +94,14 @@ def _arriving(ode: Ode | Sampled, t: float, x: Array, row: Array) -> Array:
     )
 
 
-def _reaching(pattern: Mask, n: int) -> Mask:
+def reaching(pattern: Mask, n: int) -> Mask:
     """True for the entries of (A, B; Cy, D) on which L and the poles of the closed loop depend.
 
     A state that reaches no output, and not itself again through the state that drives it, is in neither.
     """
     steps = np.eye(len(pattern), dtype=bool)
     steps[:, :n] |= pattern[:, :n]
-    reach = _closure(steps)  # reach[i, j]: j reaches i
+    reach = closure(steps)  # reach[i, j]: j reaches i
     used = np.ones(pattern.shape, dtype=bool)
     out = np.asarray(reach[n:, :n].any(axis=0))
     used[:n, :n] = out[:, np.newaxis] | reach[:n, :n].T
@@ -109,7 +109,7 @@ def _reaching(pattern: Mask, n: int) -> Mask:
     return used
 
 
-def _closure(steps: Mask) -> Mask:
+def closure(steps: Mask) -> Mask:
     """The pairs that any number of steps joins."""
     for _ in range(max(len(steps).bit_length(), 1)):
         steps = np.asarray(steps.astype(int) @ steps.astype(int) > 0)
@@ -125,7 +125,7 @@ def _moves(ode: Ode | Sampled) -> Mask:
         J = ca.jacobian(values, z)
         steps[: values.numel()] |= np.array(ca.DM(J.sparsity(), 1), dtype=bool)
         bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), z), 1), dtype=bool).any(axis=0)
-    return np.asarray(_closure(steps)[bends][:, :n].any(axis=0))
+    return np.asarray(closure(steps)[bends][:, :n].any(axis=0))
 
 
 def _refuse_motion(ode: Ode | Sampled, t: float, x: Array, row: Array, G: PointedSpace) -> None:

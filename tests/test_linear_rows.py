@@ -1,0 +1,131 @@
+"""A thousand rows have the answers of each of them, through the compiled kernel; a bad row is flagged alone."""
+
+import control
+import numpy as np
+import pytest
+
+import workbench as wb
+from studies.paper.card import PROPOSED
+from studies.paper.linearization import HELD, LEVEL, POSES, still
+from workbench.design.linear_loop import linear_loop
+
+N, OMEGA = 1000, np.geomspace(0.1, 1e3, 200)
+RNG = np.random.default_rng(11)
+MOTOR = wb.DCMotor()
+LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)
+LOOP = wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0))
+INERTIAS = np.linspace(0.005, 0.02, 9)
+
+
+@pytest.fixture(scope="module")
+def proposed():
+    """The repaired AOSMC-RGS loop of the paper at rest, cut at the torques, its adapting gains frozen as in a5."""
+    return linear_loop(still(PROPOSED, POSES[LEVEL]), freeze=HELD[PROPOSED])
+
+
+def drawn(linear, name):
+    """Draws of a parameter about its own value, each number within a fifth of it."""
+    entry = linear.parameters[name]
+    own = linear.parameters.unpack(linear.p0[np.newaxis])[name][0]
+    return own * RNG.uniform(0.8, 1.2, (N, *entry.shape))
+
+
+def test_a_thousand_draws_of_the_gains_have_the_answers_of_python_control(proposed):
+    names = ("controller.K", "observer.state.L1", "observer.state.L2")
+    rows = proposed.rows({name: drawn(proposed, name) for name in names})
+    response = rows.response(OMEGA)
+    assert response.values.shape == (N, 200, 2, 2)
+    assert not rows.flagged.any()
+    assert not response.flagged.any()
+    model = rows.models.kind("", "L")
+    for i in range(0, N, 20):
+        theirs = control.frequency_response(model.row(i).system(), OMEGA, squeeze=False).frdata
+        np.testing.assert_allclose(response.values[i], np.moveaxis(theirs, -1, 0), rtol=1e-10, atol=1e-13)
+
+
+def test_rows_of_a_nonlinear_loop_rest_each_at_its_own_state(proposed):
+    name = "plant.arm.links[0].mass"  # not the one in which the law believes
+    masses = drawn(proposed, name)
+    rows = proposed.rows({name: masses})
+    assert np.ptp(rows.x[:, 0]) > 1e-3
+    sensitivities = rows.response(OMEGA, "S").values
+    for i in (0, 500, 999):
+        alone = linear_loop(still(PROPOSED, POSES[LEVEL]), values={name: masses[i]}, freeze=HELD[PROPOSED])
+        np.testing.assert_allclose(rows.x[i], alone.x0, rtol=1e-9, atol=1e-11)
+        np.testing.assert_allclose(sensitivities[i], alone.response(OMEGA, "S").values, rtol=1e-8, atol=1e-10)
+        ours, theirs = np.sort_complex(rows.poles[i]), np.sort_complex([pole.value for pole in alone.poles])
+        np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9)  # two poles at -18.5 1/s
+
+
+@pytest.mark.parametrize("computer", [False, True])
+def test_each_row_is_the_loop_of_its_values(computer):
+    loop = wb.DigitalLoop(LOOP, 0.01, delay=True) if computer else LOOP
+    low = OMEGA[OMEGA < 300]
+    rows = linear_loop(loop).rows({"plant.J": INERTIAS})
+    for of in ("L", "T", "closed", "open"):
+        values = rows.response(low, of).values
+        for i in (0, 4, 8):
+            theirs = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(low, of).values
+            np.testing.assert_allclose(values[i], theirs, rtol=1e-9, atol=1e-13)
+    assert rows.stable.all()
+
+
+def test_a_row_that_is_no_number_is_flagged_and_the_others_keep_their_bits():
+    linear, broken = linear_loop(LOOP), INERTIAS.copy()
+    broken[3], broken[5] = np.nan, -1.0
+    whole, rows = linear.rows({"plant.J": INERTIAS}), linear.rows({"plant.J": broken})
+    assert list(np.flatnonzero(rows.flagged)) == [3, 5]
+    assert "plant.J" in rows.reasons[3]
+    assert "nan" in rows.reasons[3]
+    assert "-1" in rows.reasons[5]
+    ours, theirs = rows.response(OMEGA), whole.response(OMEGA)
+    assert list(np.flatnonzero(ours.flagged)) == [3, 5]
+    np.testing.assert_array_equal(ours.values[~rows.flagged], theirs.values[~rows.flagged])
+    np.testing.assert_array_equal(rows.poles[~rows.flagged], whole.poles[~rows.flagged])
+    assert np.isnan(ours.bode().phase[3]).all()
+    assert not rows.stable[3]
+
+
+@wb.block
+class Pendulum(wb.Plant):
+    """q'' = a - w^2 sin q - d q' + u, which has no rest for a > w^2."""
+
+    a: float = wb.parameter(default=0.5, unit="rad/s^2")
+    w: float = wb.parameter(default=3.0, unit="rad/s")
+    d: float = wb.parameter(default=1.0, unit="1/s")
+    q: float = wb.initial(default=0.0, unit="rad")
+    qd: float = wb.initial(default=0.0, unit="rad/s")
+    inputs, outputs = wb.layout(u="rad/s^2"), wb.layout(q="rad", qd="rad/s")
+
+    def rate(self, t, x, u):
+        return {"q": x.qd, "qd": self.a + u.u - self.w**2 * np.sin(x.q) - self.d * x.qd}
+
+
+@wb.block
+class Damping(wb.Controller):
+    """u = - k qd."""
+
+    k: float = wb.parameter(default=0.5, unit="1/s")
+    reads, drives = wb.layout(qd="rad/s"), wb.layout(u="rad/s^2")
+
+    def command(self, t, z, est, ref):
+        return {"u": -self.k * est.qd}
+
+
+def test_a_row_that_does_not_rest_is_flagged_with_the_state_that_moves():
+    linear = linear_loop(wb.ClosedLoop(Pendulum(), controller=Damping()))
+    pushes = np.array([0.0, 4.5, 20.0])
+    rows = linear.rows({"plant.a": pushes})
+    assert list(rows.flagged) == [False, False, True]
+    assert "plant.q" in rows.reasons[2]
+    np.testing.assert_allclose(np.sin(rows.x[:2, 0]), pushes[:2] / 9.0, rtol=1e-9, atol=1e-12)
+    s = 1j * OMEGA
+    theirs = 0.5 * s / (s**2 + s + 9.0 * np.cos(rows.x[:2, :1]))
+    np.testing.assert_allclose(rows.response(OMEGA).values[:2, :, 0, 0], theirs, rtol=1e-10)
+
+
+def test_rows_beyond_a_bad_common_value_are_refused_in_one_sentence():
+    with pytest.raises(ValueError, match="plant.J"):
+        linear_loop(LOOP).rows({"plant.J": np.full(4, np.nan)})
+    with pytest.raises(LookupError, match="plant.Jay"):
+        linear_loop(LOOP).rows({"plant.Jay": INERTIAS})

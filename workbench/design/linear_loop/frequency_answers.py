@@ -1,0 +1,219 @@
+"""The frequency answers of a linear loop: of each kind, from signals to signals by name, with exact delays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from workbench.design.linear_loop.loop_equations import chosen
+from workbench.design.linear_loop.loop_model import LoopModel
+from workbench.design.matrices import EPS, Complex, Refused
+from workbench.validation.notebook_display import show
+from workbench.validation.refusals import Array, numbers, one_of, refusal
+
+KINDS = ("L", "S", "T", "closed", "open")
+
+
+class BodeData(NamedTuple):
+    """Frequencies (m,) in rad/s, and of each answer the magnitude, the same in dB, and the unwrapped phase in degrees.
+
+    The phase of the first frequency lies in (-180, 180]; from each frequency to the next it changes by the least angle.
+    """
+
+    frequencies: Array
+    magnitude: Array
+    decibels: Array
+    phase: Array
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class FrequencyResponse:
+    """The answers (m, ny, nu), or (N, m, ny, nu) of N rows, at `frequencies` (m,) in rad/s, output by input.
+
+    An answer of a row that has none is NaN, and the row is `flagged` (N,); of one loop none is.
+    """
+
+    frequencies: Array
+    values: Complex
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    flagged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+
+    def __getitem__(self, names: tuple[str, str]) -> Complex:
+        """The answers (m,), or (N, m), of one output to one input, by their names: `response["omega", "v_load"]`."""
+        if not (isinstance(names, tuple) and len(names) == 2):
+            raise refusal("FrequencyResponse[...]", "the name of an output and the name of an input", names)
+        places = []
+        for given, labels, of in zip(names, (self.outputs, self.inputs), ("outputs", "inputs"), strict=True):
+            found = chosen("FrequencyResponse[...]", labels, (given,), f"{of} of this response")
+            if len(found) != 1:
+                raise LookupError(
+                    f"`FrequencyResponse[...]` takes one number; '{given}' has {len(found)}: say '{labels[found[0]]}'."
+                )
+            places += found
+        return np.asarray(self.values[..., places[0], places[1]])
+
+    def bode(self) -> BodeData:
+        """Magnitude and phase of each answer, in the shape of `values`."""
+        magnitude = np.abs(self.values)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            decibels = 20 * np.log10(magnitude)
+            phase = np.degrees(np.unwrap(np.angle(self.values), axis=-3))
+        return BodeData(self.frequencies, magnitude, decibels, phase)
+
+
+def checked_frequencies(call: str, frequencies: Any, period: float | None) -> Array:
+    """Frequencies (m,) in rad/s that rise from zero on, up to Nyquist's in a computer."""
+    omega = numbers(call, frequencies, 1)
+    if not omega.size:
+        raise ValueError(f"`{call}` must have at least one frequency in rad/s; got an empty range.")
+    if not np.isfinite(omega).all() or omega.min() < 0:
+        raise ValueError(f"`{call}` must be finite frequencies in rad/s, from zero on; got {omega.min():g} among them.")
+    if (np.diff(omega) < 0).any():
+        raise ValueError(
+            f"`{call}` must rise, in rad/s; got a range that falls, from {omega[0]:g} to {omega[-1]:g}: turn it round."
+        )
+    if period is not None and omega[-1] > math.pi / period * (1 + 4 * EPS):
+        raise ValueError(
+            f"`{call}` must not exceed Nyquist's frequency pi / h = {math.pi / period:.6g} rad/s of the period "
+            f"{period:g} s, above which samples repeat what they are below it; got {omega[-1]:.6g} rad/s."
+        )
+    return omega
+
+
+@dataclass(frozen=True, eq=False)
+class CutModels:
+    """The models of N rows of a loop that is closed, and of the same one cut at all drives, the first of its inputs.
+
+    `channels` are the places of the drives at which it is cut; the others are closed again. What arrives at a drive
+    acts there by its one of the `delays` (nd,) in s later.
+    """
+
+    closed: LoopModel
+    opened: LoopModel | None
+    channels: tuple[int, ...]
+    delays: Array
+
+    def kind(self, call: str, of: str) -> LoopModel:
+        """The model of a kind, without delays."""
+        one_of(f"{call}(of=...)", of, KINDS)
+        if of == "closed":
+            return self.closed
+        others = [i for i in range(len(self.delays)) if i not in self.channels]
+        if of == "open":
+            return self._cut(call, of).closed_at(others)
+        L = self.open_drives(call, of).closed_at(others).part(self.channels, range(len(self.channels))).negative()
+        L = replace(L, inputs=L.outputs)
+        return L if of == "L" else feedback(L, of)
+
+    def open_drives(self, call: str, of: str = "L") -> LoopModel:
+        """The model from all drives to what arrives at them."""
+        drives = range(len(self.delays))
+        return self._cut(call, of).part(drives, drives)
+
+    def response(
+        self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
+    ) -> tuple[Complex, tuple[str, ...], tuple[str, ...]]:
+        """The answers (N, m, ny, nu) of a kind, with the names of the inputs and outputs."""
+        one_of(f"{call}(of=...)", of, KINDS)
+        if self.delays.any():
+            return self._late(call, of, omega, inputs, outputs)
+        model = self.selected(call, of, inputs, outputs)
+        return model.response(omega), model.inputs, model.outputs
+
+    def selected(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
+        """The model of a kind, without delays, with some of its inputs and outputs."""
+        model = self.kind(call, of)
+        return model.part(*_places(call, of, model.outputs, model.inputs, outputs, inputs))
+
+    def _cut(self, call: str, of: str) -> LoopModel:
+        if self.opened is None:
+            raise ValueError(
+                f"`{call}(of={of!r})` needs a loop that can be cut, a `ClosedLoop` or a `DigitalLoop`; these are "
+                "equations alone, which have of='closed'."
+            )
+        return self.opened
+
+    def _late(
+        self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
+    ) -> tuple[Complex, tuple[str, ...], tuple[str, ...]]:
+        """The answers of a loop with delays: what arrives is turned by exp(-j omega delay) where it acts."""
+        opened, nd = self._cut(call, of), len(self.delays)
+        G, turn = opened.response(omega), np.exp(-1j * np.multiply.outer(omega, self.delays))
+        again = [i for i in range(nd) if of == "closed" or i not in self.channels]
+        left = [i for i in range(len(opened.inputs)) if i not in again]
+        answer = G[..., left]
+        if again:
+            e = turn[:, again, np.newaxis]
+            inner = np.eye(len(again)) - e * G[:, :, again][..., again]
+            answer = answer + G[..., again] @ _solved(inner, e * G[:, :, again][..., left])
+        if of in ("closed", "open"):
+            names = tuple(opened.inputs[i] for i in left)
+            rows, columns = _places(call, of, opened.outputs, names, outputs, inputs)
+        else:
+            size, channels = len(self.channels), list(self.channels)
+            answer = -turn[:, channels, np.newaxis] * answer[:, :, channels, :size]
+            eye = np.broadcast_to(np.eye(size), answer.shape)
+            if of != "L":
+                S = _solved(eye + answer, eye)
+                answer = S if of == "S" else answer @ S
+            names = tuple(opened.outputs[i] for i in channels)
+            rows, columns = _places(call, of, names, names, outputs, inputs)
+        labels = opened.outputs if of in ("closed", "open") else names
+        return (
+            np.asarray(answer[:, :, rows][..., columns]),
+            tuple(names[i] for i in columns),
+            tuple(labels[i] for i in rows),
+        )
+
+
+def feedback(L: LoopModel, of: str) -> LoopModel:
+    """S = (I + L)^-1 or T = L (I + L)^-1 of a square model L."""
+    eye = np.eye(L.D.shape[-1])
+    with np.errstate(all="ignore"):
+        E = np.linalg.inv(eye + L.D)
+    model = replace(L, A=L.A - L.B @ E @ L.Cy, B=L.B @ E)
+    if of == "S":
+        return replace(model, Cy=-E @ L.Cy, D=E)
+    return replace(model, Cy=E @ L.Cy, D=eye - E)
+
+
+def _places(
+    call: str,
+    of: str,
+    output_labels: Sequence[str],
+    input_labels: Sequence[str],
+    outputs: Sequence[str] | None,
+    inputs: Sequence[str] | None,
+) -> tuple[list[int], list[int]]:
+    return (
+        chosen(f"{call}(outputs=...)", output_labels, outputs, f"outputs of of={of!r}"),
+        chosen(f"{call}(inputs=...)", input_labels, inputs, f"inputs of of={of!r}, which come from outside"),
+    )
+
+
+def _solved(matrices: Complex, right: Complex) -> Complex:
+    """The solutions of (N, m) linear systems; NaN where one is singular or no number."""
+    solution = np.full(np.broadcast_shapes(matrices.shape[:-1] + (1,), right.shape), np.nan, complex)
+    right = np.broadcast_to(right, solution.shape)
+    sound = np.isfinite(matrices).all(axis=(-2, -1))
+    with np.errstate(all="ignore"):
+        sound &= np.abs(np.linalg.det(np.where(sound[..., np.newaxis, np.newaxis], matrices, 0))) > 0
+    solution[sound] = np.linalg.solve(matrices[sound], right[sound])
+    return solution
+
+
+def refuse_pole(call: str, response: FrequencyResponse) -> FrequencyResponse:
+    """Refuse the answer of one loop at a frequency at which it has a pole."""
+    bad = ~np.isfinite(response.values).all(axis=(-2, -1))
+    if bad.any():
+        raise Refused(
+            f"`{call}`: there is a pole at {response.frequencies[int(np.argmax(bad))]:.6g} rad/s, where there is no "
+            "answer; leave that frequency out."
+        )
+    return response

@@ -1,0 +1,330 @@
+"""The linear answers of a loop at a point: L, S and T at a cut, and from any signal to any other by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.core import Layout
+from workbench.design.frequency import (
+    MeanGain,
+    PeakGain,
+    StabilityMargins,
+    h2_norm,
+    hinf_norm,
+    stability_margins,
+)
+from workbench.design.linear import DiskMargin, Pole, disk_margin, poles
+from workbench.design.linear_loop.frequency_answers import (
+    CutModels,
+    FrequencyResponse,
+    checked_frequencies,
+    refuse_pole,
+)
+from workbench.design.linear_loop.gang_of_six import gang
+from workbench.design.linear_loop.loop_model import LoopModel
+from workbench.design.linear_loop.loop_point import LoopPoint
+from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks
+from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
+from workbench.design.matrices import Refused
+from workbench.validation.refusals import Array
+from workbench.validation.signatures import door
+
+if TYPE_CHECKING:
+    import control
+
+
+@dataclass(frozen=True, eq=False)
+class LinearLoop:
+    """A loop that is linear about the state x0 (nx,), as `linear_loop` makes it, in all the kinds that it can answer.
+
+    The kinds are "L", the loop gain at the cut with the sign of negative feedback; "S" = (I + L)^-1 and "T" = L (I +
+    L)^-1 there; "closed", from signals that are added (`x_ref`, `u_load`, `y_noise`) to all signals; and "open", the
+    same with the loop cut, where 'drive' acts in the place of what is cut.
+    """
+
+    point: LoopPoint
+    models: CutModels
+
+    @property
+    def x0(self) -> Array:
+        """The states (nx,) about which it is linear."""
+        return self.point.x
+
+    @property
+    def p0(self) -> Array:
+        """The parameters (np,) of it."""
+        return self.point.p
+
+    @property
+    def period(self) -> float | None:
+        """The period of the computer in s; None in continuous time."""
+        return self.models.closed.period
+
+    @property
+    def states(self) -> Layout:
+        """The states that move, in the order of x0."""
+        return self.point.equations.closed.states
+
+    @property
+    def parameters(self) -> Layout:
+        """The parameters, signals from outside and frozen states included, in the order of p0."""
+        return self.point.equations.closed.parameters
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The signals from outside that are added to those of the closed loop."""
+        return self.models.closed.inputs
+
+    @property
+    def outputs(self) -> tuple[str, ...]:
+        """The signals that answer."""
+        return self.models.closed.outputs
+
+    @property
+    def bent(self) -> tuple[str, ...]:
+        """The signals that have a corner or a jump at this state, and so no linear answer."""
+        return self.point.bent
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """The signals at which the loop is cut."""
+        return tuple(self.point.equations.drive[i] for i in self.models.channels)
+
+    @door
+    def system(
+        self, of: str = "L", inputs: str | tuple[str, ...] | None = None, outputs: str | tuple[str, ...] | None = None
+    ) -> control.StateSpace:
+        """A kind of this loop as a `StateSpace` of python-control, from some of its inputs to some of its outputs.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind, or the loop has a delay, which no `StateSpace` has.
+        LookupError
+            If a name is none of an input or an output of this kind.
+        """
+        self._refuse_delay("LinearLoop.system(...)")
+        self._refuse_bent("LinearLoop.system", outputs)
+        model = self.models.selected("LinearLoop.system", of, _names(inputs), _names(outputs))
+        return model.system(f"{of} of {self.point.equations.closed.name}")
+
+    @property
+    def L(self) -> control.StateSpace:
+        """The loop gain at the cut, with the sign of negative feedback."""
+        return self.system("L")
+
+    @property
+    def S(self) -> control.StateSpace:
+        """The sensitivity (I + L)^-1 at the cut."""
+        return self.system("S")
+
+    @property
+    def T(self) -> control.StateSpace:
+        """The complementary sensitivity L (I + L)^-1 at the cut."""
+        return self.system("T")
+
+    @cached_property
+    def poles(self) -> tuple[Pole, ...]:
+        """The poles of the closed loop, the slowest first; of the map over the common period in a computer."""
+        self._refuse_delay("LinearLoop.poles")
+        return poles(self.models.closed.system())
+
+    @property
+    def stable(self) -> bool:
+        """True if every pole of the closed loop decays, by more than rounding may have moved it."""
+        if self.models.delays.any():
+            return self._stable_with_delay()
+        discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed.A[0], 2))
+        return all(decay_of(pole, discrete) > doubt_of(pole, size, len(self.poles)) for pole in self.poles)
+
+    @cached_property
+    def remarks(self) -> tuple[str, ...]:
+        """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
+        closed, found = self.models.closed, list[str]()
+        if not self.models.delays.any():
+            size = float(np.linalg.norm(closed.A[0], 2)) if closed.states else 0.0
+            found += mode_remarks(self.poles, size, self.period is not None, hidden=True)
+            if self.models.opened is not None:
+                found += hidden_remarks(self.L)
+        if not self.point.resting:
+            found.append("The loop is frozen at a state at which it does not rest, which proves nothing of its motion.")
+        found += [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in self.bent]
+        return tuple(found)
+
+    @door
+    def response(
+        self,
+        frequencies: Array,
+        of: str = "L",
+        inputs: str | tuple[str, ...] | None = None,
+        outputs: str | tuple[str, ...] | None = None,
+    ) -> FrequencyResponse:
+        """The answers of a kind at frequencies (m,) in rad/s that rise from zero on, in a computer up to Nyquist's.
+
+        Raises
+        ------
+        ValueError
+            If the frequencies are none, not finite, negative, falling or above Nyquist's; or there is no such kind.
+        LookupError
+            If a name is none of an input or an output of this kind.
+        Refused
+            If there is a pole at one of the frequencies.
+        """
+        call = "LinearLoop.response"
+        omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
+        self._refuse_bent(call, outputs)
+        values, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
+        return refuse_pole(f"{call}(...)", FrequencyResponse(omega, values[0], seen, shown, np.zeros(1, dtype=bool)))
+
+    @door
+    def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
+        """The gang of six at frequencies (m,) in rad/s: by "TF", "CSF", "PS", "T", "CS" and "S" their answers.
+
+        From the references to the outputs of the plant (TF) and its inputs (CSF), from loads to both (PS and T), and
+        from the noise of the readings to the inputs (CS) and the readings (S), with the signs of one channel. A loop
+        that follows nothing has no TF and CSF.
+
+        Raises
+        ------
+        ValueError
+            As `response`; or if these are equations alone, which do not say what is a load.
+
+        References
+        ----------
+        Åström and Murray (2021), Feedback Systems, 2nd edition, section 12.1.
+        """
+        omega = checked_frequencies("LinearLoop.gang_of_six(frequencies=...)", frequencies, self.period)
+        return gang(self.point.equations, self.models, omega)
+
+    @door
+    def margins(self) -> dict[str, StabilityMargins]:
+        """The margins at each signal at which the loop is cut, while the loop is closed at the others.
+
+        With several channels they are to be read beside `disk_margin`, which changes all at once.
+
+        Raises
+        ------
+        ValueError
+            If a delay acts at another channel, or the blocks of a computer run at several periods.
+        Refused
+            As `stability_margins`.
+        """
+        call, models = "LinearLoop.margins()", self.models
+        self._refuse_rates(call)
+        opened, found = models.open_drives(call), {}
+        for i, name in zip(models.channels, self.channels, strict=True):
+            others = [k for k in range(len(models.delays)) if k != i]
+            if models.delays[others].any():
+                raise ValueError(
+                    f"`{call}` of '{name}' needs a loop without delays elsewhere; there is one of "
+                    f"{models.delays[others].max():g} s. Take `response`, or a `PadeDelay` of `Equipped` there."
+                )
+            own = opened.closed_at(others).part([i], [0]).negative()
+            found[name] = stability_margins(own.system(), float(models.delays[i]))
+        return found
+
+    @property
+    def disk_margin(self) -> DiskMargin:
+        """The disk margin of all channels of the cut at once; refused if the closed loop is not stable."""
+        call = "LinearLoop.disk_margin"
+        self._refuse_delay(call)
+        self._refuse_rates(call)
+        L, h = self.models.kind(call, "L"), self.period
+        if h is None:
+            return disk_margin(L.system())
+        found = disk_margin(_on_the_axis(call, L).system())
+        return DiskMargin(found.alpha, found.alpha_above, 2 / h * math.atan(found.frequency))
+
+    @door
+    def hinf_norm(
+        self,
+        of: str = "closed",
+        inputs: str | tuple[str, ...] | None = None,
+        outputs: str | tuple[str, ...] | None = None,
+    ) -> PeakGain:
+        """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
+        return hinf_norm(self.system(of, inputs, outputs))
+
+    @door
+    def h2_norm(
+        self,
+        of: str = "closed",
+        inputs: str | tuple[str, ...] | None = None,
+        outputs: str | tuple[str, ...] | None = None,
+    ) -> MeanGain:
+        """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
+        norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed.count)
+        return norm if share == 1 else MeanGain(norm.value / share, norm.error / share, norm.reason)
+
+    @door
+    def rows(self, values: Mapping[str, Any]) -> LinearRows:
+        """The same answers for each of N rows of parameters or states, by name: `{"plant.m": masses}`.
+
+        What is not named stays as it is here. Each row rests at a state of its own, sought from `x0`, if this one
+        rests. A row that has no answer is flagged, with its reason, and the others stand.
+
+        Raises
+        ------
+        LookupError
+            If a name is none of a parameter or a state.
+        ValueError
+            If the values have different numbers of rows, or no row has an answer.
+        """
+        return linear_rows(self.point, values)
+
+    def __repr__(self) -> str:
+        cut = f" cut at {', '.join(self.channels)}" if self.channels else ""
+        time = "in continuous time" if self.period is None else f"in a computer, every {self.period:g} s"
+        return (
+            f"<LinearLoop '{self.point.equations.closed.name}'{cut}: {len(self.models.closed.states)} states, {time}>"
+        )
+
+    def _stable_with_delay(self) -> bool:
+        if len(self.models.delays) == 1:
+            return all(one.stable for one in self.margins().values())
+        raise ValueError(
+            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
+            "alone, or take a `PadeDelay` of `Equipped`."
+        )
+
+    def _refuse_delay(self, call: str) -> None:
+        if self.models.delays.any():
+            raise Refused(
+                f"`{call}` needs finitely many states, and a delay has infinitely many; ask for `response` or `margins`"
+                ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
+            )
+
+    def _refuse_rates(self, call: str) -> None:
+        if self.models.closed.count > 1:
+            raise ValueError(
+                f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant differs "
+                "from that at the next. `poles`, `response` and the norms are those of the lifted loop."
+            )
+
+    def _refuse_bent(self, call: str, outputs: str | tuple[str, ...] | None) -> None:
+        for name in _names(outputs) or ():
+            if name in self.bent:
+                raise Refused(
+                    f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
+                    "take another output, another state, or a `side`."
+                )
+
+
+def _names(names: str | tuple[str, ...] | None) -> tuple[str, ...] | None:
+    return (names,) if isinstance(names, str) else names
+
+
+def _on_the_axis(call: str, L: LoopModel) -> LoopModel:
+    """The continuous model with the values of a discrete one: z = (1 + s) / (1 - s)."""
+    A, B, Cy, D, eye = L.A[0], L.B[0], L.Cy[0], L.D[0], np.eye(len(L.states))
+    if np.linalg.cond(A + eye) > 1e14:
+        raise Refused(f"`{call}`: the loop gain has a pole at z = -1, Nyquist's frequency, where it is infinite.")
+    inverse, root = np.linalg.inv(A + eye), math.sqrt(2.0)
+    matrices = (inverse @ (A - eye), root * inverse @ B, root * Cy @ inverse, D - Cy @ inverse @ B)
+    return LoopModel(*(M[np.newaxis] for M in matrices), L.states, L.inputs, L.outputs)

@@ -1,0 +1,57 @@
+"""The point about which a loop is linear, and its models there, closed and cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.design.linear.corners import Sides
+from workbench.design.linear_loop.loop_equations import LoopEquations, labels_of, rows_by_name
+from workbench.design.linear_loop.loop_model import LoopModel
+from workbench.design.linear_loop.point_model import Instant, PointModel, point_model
+from workbench.validation.refusals import Array
+
+
+@dataclass(frozen=True, eq=False)
+class LoopPoint:
+    """A state x (nx,) and parameters p (np,) of the closed loop at an instant, at rest or not.
+
+    The outputs `bent` have a corner there. `side` is the one of a corner that was asked for, and `substeps` are those
+    of a run, see `linear_loop`.
+    """
+
+    equations: LoopEquations
+    instant: Instant
+    x: Array
+    p: Array
+    bent: tuple[str, ...] = ()
+    resting: bool = True
+    side: Sides = None
+    substeps: int | None = None
+
+
+def point_models(
+    call: str, equations: LoopEquations, instant: Instant, x: Array, p: Array, side: Sides, substeps: int | None
+) -> tuple[PointModel, PointModel | None]:
+    """The models at a state (nx,) and parameters (np,) of the closed loop: closed, and cut."""
+    closed = point_model(call, equations.closed, instant, x, p, equations.ports, side, substeps)
+    if equations.opened is None:
+        return closed, None
+    row = opened_rows(equations, p[np.newaxis], closed.output[np.newaxis])[0]
+    return closed, point_model(call, equations.opened, instant, x, row, equations.ports, side, substeps)
+
+
+def opened_rows(equations: LoopEquations, p: Array, output: Array) -> Array:
+    """The parameters (N, np) of the loop that is cut; its drives are the outputs (N, ny) of the closed loop there."""
+    assert equations.opened is not None
+    rows = rows_by_name(equations.closed.parameters, equations.opened.parameters, p)
+    labels = labels_of(equations.closed.outputs)
+    rows[:, equations.opened.parameters.slice("drive")] = output[:, [labels.index(label) for label in equations.drive]]
+    return rows
+
+
+def straight(model: LoopModel, bent: tuple[str, ...]) -> LoopModel:
+    """The model without some outputs, and without the states that nothing reads."""
+    outputs = [i for i, label in enumerate(model.outputs) if label not in bent]
+    return model.part(outputs, range(len(model.inputs))).reduced()

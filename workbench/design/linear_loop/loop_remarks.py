@@ -1,0 +1,56 @@
+"""Sentences on the modes of a linear loop: those that grow, that lie near the axis, and that its cut does not see."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from workbench.design.linear import Pole, controllability, observability
+from workbench.design.matrices import EPS, pole_text
+
+if TYPE_CHECKING:
+    import control
+
+DEAD = 1e-9  # a pole z of this size decays within a period, so that nothing of it can be hidden
+
+
+def decay_of(pole: Pole, discrete: bool) -> float:
+    """How far a pole is from instability, to the left of the axis in 1/s or inside of the unit circle."""
+    return 1 - abs(pole.value) if discrete else -pole.value.real
+
+
+def doubt_of(pole: Pole, size: float, count: int) -> float:
+    """How far rounding may have moved a pole of a matrix of this norm and so many rows, to first order."""
+    return float(count * EPS * size * min(pole.condition, 1 / EPS))
+
+
+def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: bool) -> tuple[str, ...]:
+    """A sentence for each pole of the closed loop that grows, or that doubles cannot tell from one that does."""
+    unit, sentences = "" if discrete else " 1/s", []
+    for pole in (pole for pole in poles if pole.value.imag >= 0):
+        decay, doubt = decay_of(pole, discrete), doubt_of(pole, size, len(poles))
+        where = f"the mode {pole_text(pole.value)}{unit} of {', '.join(pole.states)}"
+        if decay < -doubt:
+            sentences.append(f"The closed loop is not stable: {where} grows.")
+        elif decay <= doubt:
+            axis = "unit circle" if discrete else "imaginary axis"
+            advice = "; if it is a number that nothing moves, name its state in `freeze`" if hidden else ""
+            sentences.append(f"The closed loop has a pole on the {axis}, as far as rounding tells: {where}{advice}.")
+    return tuple(sentences)
+
+
+def hidden_remarks(L: control.StateSpace) -> tuple[str, ...]:
+    """A sentence for each mode that the drives at the cut do not move, or that does not show in what arrives there."""
+    if not L.nstates:
+        return ()
+    discrete, sentences = bool(L.isdtime(strict=True)), []
+    for test, words in ((controllability, "is moved by nothing at the cut"), (observability, "does not arrive there")):
+        for mode in test(L).failing:
+            if mode.value.imag < -1e-9 * np.abs(mode.value) or (discrete and abs(mode.value) < DEAD):
+                continue
+            unit = "" if discrete else " 1/s"
+            states = ", ".join(mode.states)
+            sentences.append(f"The loop gain has a mode that {words}: {pole_text(mode.value)}{unit} of {states}.")
+    return tuple(sentences)

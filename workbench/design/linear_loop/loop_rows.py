@@ -1,0 +1,214 @@
+"""The linear answers of a loop at many rows of parameters and states at once; a row without an answer is flagged."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from workbench.core import Sampled
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, checked_frequencies
+from workbench.design.linear_loop.loop_equations import Equations, split_values
+from workbench.design.linear_loop.loop_model import LoopModel
+from workbench.design.linear_loop.loop_point import LoopPoint, opened_rows, point_models, straight
+from workbench.design.linear_loop.rest_state import Mask, find_rest, resting_states, unrest
+from workbench.design.linear_loop.row_models import RowModels
+from workbench.design.matrices import EPS, Complex, Refused
+from workbench.validation.refusals import Array, as_array
+from workbench.validation.signatures import door
+
+CALL = "LinearLoop.rows"
+
+
+@dataclass(frozen=True, eq=False)
+class LinearRows:
+    """A loop that is linear at N rows of states x (N, nx) and parameters p (N, np), as `LinearLoop.rows` makes it.
+
+    `reasons` says of each row without an answer why it has none; its numbers are NaN.
+    """
+
+    x: Array
+    p: Array
+    models: CutModels
+    reasons: Mapping[int, str]
+
+    def __len__(self) -> int:
+        return len(self.x)
+
+    @property
+    def flagged(self) -> Mask:
+        """True for each row without an answer, (N,)."""
+        return np.isin(np.arange(len(self)), list(self.reasons))
+
+    @property
+    def poles(self) -> Complex:
+        """The poles of the closed loop of each row, (N, nx), the slowest first; NaN in rows that are flagged."""
+        return self._poles[0]
+
+    @property
+    def stable(self) -> Mask:
+        """True for each row whose poles all decay, by more than rounding may have moved them, (N,)."""
+        return self._poles[1]
+
+    @door
+    def response(
+        self,
+        frequencies: Array,
+        of: str = "L",
+        inputs: str | tuple[str, ...] | None = None,
+        outputs: str | tuple[str, ...] | None = None,
+    ) -> FrequencyResponse:
+        """The answers (N, m, ny, nu) of each row, as `LinearLoop.response` has them; a row with a pole is flagged."""
+        call, names = "LinearRows.response", [(n,) if isinstance(n, str) else n for n in (inputs, outputs)]
+        omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.models.closed.period)
+        values, seen, shown = self.models.response(call, of, omega, *names)
+        flagged = np.asarray(~np.isfinite(values).all(axis=(1, 2, 3)))
+        return FrequencyResponse(omega, values, seen, shown, flagged)
+
+    def __repr__(self) -> str:
+        return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"
+
+    @cached_property
+    def _poles(self) -> tuple[Complex, Mask]:
+        if self.models.delays.any():
+            raise Refused(
+                "`LinearRows.poles` needs finitely many states, and a delay has infinitely many; ask for `response`, "
+                "which is exact, or put a `PadeDelay` of `Equipped` in its place."
+            )
+        A, discrete = self.models.closed.A, self.models.closed.period is not None
+        poles, stable, n = np.full(A.shape[:2], np.nan, complex), np.zeros(len(A), dtype=bool), A.shape[1]
+        for i in np.flatnonzero(np.isfinite(A).all(axis=(1, 2))):
+            values, right = np.linalg.eig(A[i])
+            growth = np.abs(values) - 1 if discrete else values.real
+            poles[i] = values[np.lexsort((-values.imag, -np.round(growth, 9)))]
+            try:
+                condition = np.linalg.norm(np.linalg.inv(right), axis=1)
+            except np.linalg.LinAlgError:  # a defective pole
+                condition = np.full(n, 1 / EPS)
+            doubt = n * EPS * np.linalg.norm(A[i], 2) * np.minimum(condition, 1 / EPS)
+            stable[i] = (growth < -doubt).all()
+        return poles, stable
+
+
+def linear_rows(point: LoopPoint, values: Mapping[str, Any]) -> LinearRows:
+    """The linear loops at rows of values by name, each at its own rest if the point is one."""
+    equations, closed = point.equations, point.equations.closed
+    x, p, fixed, reasons = _rows(closed, values, point)
+    sound = _sound(len(x), reasons)
+    made = RowModels(closed, point.instant, point.substeps)
+    if point.resting:
+        must = resting_states(closed, equations.ports)
+        rest, share = find_rest(made.motion, x[sound], p[sound], must, fixed, isinstance(closed, Sampled))
+        x[sound] = rest
+        sentences = unrest(CALL, closed, point.instant, rest, p[sound], share, must)
+        reasons |= {i: sentence for i, sentence in zip(sound, sentences, strict=True) if sentence}
+        sound = _sound(len(x), reasons)
+    closed_model, output, cornered = made.model(x[sound], p[sound])
+    opened_model = None
+    if equations.opened is not None:
+        cut = RowModels(equations.opened, point.instant, point.substeps)
+        opened_model, _, also = cut.model(x[sound], opened_rows(equations, p[sound], output))
+        cornered = cornered | also
+    pair = (closed_model, opened_model)
+    _put_pieces(point, x[sound], p[sound], np.flatnonzero(cornered).tolist(), pair, sound, reasons)
+    full = [None if model is None else _spread(straight(model, point.bent), sound, len(x), reasons) for model in pair]
+    assert full[0] is not None
+    models = CutModels(full[0], full[1], equations.channels, np.array(equations.delays))
+    return LinearRows(x, p, models, dict(sorted(reasons.items())))
+
+
+def _rows(
+    closed: Equations, values: Mapping[str, Any], point: LoopPoint
+) -> tuple[Array, Array, list[int], dict[int, str]]:
+    """States and parameters of each row, the places of named states, and the rows whose values are refused."""
+    reasons: dict[int, str] = {}
+    try:
+        x, p, fixed = split_values(CALL, closed, values)
+    except ValueError:
+        columns = {name: _column(closed, name, value) for name, value in values.items()}
+        counts = {len(column) for column in columns.values() if column is not None}
+        if len(counts) != 1:
+            raise
+        x, p, fixed, reasons = _row_by_row(closed, values, columns, counts.pop())
+        if len(reasons) == len(x):
+            raise
+    for layout, rows, own in ((closed.states, x, point.x), (closed.parameters, p, point.p)):
+        named = {i for name in values if name in layout or name in layout.labels for i in layout.indices(name)}
+        rest = [i for i in range(layout.size) if i not in named]
+        rows[:, rest] = own[rest]
+    return x, p, fixed, reasons
+
+
+def _column(closed: Equations, name: str, value: Any) -> Array | None:
+    """The value as an array with an entry for each row, or None if it is one value for all rows."""
+    layout = closed.states if name in closed.states else closed.parameters
+    shape = layout[name].shape if name in layout else ()
+    array = as_array(value)
+    return array if array is not None and array.shape[1:] == shape and array.shape != shape else None
+
+
+def _row_by_row(
+    closed: Equations, values: Mapping[str, Any], columns: Mapping[str, Array | None], count: int
+) -> tuple[Array, Array, list[int], dict[int, str]]:
+    """The rows, where those that are refused take the defaults of the loop, with the reason of each."""
+    x, p = np.tile(closed.states.default, (count, 1)), np.tile(closed.parameters.default, (count, 1))
+    reasons, fixed = dict[int, str](), list[int]()
+    for i in range(count):
+        row = {name: value if (own := columns[name]) is None else own[i] for name, value in values.items()}
+        try:
+            one_x, one_p, fixed = split_values(CALL, closed, row)
+            x[i], p[i] = one_x[0], one_p[0]
+        except ValueError as error:
+            reasons[i] = str(error)
+    return x, p, fixed, reasons
+
+
+def _sound(count: int, reasons: Mapping[int, str]) -> list[int]:
+    """The rows without a reason; if there is none, the first reason is raised."""
+    rows = [i for i in range(count) if i not in reasons]
+    if not rows:
+        raise ValueError(f"`{CALL}(values=...)` must leave a row that has an answer; of the first: {reasons[0]}")
+    return rows
+
+
+def _put_pieces(
+    point: LoopPoint,
+    x: Array,
+    p: Array,
+    cornered: list[int],
+    models: tuple[LoopModel, LoopModel | None],
+    places: list[int],
+    reasons: dict[int, str],
+) -> None:
+    """Put the models of rows on a corner, one by one, in the place of those that the kernel made of no piece."""
+    for i in cornered:
+        try:
+            own = point_models(CALL, point.equations, point.instant, x[i], p[i], point.side, point.substeps)
+        except ValueError as error:
+            reasons[places[i]] = str(error)
+            continue
+        for model, one in zip(models, own, strict=True):
+            if model is not None and one is not None:
+                for whole, part in zip(_matrices(model), _matrices(one.model), strict=True):
+                    whole[i] = part[0]
+
+
+def _spread(model: LoopModel, places: list[int], count: int, reasons: dict[int, str]) -> LoopModel:
+    """The model of all rows: NaN in those that are left out or have a reason, or where a Jacobian is not finite."""
+    sound = np.all([np.isfinite(M).all(axis=(1, 2)) for M in _matrices(model)], axis=0)
+    for place in (places[i] for i in np.flatnonzero(~sound)):
+        reasons.setdefault(place, f"`{CALL}(...)`: a Jacobian of this row is not finite.")
+    kept = np.array([i for i, place in enumerate(places) if place not in reasons], dtype=int)
+    wide = []
+    for M in _matrices(model):
+        wide.append(np.full((count, *M.shape[1:]), np.nan))
+        wide[-1][np.array(places)[kept]] = M[kept]
+    A, B, Cy, D = wide
+    return replace(model, A=A, B=B, Cy=Cy, D=D)
+
+
+def _matrices(model: LoopModel) -> tuple[Array, Array, Array, Array]:
+    return model.A, model.B, model.Cy, model.D

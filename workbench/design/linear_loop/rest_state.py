@@ -1,0 +1,191 @@
+"""The state at which a loop rests: a rate that is zero, or a period after which all is as it was; row by row."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Ode, Sampled
+from workbench.core.point import AT_REST, rate_terms
+from workbench.design.linear.linear_period import flow_over, jump_of
+from workbench.design.linear.loop_cuts import closure
+from workbench.design.linear_loop.loop_equations import Equations, flow_of, labels_of
+from workbench.design.linear_loop.point_model import Instant
+from workbench.validation.refusals import Array
+
+ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to the change (N, nx) and (N, nx, nx)
+
+
+def motion_of(call: str, equations: Equations, at: Instant, substeps: int | None = None) -> Motion:
+    """The rate of a loop, or its change over the periods that recur, with the derivatives by the states."""
+    if isinstance(equations, Ode):
+        both = ca.Function("motion", [equations.t, equations.x, equations.p], [equations.rate, _jacobian(equations)])
+        return lambda x, p: _stacked([both(at.t, *row) for row in zip(x, p, strict=True)])
+
+    jump, period = jump_of(equations), equations.period
+    first = ca.Function("jump", [jump.t, jump.x, jump.p], [ca.densify(jump.rate), _jacobian(jump)])
+
+    def over_periods(state: Array, p: Array) -> tuple[Array, Array]:
+        start, slope = state, np.eye(len(state))
+        for k in range(at.count):
+            t = at.t + k * period
+            after, by_state = (np.array(part) for part in first(round(t / period), state, p))
+            state, by_after, _ = flow_over(call, equations, t, after.ravel(), p, substeps)
+            slope = by_after @ by_state @ slope
+        return state - start, slope - np.eye(len(state))
+
+    return lambda x, p: _stacked([over_periods(*row) for row in zip(x, p, strict=True)])
+
+
+def _jacobian(ode: Ode) -> ca.SX:
+    return ca.densify(ca.jacobian(ode.rate, ode.x))
+
+
+def _stacked(pairs: list[tuple[Array, Array]]) -> tuple[Array, Array]:
+    first, second = zip(*pairs, strict=True)
+    return np.array([np.array(part).ravel() for part in first]), np.array([np.array(part) for part in second])
+
+
+def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
+    """True for the states (nx,) that must rest, as a Jacobian depends on them; none of a linear loop."""
+    n, flow = closed.states.size, flow_of(closed)
+    seen = [i for name in ports for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
+    steps, bends = np.eye(n, dtype=bool), np.zeros(n, dtype=bool)
+    for each in (flow, jump_of(closed)) if isinstance(closed, Sampled) else (flow,):
+        outputs = each.output[seen] if each is flow else ca.SX(0, 1)
+        J = ca.jacobian(ca.vertcat(each.rate, outputs), ca.vertcat(each.x, each.input_symbols))
+        steps |= np.array(ca.DM(ca.jacobian_sparsity(ca.densify(each.rate), each.x), 1), dtype=bool)
+        bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), each.x), 1), dtype=bool).any(axis=0)
+    return np.asarray(closure(steps)[bends].any(axis=0))
+
+
+def start_of(closed: Equations, at: Instant, x: Array, p: Array, fixed: list[int]) -> Array:
+    """The states (N, nx) from which a rest is sought: in a computer with its queue filled by what its law commands.
+
+    At an instant such a state follows from others, and not from itself by way of any.
+    """
+    if not isinstance(closed, Sampled):
+        return x
+    jump = jump_of(closed)
+    by = np.array(ca.DM(ca.jacobian_sparsity(ca.densify(jump.rate), jump.x), 1), dtype=bool)
+    returns = (by & closure(by | np.eye(len(by), dtype=bool)).T).any(axis=1)
+    follows = np.setdiff1d(np.flatnonzero(~returns), fixed)
+    after = ca.Function("after", [jump.t, jump.x, jump.p], [ca.densify(jump.rate)])
+    state = x.copy()
+    for _ in follows:
+        state[:, follows] = np.array(after(round(at.t / closed.period), state.T, p.T)).T[:, follows]
+    return np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
+
+
+def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
+    """States (N, nx) at rest by Gauss-Newton, and how far from rest they are: the shares (N, nx) of what moves.
+
+    States at rest from the start, to rounding, stay as they are; those at the places `fixed`, and those that nothing
+    moves, do so always. A step that would make the next one longer is halved.
+    """
+    x = x.copy()
+    change, slope = motion(x, p)
+    idle = (change == 0).all(axis=0) & (slope == 0).all(axis=(0, 2))  # as an integral with a gain of zero
+    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed)
+    share = _shares(change, slope, x, must, discrete)
+    seeking = ~(share.max(axis=1, initial=0.0) <= AT_REST) & np.isfinite(change).all(axis=1)
+    if not free.size:
+        return x, share
+    step, factor = _towards_rest(change, slope, must, free), np.ones(len(x))
+    size = _sizes(step, x[:, free])
+    for _ in range(ROUNDS):
+        seeking &= (size > LEAST) & np.isfinite(size)
+        rows = np.flatnonzero(seeking)
+        if not rows.size:
+            break
+        ahead = x[rows]
+        ahead[:, free] += factor[rows, np.newaxis] * step[rows]
+        change, slope = motion(ahead, p[rows])
+        new = _towards_rest(change, slope, must, free)
+        left = _sizes(new, ahead[:, free])
+        good = (left < size[rows]) | ((size[rows] < SMALL) & np.isfinite(left))
+        taken = rows[good]
+        stalls = (left >= size[rows] / 2) & (size[rows] < SMALL)
+        x[taken], step[taken] = ahead[good], new[good]
+        size[taken], factor[taken] = left[good], 1.0
+        share[taken] = _shares(change[good], slope[good], ahead[good], must, discrete)
+        factor[rows[~good]] /= 2
+        seeking[rows] &= ~stalls & (factor[rows] > 1e-9)
+    return x, share
+
+
+def _shares(change: Array, slope: Array, x: Array, must: Mask, discrete: bool) -> Array:
+    """How much each state moves, as a share of what could have moved it; infinite where that is no number."""
+    with np.errstate(all="ignore"):
+        if discrete:
+            read = (slope + np.eye(x.shape[1]) != 0).any(axis=1)
+            share = np.abs(change) / (1 + np.abs(x)) * read
+        else:
+            share = np.abs(change)
+            for own, J, one in zip(share, slope, x, strict=True):
+                own /= rate_terms(J, one)
+    return np.where(np.isnan(share), np.inf, share) * must
+
+
+def _towards_rest(change: Array, slope: Array, must: Mask, free: Array) -> Array:
+    """The least change of the free states that stops the others to first order, row by row, (N, nfree)."""
+    J, r = slope[:, must][:, :, free], change[:, must]
+    step = np.full((len(r), len(free)), np.nan)
+    sound = np.isfinite(J).all(axis=(1, 2)) & np.isfinite(r).all(axis=1)
+    steepest = np.abs(J[sound]).max(axis=2, initial=0.0)
+    size = np.where(steepest > 0, steepest, 1.0)
+    inverse = np.linalg.pinv(J[sound] / size[:, :, np.newaxis], rcond=1e-12)
+    step[sound] = -(inverse @ (r[sound] / size)[:, :, np.newaxis])[:, :, 0]
+    return step
+
+
+def _sizes(step: Array, x: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        return np.asarray((np.abs(step) / (1 + np.abs(x))).max(axis=1, initial=0.0))
+
+
+def unrest(call: str, closed: Equations, at: Instant, x: Array, p: Array, share: Array, must: Mask) -> list[str]:
+    """For each row of states (N, nx) the sentence that says what moves there, or would in time; empty at rest."""
+    labels, sentences, driven = labels_of(closed.states), [], _driven(closed, at, x, p, must)
+    for own, moved in zip(share, driven, strict=True):
+        worst = int(np.argmax(own)) if own.size else 0
+        if moved >= 0:
+            sentences.append(
+                f"`{call}(...)` must have a loop that rests; at t = {at.t:g} s '{labels[moved]}' is driven by a signal "
+                "that moves in time. Give the loop a constant reference and disturbance, another `t`, or "
+                "`at_rest=False`."
+            )
+        elif own.size and not own[worst] <= AT_REST:
+            sentences.append(
+                f"`{call}(...)` must have a state at which the loop rests, and Newton's method found none: "
+                f"'{labels[worst]}' still moves at t = {at.t:g} s. Start nearer to a rest point, or ask for the loop "
+                "frozen where it starts: `at_rest=False`."
+            )
+        else:
+            sentences.append("")
+    return sentences
+
+
+def _driven(closed: Equations, at: Instant, x: Array, p: Array, must: Mask) -> list[int]:
+    """For each row the place of the state whose motion changes with time itself, or -1."""
+    found = np.full(len(x), -1)
+    both = [(closed, at.t)]
+    if isinstance(closed, Sampled):
+        both = [(jump_of(closed), at.t / closed.period), (closed.flow, at.t)]
+    for ode, t in both:
+        assert isinstance(ode, Ode)
+        if not ca.depends_on(ode.rate, ode.t):
+            continue
+        first = ca.jacobian(ode.rate, ode.t)
+        terms = ca.fabs(ca.jacobian(ode.rate, ode.x)) @ (1 + ca.fabs(ode.x)) + 1
+        values = [ca.densify(part) for part in (first, ca.jacobian(first, ode.t), terms)]
+        by_time = ca.Function("by_time", [ode.t, ode.x, ode.p], values)
+        one, two, scale = (np.array(part).T for part in by_time(t, x.T, p.T))
+        share = np.maximum(np.abs(one), np.abs(two)) / scale * must
+        moved = share.max(axis=1, initial=0.0) > AT_REST
+        found[moved] = share[moved].argmax(axis=1)
+    return [int(place) for place in found]
