@@ -17,6 +17,7 @@ from workbench.validation.refusals import Array, numbers, refusal, seconds
 from workbench.validation.signatures import door
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
+TIE = 10.0  # degrees below 180, from which on a first phase is taken as -180
 DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction of a turn is not certain
 ROUNDING = 1e-9  # of a turn
 
@@ -45,6 +46,13 @@ class FrequencyCurve:
     Those of a loop in a computer have its `period` in s, and frequencies up to Nyquist's, pi / period. The `unit` is
     that of the answers, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
     zeros and gain. The `style` is as in `Series`; None takes the place of the curve in its picture.
+
+    Examples
+    --------
+    >>> omega = np.geomspace(0.1, 10.0, 200)
+    >>> lag = wb.FrequencyCurve("a lag", omega, 1 / (1 + 1j * omega))
+    >>> len(wb.bode(lag).figure.panels)
+    2
     """
 
     label: Label
@@ -125,12 +133,12 @@ def low_slope(omega: Array, values: Complex) -> int:
 
 
 def phases(omega: Array, values: Complex) -> Array:
-    """The phase in degrees without jumps; the first is within half a turn of 90 times the slope of the gain there."""
+    """The phase in degrees without jumps; the first lies from 190 below to 170 above 90 times the slope of the gain."""
     held = np.isfinite(values) & (values != 0)
     found = np.full(len(values), np.nan)
     if held.any():
         angles = np.degrees(np.unwrap(np.angle(values[held])))
-        turns = math.floor((angles[0] - 90 * low_slope(omega, values) + 180) / 360 + ROUNDING)
+        turns = math.floor((angles[0] - 90 * low_slope(omega, values) + 180 + TIE) / 360)
         found[held] = angles - 360 * turns
     return found
 

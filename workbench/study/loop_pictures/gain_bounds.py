@@ -24,6 +24,13 @@ class GainBound:
     """A bound on a gain, by its factors (k,) at frequencies (k,) in rad/s; what lies `above` or `below` it is shaded.
 
     Between its frequencies the bound is straight over the logarithms of both.
+
+    Examples
+    --------
+    >>> import control
+    >>> bound = wb.GainBound("no gain there", [1.0, 100.0], [1.0, 0.01])
+    >>> wb.bode(control.tf([1], [1, 1]), bounds=[bound]).figure.name
+    'bode'
     """
 
     label: Label
