@@ -178,8 +178,10 @@ def test_turns_and_unstable_poles_give_those_of_the_closed_loop(name):
 
 def test_what_a_curve_cannot_tell_is_not_counted():
     omega = np.geomspace(0.1, 1.0, 50)
-    assert "not near zero" in curve_turns(omega, (1 / s)(1j * omega)).reason
+    assert "neither near zero" in curve_turns(omega, (1 / s)(1j * omega)).reason
     assert "gap" in curve_turns(omega, np.where(omega < 0.5, np.nan, 1.0)).reason
+    crossing = np.geomspace(0.01, math.sqrt(3), 300)  # it ends where it is real, far beyond -1, and still moves
+    assert "neither near zero" in curve_turns(crossing, (80 / (s + 1) ** 3)(1j * crossing)).reason
     jumps = np.array([1.0, 2.0, 3.0])
     assert "120 degrees" in curve_turns(jumps, [1.0, -2.0 + 0.1j, 0.1]).reason
     figure = nyquist_figure("n", "", [FrequencyCurve("L", omega, (1 / s)(1j * omega))])

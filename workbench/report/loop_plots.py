@@ -188,10 +188,10 @@ def root_locus(system: Any, gains: Array | None = None, marked: tuple[float, ...
     values = numbers("root_locus(gains=...)", values, 1)
     if not np.isfinite(values).all():
         raise refusal("root_locus(gains=...)", "finite numbers", gains)
-    top = (roots.gain or 0.0) * np.real(np.poly(roots.zeros))
-    bottom = np.real(np.poly(roots.poles))
-    if len(top) > len(bottom):
-        raise refusal("root_locus(system)", "a system with no more zeros than poles", system)
+    top = (roots.gain or 0.0) * np.atleast_1d(np.real(np.poly(roots.zeros)))
+    bottom = np.atleast_1d(np.real(np.poly(roots.poles)))
+    if len(top) > len(bottom) or len(bottom) == 1:
+        raise refusal("root_locus(system)", "a system with poles, and no more zeros than poles", system)
     padded = np.concatenate([np.zeros(len(bottom) - len(top)), top])
     poles = np.full((len(values), len(bottom) - 1), np.nan, complex)
     for row, k in zip(poles, values, strict=True):

@@ -106,16 +106,17 @@ def bode_figure(
     return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
 
 
-def check_curves(call: str, curves: Sequence[FrequencyCurve]) -> None:
-    """Refuse no curves at all, and a curve without two frequencies above zero or without an answer."""
+def check_curves(call: str, curves: Sequence[FrequencyCurve], zeros: bool = False) -> None:
+    """Refuse no curves, and one without two frequencies above zero or without an answer, or with no other than zero."""
     if not curves:
         raise ValueError(f"`{call}(curves=...)` must have at least one curve; got none.")
     for one in curves:
         omega, values = one.logarithmic
-        if len(omega) < 2 or not (np.isfinite(values) & (values != 0)).any():
+        if len(omega) < 2 or not (np.isfinite(values) & (zeros | (values != 0))).any():
+            answer = "is no gap" if zeros else "is neither zero nor a gap"
             raise ValueError(
-                f"`{call}(curves=...)` must have two or more frequencies above zero and an answer that is neither zero "
-                f"nor a gap; the curve '{one.label}' has none."
+                f"`{call}(curves=...)` must have two or more frequencies above zero and an answer that {answer}; the "
+                f"curve '{one.label}' has none."
             )
 
 

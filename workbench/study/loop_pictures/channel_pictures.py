@@ -126,7 +126,7 @@ def relative_gain_figure(name: str, caption: Phrase, plant: FrequencyMatrix) -> 
         for i in range(size)
         for j in range(size)
     ]
-    check_curves("relative_gain_figure", curves)
+    check_curves("relative_gain_figure", curves, zeros=True)
     marks: list[Mark] = [
         Series(one.label, plant.frequencies[above], np.abs(one.values[above]), k % STYLES)
         for k, one in enumerate(curves)

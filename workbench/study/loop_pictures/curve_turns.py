@@ -13,7 +13,8 @@ from workbench.validation.signatures import door
 
 LARGEST = 2 * np.pi / 3  # of a turn from one frequency to the next
 SETTLED = 0.5  # of the distance of the point from zero: a curve that ends nearer to zero turns no more about the point
-REAL = 0.02  # radians from the real axis, at which a curve that ends elsewhere is closed on it
+REAL = 0.25  # radians from the real axis, as seen from the point, within which a curve that is flat at its end ends
+FLAT, BEFORE = 0.25, 3.0  # of the distance from the point: the change over the last factor of 3 of frequency
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,9 @@ class CurveTurns:
 def curve_turns(frequencies: Array, values: object, period: float | None = None, point: float = -1.0) -> CurveTurns:
     """The turns about a real point of the curve of L at frequencies (m,) in rad/s, its mirror image and its closure.
 
-    A pole at zero, or at z = 1, is passed on the side of the stable poles' opposite half-plane, so that n of them close
-    the curve by n half turns clockwise. Its number comes from the slope of the gain at the lowest frequencies. Beyond
-    the highest frequency the curve is closed straight to its mirror image, if it ends near zero, or near the real axis.
+    A pole at zero, or at z = 1, is passed on the right, so that n of them close the curve by n half turns clockwise;
+    their number comes from the slope of the gain at the lowest frequencies. Beyond the highest frequency the curve is
+    closed straight to its mirror image, if it ends near zero, or flat and nearly real.
 
     References
     ----------
@@ -55,15 +56,24 @@ def curve_turns(frequencies: Array, values: object, period: float | None = None,
         k = int(np.abs(steps).argmax())
         span = f"{number(omega[k])} and {number(omega[k + 1])} rad/s"
         return CurveTurns(None, reason=f"it turns by more than 120 degrees between the frequencies {span}")
-    settled = abs(curve[-1]) < SETTLED * abs(point)
-    real = abs(math.remainder(2 * float(np.angle(away[-1])), 2 * math.pi)) < 2 * REAL
-    if not (settled or real or (period is not None and omega[-1] > (1 - 1e-3) * math.pi / period)):
-        return CurveTurns(None, reason=f"it is not near zero at its highest frequency, {number(omega[-1])} rad/s")
+    if not (_ends(omega, curve, point) or (period is not None and omega[-1] > (1 - 1e-3) * math.pi / period)):
+        where = f"{number(omega[-1])} rad/s"
+        return CurveTurns(None, reason=f"at its highest frequency, {where}, it is neither near zero nor at rest")
     order = max(0, -low_slope(omega, curve))
     first, last = float(np.angle(away[0])), float(np.angle(away[-1]))
     start = _nearest(2 * first, -order * math.pi)
     total = 2 * float(steps.sum()) + start + _nearest(-2 * last, 0.0)
     return CurveTurns(-round(total / (2 * math.pi)), order)
+
+
+def _ends(omega: Array, curve: Complex, point: float) -> bool:
+    """True if a curve ends near zero, where it turns no more about the point, or is flat there and nearly real."""
+    if abs(curve[-1]) < SETTLED * abs(point):
+        return True
+    away = complex(curve[-1]) - point
+    before = complex(curve[int(np.searchsorted(omega, omega[-1] / BEFORE))])
+    real = abs(math.remainder(2 * math.atan2(away.imag, away.real), 2 * math.pi)) < 2 * REAL
+    return real and abs(complex(curve[-1]) - before) < FLAT * abs(away)
 
 
 def _nearest(angle: float, to: float) -> float:

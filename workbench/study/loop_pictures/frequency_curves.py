@@ -186,11 +186,14 @@ def between(omega: Array, numbers_at: Array, at: float) -> float:
 
 def captioned(caption: Phrase, remarks: Sequence[Phrase]) -> Phrase:
     """A caption that ends with sentences of remarks."""
-    parts = caption if isinstance(caption, tuple) else (caption,)
-    last = parts[-1] if parts else ""
-    stop = "" if not remarks or (isinstance(last, str) and last.rstrip().endswith((".", "!", "?"))) else "."
-    held = [part for remark in remarks for part in (" ", *(remark if isinstance(remark, tuple) else (remark,)))]
-    return (*parts, *([stop] if stop else []), *held) if held else caption
+    if not remarks:
+        return caption
+    parts = [part for part in (caption if isinstance(caption, tuple) else (caption,)) if part != ""]
+    if parts and not (isinstance(parts[-1], str) and parts[-1].rstrip().endswith((".", "!", "?"))):
+        parts.append(".")
+    for remark in remarks:
+        parts += [*([" "] if parts else []), *(remark if isinstance(remark, tuple) else (remark,))]
+    return tuple(parts)
 
 
 def joined(parts: Sequence[Phrase]) -> str:
