@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
 import typst
 
@@ -83,9 +83,9 @@ def compiled(data: str) -> bytes:
         ) from error
 
 
-def drawing_file(svg: str, kind: str) -> bytes:
+def drawing_file(svg: str, kind: Literal["pdf", "png"]) -> bytes:
     """A drawing by itself as a file: "pdf", or "png" with 200 pixels an inch."""
-    return bytes(typst.compile(ALONE, format=kind, ppi=200.0, sys_inputs={"svg": svg}, ignore_system_fonts=True))
+    return typst.compile(ALONE, format=kind, ppi=200.0, sys_inputs={"svg": svg}, ignore_system_fonts=True)
 
 
 def _without_suspects(content: bytes) -> bytes:

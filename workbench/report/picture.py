@@ -61,5 +61,8 @@ class Picture:
         if kind := other_kind(place):
             raise LookupError(f"`savefig({str(place)!r})` must be the path of a file; {kind} has this name.")
         drawn = self.svg
-        write_durably(place, drawn.encode() if place.suffix == ".svg" else drawing_file(drawn, place.suffix[1:]))
+        if place.suffix == ".svg":
+            write_durably(place, drawn.encode())
+        else:
+            write_durably(place, drawing_file(drawn, "pdf" if place.suffix == ".pdf" else "png"))
         return place

@@ -159,14 +159,15 @@ def step_answers(
             f"`step_answers(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
             "shorter `until`."
         )
-    t = np.linspace(0, end, TIMES) if h is None else h * np.arange(max(2, round(end / h) + 1))
+    t = np.asarray(np.linspace(0, end, TIMES) if h is None else h * np.arange(max(2, round(end / h) + 1)), dtype=float)
     respond = control.impulse_response if impulse else control.step_response
     found = respond(held, t, squeeze=False)
     final = np.full((held.noutputs, held.ninputs), np.nan)
     rests = bool((poles.real < -1e-9 * np.abs(poles).max(initial=0.0)).all())
     if rests:
         final = np.zeros_like(final) if impulse else np.real(np.asarray(held.dcgain())).reshape(final.shape)
-    return t, np.asarray(found.outputs).reshape(held.noutputs, held.ninputs, len(t)), final
+    outputs: Array = np.asarray(found.outputs, dtype=float).reshape(held.noutputs, held.ninputs, len(t))
+    return t, outputs, np.asarray(final, dtype=float)
 
 
 def _until(poles: Complex, h: float | None) -> float:

@@ -145,8 +145,8 @@ def draw_curves(
                 with pen.group("marks", i, j):
                     draw_arrows(pen, box, arrows, x, y)
             case Guides() as guides:
-                points = [box.at(x.share(mark.x), y.share(mark.y)) for mark in panel.series if isinstance(mark, Points)]
-                draw_guides(pen, box, (i, j), guides, x, y, [line for held in drawn for line in held], points)
+                dots = [box.at(x.share(mark.x), y.share(mark.y)) for mark in panel.series if isinstance(mark, Points)]
+                draw_guides(pen, box, (i, j), guides, x, y, [line for held in drawn for line in held], dots)
 
 
 def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Box) -> None:

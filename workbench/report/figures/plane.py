@@ -50,8 +50,10 @@ def _arrow(pen: Pen, box: Box, start: Array, along: Array, length: float, color:
     tip = start + along * (length or HEAD / 2)
     aside, base = np.array([-along[1], along[0]]) * HALF * scale, tip - along * HEAD * scale
     if length:
-        pen.line(*np.array([start, base]).T, {"color": color, "linewidth": 0.6}, box)
-    pen.area(*np.array([tip, base + aside, base - aside]).T, color, within=box)
+        shaft = np.array([start, base])
+        pen.line(shaft[:, 0], shaft[:, 1], {"color": color, "linewidth": 0.6}, box)
+    head = np.array([tip, base + aside, base - aside])
+    pen.area(head[:, 0], head[:, 1], color, within=box)
 
 
 def draw_guides(
@@ -77,7 +79,7 @@ def draw_guides(
             if words and (found := _room(box, line, words, held, curves)) is not None:
                 held.append(found)
                 foot = found[:2] + HALO
-                pen.area(*Box(*found[:2], *(found[2:] - found[:2])).corners, "#ffffff", 0.85)
+                pen.area(*Box(*found[:2], *(found[2:] - found[:2])).corners, "#ffffff")
                 pen.words(words, foot[0], foot[1] + extent(words, SIZE).descent / 2, SIZE, color=INK)
 
 

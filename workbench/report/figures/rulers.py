@@ -197,8 +197,8 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
         beside = shares_rows(figure) and column_of(figure, i)
         y = Ruler.of_names(("",) * len(panel.ynames) if beside else row_names(figure, panel), downwards=True)
     else:
-        upwards = [*(part for _, up in held for part in up), panel.hlines]
-        y = Ruler.around(panel.yscale, panel.ylim, upwards, 0.05, steps=panel.ysteps)
+        upwards = [part for _, up in held for part in up]
+        y = Ruler.around(panel.yscale, panel.ylim, [*upwards, panel.hlines], 0.05, steps=panel.ysteps)
     return x, y
 
 
@@ -241,9 +241,9 @@ def size_of(figure: Figure) -> tuple[float, float]:
         return WIDTH, min(sum(led(figure)) + 0.35, TALL)
     rows = -(-len(figure.panels) // figure.columns)
     height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
-    if any(panel.aspect != "wide" for panel in figure.panels):
+    if any(panel.aspect in ("tall", "equal") for panel in figure.panels):
         height = PLANE[figure.columns]
-    elif any(isinstance(mark, Points) for panel in figure.panels for mark in panel.series):
+    elif any(isinstance(mark, Points) for panel in figure.panels if panel.aspect != "wide" for mark in panel.series):
         height *= 1.4  # names need room
     named = [_rows_of(row_names(figure, panel), panel) for panel in figure.panels if panel.ynames]
     return WIDTH, min(rows * max(named, default=height) + 0.35, TALL)

@@ -216,8 +216,8 @@ class Panel:
     counts them: `xnames` are columns 0, 1, ... from the left, `ynames` rows 0, 1, ... from the top. Up to `xcut`, a
     number within `xlim`, the abscissa takes half of the width, the rest the other half; its label says so. `xsteps` and
     `ysteps` are the steps that the numbers at a linear axis may have, in rising order: (45, 90, 180) for degrees. A
-    'tall' panel is higher than a wide one, and so is one of 'equal' axes: a unit is as long across as upwards, and the
-    shorter range is widened.
+    panel whose points have names is higher than one without, unless all are 'wide'; a 'tall' one is higher still, and
+    so is one of 'equal' axes: a unit is as long across as upwards, and the shorter range is widened.
 
     Raises
     ------
@@ -241,7 +241,7 @@ class Panel:
     xcut: float | None = None
     xsteps: tuple[float, ...] = ()
     ysteps: tuple[float, ...] = ()
-    aspect: Literal["wide", "tall", "equal"] = "wide"
+    aspect: Literal["", "wide", "tall", "equal"] = ""
 
     def __post_init__(self) -> None:
         if not self.series:

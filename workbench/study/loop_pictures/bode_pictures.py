@@ -85,6 +85,7 @@ def bode_figure(
             hlines=(0.0,) if gain_limits[0] < 0 < gain_limits[1] else (),
             vlines=tops,
             ysteps=DECIBELS,
+            aspect="wide",
         ),
         Panel(
             "phase [degrees]",
@@ -96,6 +97,7 @@ def bode_figure(
             hlines=half,
             vlines=tops,
             ysteps=DEGREES,
+            aspect="wide",
         ),
     )
     remarks = [

@@ -169,7 +169,7 @@ def _over_frequency(
         hlines=(level,) if limits[0] < level < limits[1] else (),
         vlines=tops,
         ysteps=DECIBELS if level == 0 else (),
-        aspect="tall" if len(marks) > 4 else "wide",
+        aspect="tall" if len(marks) > 4 else "",
     )
     return Figure(name, caption, (panel,), 1, table)
 

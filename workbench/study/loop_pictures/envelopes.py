@@ -91,16 +91,15 @@ def bode_envelope(
     panels, limits = [], (float(omega[0]), float(omega[-1]))
     curve = FrequencyCurve("", omega, held[0], period)
     own = ylabel if isinstance(ylabel, tuple) else (ylabel,)
-    for k, (label, rows, steps, deepest) in enumerate(
-        (((*own, " [dB]"), gains, DECIBELS, DEEPEST), ("phase [degrees]", turns, DEGREES, np.inf))
-    ):
+    labels: tuple[Label, Label] = (*own, " [dB]"), "phase [degrees]"
+    for k, (rows, steps, deepest) in enumerate(((gains, DECIBELS, DEEPEST), (turns, DEGREES, np.inf))):
         marks = envelope_marks(omega, rows, None if worst is None else worst[k], draws.worst_name)
         up = limits_of([np.nanmin(rows, axis=0), np.nanmax(rows, axis=0)], [], deepest)
         lines = tuple(at for at in ((0.0,) if not k else (-180.0,)) if up[0] < at < up[1])
         shaded = shaded_bounds(bounds) if not k else []
         panels.append(
             Panel(
-                label,
+                labels[k],
                 (*marks, *shaded),
                 FREQUENCY,
                 limits,

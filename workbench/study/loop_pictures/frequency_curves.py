@@ -202,7 +202,7 @@ def joined(parts: Sequence[Phrase]) -> str:
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
-def breaks(inside: Array) -> list[tuple[int, int]]:
+def breaks(inside: np.ndarray[Any, np.dtype[np.bool_]]) -> list[tuple[int, int]]:
     """The first place of each stretch of True, and the place behind its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(inside, dtype=int), [0]])))
-    return list(pairwise(edges))[::2]
+    return list(pairwise(edges.tolist()))[::2]

@@ -162,8 +162,8 @@ def zero_lines(x: Array, y: Array, rates: Array) -> tuple[Array, Array]:
     """
     strokes: list[list[Point]] = []
     for i, j in np.ndindex(len(y) - 1, len(x) - 1):
-        corners = [(x[j], y[i], rates[i, j]), (x[j + 1], y[i], rates[i, j + 1])]
-        corners += [(x[j + 1], y[i + 1], rates[i + 1, j + 1]), (x[j], y[i + 1], rates[i + 1, j])]
+        places = (i, j), (i, j + 1), (i + 1, j + 1), (i + 1, j)
+        corners = [(float(x[b]), float(y[a]), float(rates[a, b])) for a, b in places]
         for triangle in ((0, 1, 2), (0, 2, 3)):
             ends = _cuts([corners[k] for k in triangle])
             if len(ends) == 2 and ends[0] != ends[1]:
@@ -195,9 +195,9 @@ def _chains(strokes: Sequence[list[Point]]) -> list[list[Point]]:
     lines: list[list[Point]] = []
     for start in (*starts, *(stroke[0] for stroke in strokes)):
         line = [start]
-        while (k := next((k for k in beside[line[-1]] if k in left), None)) is not None:
-            del left[k]
-            first, last = strokes[k]
+        while (place := next((k for k in beside[line[-1]] if k in left), None)) is not None:
+            del left[place]
+            first, last = strokes[place]
             line.append(last if first == line[-1] else first)
         if len(line) > 1:
             lines.append(line)

@@ -68,13 +68,12 @@ def pole_zero_map(name: str, caption: Phrase, systems: Sequence[PoleZeroSet], gr
     for k, one in enumerate(systems):
         style = k % STYLES if one.style is None else one.style
         names = one.names or ("",) * len(one.poles)
-        for label, roots, shape in (
-            (f"poles{_of(one, systems)}", one.poles, "pole"),
-            (f"zeros{_of(one, systems)}", one.zeros, "zero"),
-        ):
-            if len(roots):
-                words = names if shape == "pole" else ()
-                marks.append(Points(label, roots.real, roots.imag, words, style, shape=shape))
+        if len(one.poles):
+            label = f"poles{_of(one, systems)}"
+            marks.append(Points(label, one.poles.real, one.poles.imag, names, style, shape="pole"))
+        if len(one.zeros):
+            label = f"zeros{_of(one, systems)}"
+            marks.append(Points(label, one.zeros.real, one.zeros.imag, (), style, shape="zero"))
     panel = root_panel(marks, held, period, grid)
     rows: list[tuple[Cell, ...]] = [
         (one.label, kind, float(root.real), float(root.imag), float(abs(root)))
@@ -180,9 +179,9 @@ def _sampled_grid(
             near, far = z[:NAMED_AT], z[NAMED_AT - 1 :]
             lines += [(near.real, sign * near.imag), (far.real, sign * far.imag)]
             names += [f"{damping:g}" if sign > 0 else "", ""]
-    for omega in [*_rings(0.0, 0.99 * seen), *([top] if seen >= top else [])]:
+    for natural in [*_rings(0.0, 0.99 * seen), *([top] if seen >= top else [])]:
         angle = np.linspace(np.pi / 2, np.pi, 91)
-        z = np.exp(omega * period * np.exp(1j * angle))
+        z = np.exp(natural * period * np.exp(1j * angle))
         lines += [(z.real[::-1], z.imag[::-1]), (z.real, -z.imag)]
-        names += [f"{number(omega)} rad/s", ""]
+        names += [f"{number(natural)} rad/s", ""]
     return lines, names

@@ -134,9 +134,8 @@ def _paths(paths: Complex, window: float) -> list[Mark]:
         if length[-1] > 0.08 * window:
             k = max(1, int(np.searchsorted(length, 0.5 * length[-1])))
             along = seen[k] - seen[k - 1]
-            marks.append(
-                Arrows("", *(np.array([part]) for part in (seen[k].real, seen[k].imag, along.real, along.imag)), 0)
-            )
+            at, way = (np.array([part.real, part.imag]) for part in (seen[k], along))
+            marks.append(Arrows("", at[:1], at[1:], way[:1], way[1:], 0))
     return marks
 
 
