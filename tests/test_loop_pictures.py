@@ -107,6 +107,11 @@ def test_a_caption_says_the_margins_or_that_there_are_none():
     assert "second: the closed loop is not stable, so that it has no margins." in words
 
 
+def test_the_margins_of_one_channel_of_several_are_told_with_those_of_all():
+    words = caption(bode_figure("b", "Loops.", [curve(THIRD, all_channels=0.21)]))
+    assert words.endswith("disk margin 0.378; disk margin of all channels at once 0.21.")
+
+
 def test_a_computers_nyquist_frequency_has_a_line():
     figure = bode_figure("b", "", [curve(SAMPLED)])
     for panel in figure.panels:

@@ -1,4 +1,4 @@
-"""What pictures show of a system of python-control: its answers at frequencies that fit it, its roots, and its step."""
+"""Answers of a system of python-control at frequencies that fit it, its roots, and its step responses."""
 
 from __future__ import annotations
 

@@ -55,6 +55,16 @@ def bode_figure(
         If there is no curve, none has a frequency above zero, or a sampled one is to have asymptotes.
     """
     check_curves("bode_figure", curves)
+    gains, turns = _marks(curves, asymptotes)
+    panels = _gain_panel(curves, [*gains, *shaded_bounds(bounds)], ylabel), _phase_panel(curves, turns)
+    remarks = [*margin_remarks(curves), *(said for one in curves for said in doubts(one))]
+    if asymptotes and any(one.corners is not None for one in curves):
+        remarks.append("Dashed: asymptotes.")
+    return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
+
+
+def _marks(curves: Sequence[FrequencyCurve], asymptotes: bool) -> tuple[list[Mark], list[Mark]]:
+    """The marks of both panels: the curves, then their margins and their asymptotes."""
     gains: list[Mark] = []
     turns: list[Mark] = []
     own = styles(curves)
@@ -68,44 +78,40 @@ def bode_figure(
         if asymptotes and one.corners is not None:
             gains.append(gain_asymptote(one))
             turns.append(phase_asymptote(one))
-    low, high = frequency_limits(curves)
-    gain_limits = limits_of([decibels(one.logarithmic[1]) for one in curves], [*_heights(gains), 0.0], DEEPEST)
-    turn_limits = limits_of([phases(*one.logarithmic) for one in curves], _heights(turns), np.inf)
-    half = _half_turns(curves, turn_limits)
-    turn_limits = limits_of([np.array(turn_limits)], [*half], np.inf, 0.0 if not half else 0.03)
-    tops = nyquist_lines(curves)
-    panels = (
-        Panel(
-            magnitude(ylabel, curves),
-            (*gains, *shaded_bounds(bounds), *named_lines(curves, gain_limits)),
-            FREQUENCY,
-            (low, high),
-            gain_limits,
-            "log",
-            hlines=(0.0,) if gain_limits[0] < 0 < gain_limits[1] else (),
-            vlines=tops,
-            ysteps=DECIBELS,
-            aspect="wide",
-        ),
-        Panel(
-            "phase [degrees]",
-            tuple(turns),
-            FREQUENCY,
-            (low, high),
-            turn_limits,
-            "log",
-            hlines=half,
-            vlines=tops,
-            ysteps=DEGREES,
-            aspect="wide",
-        ),
+    return gains, turns
+
+
+def _gain_panel(curves: Sequence[FrequencyCurve], marks: Sequence[Mark], ylabel: Label) -> Panel:
+    limits = limits_of([decibels(one.logarithmic[1]) for one in curves], [*_heights(marks), 0.0], DEEPEST)
+    return Panel(
+        magnitude(ylabel, curves),
+        (*marks, *named_lines(curves, limits)),
+        FREQUENCY,
+        frequency_limits(curves),
+        limits,
+        "log",
+        hlines=(0.0,) if limits[0] < 0 < limits[1] else (),
+        vlines=nyquist_lines(curves),
+        ysteps=DECIBELS,
+        aspect="wide",
     )
-    remarks = [
-        *margin_remarks(curves),
-        *_remarks(curves, asymptotes),
-        *(said for one in curves for said in doubts(one)),
-    ]
-    return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
+
+
+def _phase_panel(curves: Sequence[FrequencyCurve], marks: Sequence[Mark]) -> Panel:
+    limits = limits_of([phases(*one.logarithmic) for one in curves], _heights(marks), np.inf)
+    half = _half_turns(curves, limits)
+    return Panel(
+        "phase [degrees]",
+        tuple(marks),
+        FREQUENCY,
+        frequency_limits(curves),
+        limits_of([np.array(limits)], half, np.inf, 0.03 if half else 0.0),
+        "log",
+        hlines=half,
+        vlines=nyquist_lines(curves),
+        ysteps=DEGREES,
+        aspect="wide",
+    )
 
 
 def check_curves(call: str, curves: Sequence[FrequencyCurve], zeros: bool = False) -> None:
@@ -227,10 +233,3 @@ def _dropped(x: Array, y: Array, base: Array, names: tuple[Label, ...], style: S
     names = tuple(one for one, there in zip(names, held, strict=True) if there) if names else ()
     across, up = np.repeat(x, 3), np.column_stack([base, y, np.full(len(x), np.nan)]).ravel()
     return [Series("", across, up, "aid"), Points("", x, y, names, style)]
-
-
-def _remarks(curves: Sequence[FrequencyCurve], asymptotes: bool) -> list[Phrase]:
-    said: list[Phrase] = []
-    if asymptotes and any(one.corners is not None for one in curves):
-        said.append("Dashed: asymptotes.")
-    return said

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.loop_pictures.frequency_curves import Complex, low_slope, number
-from workbench.validation.refusals import Array
+from workbench.study.loop_pictures.frequency_curves import Complex, complexes, low_slope, number, rising
+from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
 LARGEST = 2 * np.pi / 3  # of a turn from one frequency to the next
@@ -39,12 +39,21 @@ def curve_turns(frequencies: Array, values: object, period: float | None = None,
     their number comes from the slope of the gain at the lowest frequencies. Beyond the highest frequency the curve is
     closed straight to its mirror image, if it ends near zero, or flat and nearly real.
 
+    Raises
+    ------
+    ValueError
+        If the frequencies do not rise, or there is not one answer for each.
+
     References
     ----------
     Astrom and Murray (2021), Feedback Systems, second edition, section 10.2.
     """
-    omega = np.asarray(frequencies, dtype=float)
-    curve: Complex = np.asarray(values, dtype=complex)
+    omega = rising("curve_turns(frequencies=...)", frequencies, period)
+    curve = complexes("curve_turns(values=...)", values, 1, gaps=True)
+    if curve.shape != omega.shape or not math.isfinite(point):
+        raise refusal(
+            "curve_turns(values=...)", f"an answer for each of {len(omega)} frequencies, and a finite point", values
+        )
     omega, curve = omega[omega > 0], curve[omega > 0]
     away = curve - point
     if not np.isfinite(curve).all() or len(curve) < 2:

@@ -45,7 +45,7 @@ class Envelope:
         x = numbers("Envelope(x=...)", self.x, 1)
         if len(x) < 2 or not np.isfinite(x).all() or (np.diff(x) <= 0).any():
             raise refusal("Envelope(x=...)", "two or more finite numbers in rising order", self.x)
-        rows = complexes("Envelope(rows=...)", np.where(np.isinf(self.rows), np.nan, self.rows), 2, gaps=True)
+        rows = complexes("Envelope(rows=...)", self.rows, 2, gaps=True, infinite=True)
         if rows.shape[1] != len(x) or not np.isfinite(rows).all(axis=1).any():
             must = f"an array (N, {len(x)}) with a draw or more without NaN"
             raise refusal("Envelope(rows=...)", must, self.rows)
@@ -86,15 +86,14 @@ def bode_envelope(
     turns = np.array([phases(omega, row) for row in held])
     worst = None
     if draws.worst is not None and draws.sound[draws.worst]:
-        row = draws.rows[draws.worst]
-        worst = decibels(row), phases(omega, row)
+        worst = decibels(draws.rows[draws.worst]), phases(omega, draws.rows[draws.worst])
     panels, limits = [], (float(omega[0]), float(omega[-1]))
-    curve = FrequencyCurve("", omega, held[0], period)
+    tops = nyquist_lines([FrequencyCurve("", omega, held[0], period)])
     own = ylabel if isinstance(ylabel, tuple) else (ylabel,)
     labels: tuple[Label, Label] = (*own, " [dB]"), "phase [degrees]"
     for k, (rows, steps, deepest) in enumerate(((gains, DECIBELS, DEEPEST), (turns, DEGREES, np.inf))):
         marks = envelope_marks(omega, rows, None if worst is None else worst[k], draws.worst_name)
-        up = limits_of([np.nanmin(rows, axis=0), np.nanmax(rows, axis=0)], [], deepest)
+        up = limits_of([rows.ravel()], [], deepest)
         lines = tuple(at for at in ((0.0,) if not k else (-180.0,)) if up[0] < at < up[1])
         shaded = shaded_bounds(bounds) if not k else []
         panels.append(
@@ -106,7 +105,7 @@ def bode_envelope(
                 up,
                 "log",
                 hlines=lines,
-                vlines=nyquist_lines([curve]) if period and omega[-1] * (1 + 1e-9) >= np.pi / period else (),
+                vlines=tops if tops and omega[-1] * (1 + 1e-9) >= tops[0] else (),
                 ysteps=steps,
             )
         )
@@ -173,7 +172,7 @@ def envelope_table(name: str, caption: Phrase, head: Column, x: Array, rows: Arr
 
 
 def envelope_remarks(draws: Envelope) -> list[Phrase]:
-    """How many draws there are, which are left out, and which is the worst."""
+    """Sentences on the number of draws, on those that are left out, and on the worst."""
     count, lost = len(draws.rows), np.flatnonzero(~draws.sound)
     said: list[Phrase] = [f"Of {count} draws, the median, the middle 90 % and the range at each place."]
     if lost.size:

@@ -45,7 +45,8 @@ class FrequencyCurve:
 
     Those of a loop in a computer have its `period` in s, and frequencies up to Nyquist's, pi / period. The `unit` is
     that of the answers, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
-    zeros and gain. The `style` is as in `Series`; None takes the place of the curve in its picture.
+    zeros and gain. Of one channel of several, `all_channels` is the disk margin of all of them at once, without which
+    its own margins say too little. The `style` is as in `Series`; None takes the place of the curve in its picture.
 
     Examples
     --------
@@ -63,6 +64,7 @@ class FrequencyCurve:
     margins: StabilityMargins | None = None
     corners: Corners | None = None
     style: Style | None = None
+    all_channels: float | None = None
 
     def __post_init__(self) -> None:
         omega = rising("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
@@ -97,13 +99,15 @@ def rising(call: str, frequencies: Array, period: float | None) -> Array:
     return omega
 
 
-def complexes(call: str, value: Any, ndim: int, gaps: bool = False) -> Complex:
-    """Complex numbers on `ndim` axes, finite but for NaN where `gaps` are allowed."""
+def complexes(call: str, value: Any, ndim: int, gaps: bool = False, infinite: bool = False) -> Complex:
+    """Complex numbers on `ndim` axes, finite but for NaN where `gaps` are allowed; `infinite` ones become gaps."""
     must = f"complex numbers on {ndim} {'axis' if ndim == 1 else 'axes'}{', NaN for a gap' if gaps else ', finite'}"
     try:
         array = np.array(value, dtype=complex)
     except Exception:  # an object of the user's may raise anything when it is asked for its numbers
         raise refusal(call, must, value) from None
+    if infinite:
+        array[np.isinf(array.real) | np.isinf(array.imag)] = np.nan
     bad = np.isinf(array.real) | np.isinf(array.imag) if gaps else ~np.isfinite(array)
     if array.ndim != ndim or bad.any():
         raise refusal(call, must, value)

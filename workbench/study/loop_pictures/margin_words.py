@@ -54,6 +54,8 @@ def margin_remarks(curves: Sequence[FrequencyCurve]) -> list[Phrase]:
     for one in curves:
         if one.margins is not None:
             sentence = margin_sentence(one.margins)
+            if one.all_channels is not None:
+                sentence = f"{sentence[:-1]}; disk margin of all channels at once {number(one.all_channels)}."
             label = one.label if isinstance(one.label, tuple) else (one.label,)
             several = len(curves) > 1
             said.append((*label, ": ", f"{sentence[0].lower()}{sentence[1:]}") if several else sentence)

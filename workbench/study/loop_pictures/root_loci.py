@@ -57,12 +57,7 @@ def root_locus_figure(
     window = _window(paths, rings, period, reach)
     marks = [*_paths(paths, window), *_dots(at, paths, marked, parameter, unit), *_ends(paths, rings)]
     crossings = stability_crossings(at, paths, period)
-    if crossings:
-        roots = np.array([root for _, root in crossings])
-        names = tuple(f"{number(value)}{_unit(unit)}" for value, _ in crossings)
-        known = {name for k, name in enumerate(names) if roots[k].imag >= 0 and k < 2 * NAMED}
-        words = tuple(name if name in known and root.imag >= 0 else "" for name, root in zip(names, roots, strict=True))
-        marks.append(Points("limit of stability", roots.real, roots.imag, words, 6, shape="critical"))
+    marks += _limits(crossings, unit)
     shown = paths[np.isfinite(paths) & (np.abs(paths) <= window)]
     panel = root_panel(marks, np.concatenate([shown, rings]), period, grid)
     rows: list[tuple[Cell, ...]] = [
@@ -73,6 +68,16 @@ def root_locus_figure(
     heads = (Column(parameter, unit), Column("branch"), Column("real part"), Column("imaginary part"))
     remarks = [*_remarks(at, crossings, parameter, unit), *(grid_remarks(period) if grid else [])]
     return Figure(name, captioned(caption, remarks), (panel,), 1, Table(name, caption, heads, tuple(rows)))
+
+
+def _limits(crossings: Sequence[tuple[float, complex]], unit: str) -> list[Mark]:
+    """A plus where a branch crosses the limit of stability, the first ones with the value, above the real axis."""
+    if not crossings:
+        return []
+    roots = np.array([root for _, root in crossings])
+    upper = [k for k, root in enumerate(roots) if root.imag >= 0][:NAMED]
+    words = tuple(f"{number(value)}{_unit(unit)}" if k in upper else "" for k, (value, _) in enumerate(crossings))
+    return [Points("limit of stability", roots.real, roots.imag, words, 6, shape="critical")]
 
 
 def _unit(unit: str) -> str:

@@ -79,13 +79,15 @@ def step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> StepIn
     ValueError
         If the step is zero: the response ends where it begins.
     """
-    start = float(y[0])
+    one = TimeResponse("", t, y)
+    t, y, start = one.t, one.y, float(one.y[0])
     size = finite("step_info(final=...)", final) - start
-    if size == 0 or not np.isfinite(y).all() or len(t) != len(y) or len(t) < 2:
+    if not np.isfinite(y).all() or not (size and math.isfinite(size)):
         raise ValueError(
-            "`step_info(t, y, final)` needs a finite response, a number for each time, whose final value is not that "
-            f"at the first time; got a step of {size:g}."
+            "`step_info(t, y, final)` needs a response without gaps, whose final value is not that at the first time; "
+            f"got a step of {size:g}."
         )
+    finite("step_info(band=...)", band, " of the step", low=0)
     share = (np.asarray(y) - start) / size
     low, high = (_first_above(t, share, level) for level in RISE)
     outside = np.flatnonzero(np.abs(share - 1) > band)
