@@ -45,6 +45,8 @@ _ROOMS = {
     "handover.recording": "record",
     "handover.replays": "replay",
     "report.loop_page": "live",
+    "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
+    "study.loop_pictures": "FrequencyCurve GainBound",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

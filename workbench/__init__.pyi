@@ -74,6 +74,15 @@ from workbench.plants import (
 )
 from workbench.report.figures.runs import plot_runs as plot
 from workbench.report.loop_page import live
+from workbench.report.loop_plots import (
+    bode,
+    nichols,
+    nyquist,
+    pole_zero_map,
+    root_locus,
+    singular_values,
+    step_response,
+)
 from workbench.robots import base_parameters, named, paper_arm, regressor
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
@@ -85,6 +94,7 @@ from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
+from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
@@ -112,8 +122,10 @@ __all__ = [
     "Factor",
     "Finding",
     "FirstOrder",
+    "FrequencyCurve",
     "FullState",
     "FurutaPendulum",
+    "GainBound",
     "GaussMarkov",
     "Hold",
     "Instruments",
@@ -173,6 +185,7 @@ __all__ = [
     "base_parameters",
     "block",
     "c2d",
+    "bode",
     "c_code",
     "condition_number",
     "effort",
@@ -193,6 +206,8 @@ __all__ = [
     "lqr",
     "measure",
     "named",
+    "nichols",
+    "nyquist",
     "open_loop",
     "option",
     "overshoot",
@@ -202,6 +217,7 @@ __all__ = [
     "place",
     "plot",
     "pole_zero_structure",
+    "pole_zero_map",
     "read_urdf",
     "record",
     "regressor",
@@ -209,14 +225,17 @@ __all__ = [
     "replay",
     "rk4",
     "rmse",
+    "root_locus",
     "runge_kutta_step",
     "settling_time",
     "side_by_side",
     "simulate",
+    "singular_values",
     "sobol",
     "sobol_bars",
     "stability_margins",
     "steady_kalman",
+    "step_response",
     "total_variation",
     "turned",
 ]

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any
+from typing import Any, Literal
 
 import typst
 
@@ -40,6 +40,8 @@ REST = "… The rest is on the page."
 ROOM = 80  # widths of a digit between an equation's margins
 TALL = 240.0  # points: with its caption and a heading it takes half of a page
 SUSPECTS = b"/Suspects false"
+ALONE = b"""#set page(width: auto, height: auto, margin: 0pt)
+#image(bytes(sys.inputs.svg), format: "svg")"""
 OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
 Tree = dict[str, Any]
@@ -79,6 +81,11 @@ def compiled(data: str) -> bytes:
             f"`pdf(document)` could not set '{title}': typst says: {error.message}. "
             "Look at the formulas of the document first: all else goes in as plain text."
         ) from error
+
+
+def drawing_file(svg: str, kind: Literal["pdf", "png"]) -> bytes:
+    """A drawing by itself as a file: "pdf", or "png" with 200 pixels an inch."""
+    return typst.compile(ALONE, format=kind, ppi=200.0, sys_inputs={"svg": svg}, ignore_system_fonts=True)
 
 
 def _without_suspects(content: bytes) -> bytes:

@@ -8,10 +8,21 @@ import numpy as np
 
 from workbench.report.figures.boxes import draw_bars, draw_tiles, fill_box
 from workbench.report.figures.pen import DIGIT, NUMBER, Box, Pen, extent
+from workbench.report.figures.plane import draw_area, draw_arrows, draw_guides
 from workbench.report.figures.points import draw_points
 from workbench.report.figures.rulers import Ruler, Ticks
-from workbench.report.figures.style import LINES, MARKS, PAD, POINTS_LOOK, SMALL_LETTERS, TICK, layer_of, line_of
-from workbench.study.document.figure import Band, Bars, Mark, Panel, Points, Series, Tiles
+from workbench.report.figures.style import (
+    LINES,
+    MARKS,
+    PAD,
+    POINTS_LOOK,
+    SHAPES,
+    SMALL_LETTERS,
+    TICK,
+    layer_of,
+    line_of,
+)
+from workbench.study.document.figure import Area, Arrows, Band, Bars, Guides, Mark, Panel, Points, Series, Tiles
 from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}
@@ -127,6 +138,15 @@ def draw_curves(
                     draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
             case Tiles() as tiles:
                 draw_tiles(pen, box, tiles, x, y)
+            case Area() as area:
+                with pen.group("series", i, j):
+                    draw_area(pen, box, area, x, y)
+            case Arrows() as arrows:
+                with pen.group("marks", i, j):
+                    draw_arrows(pen, box, arrows, x, y)
+            case Guides() as guides:
+                dots = [box.at(x.share(mark.x), y.share(mark.y)) for mark in panel.series if isinstance(mark, Points)]
+                draw_guides(pen, box, (i, j), guides, x, y, [line for held in drawn for line in held], dots)
 
 
 def _draw_series(pen: Pen, series: Series, line: tuple[Array, Array], ordinates: Array, box: Box) -> None:
@@ -153,12 +173,14 @@ def draw_sample(pen: Pen, series: Mark, box: Box) -> None:
     if isinstance(series, Tiles):
         x_of, y_of = (Ruler.of_names(("",) * size) for size in np.shape(series.shades)[::-1])
         draw_tiles(pen, box, series, x_of, y_of)
+    elif isinstance(series, Area):
+        pen.area(*box.corners, look["color"], 0.3)
     elif isinstance(series, Band):
         pen.area(np.repeat(x[::2], 2), box.bottom + box.height * np.array([0.0, 1.0, 1.0, 0.0]), look["color"], 0.3)
     elif isinstance(series, Bars):
         fill_box(pen, *box.edges, series.style, series.shade)
     elif isinstance(series, Points):
-        pen.marks(x[1:2], y[1:2], look | POINTS_LOOK)
+        pen.marks(x[1:2], y[1:2], look | POINTS_LOOK | SHAPES[series.shape])
     elif isinstance(series, Series) and series.look == "marks":
         pen.marks(x[1:2], y[1:2], look | MARKS)
     else:

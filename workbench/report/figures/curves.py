@@ -14,7 +14,9 @@ def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:
     """The points of a curve that are drawn, an abscissa and its ordinates; a mark that is no curve has none."""
     if not isinstance(mark, Series | Band):
         return ()
-    curves = windowed(mark.curves, panel.xlim)
+    curves = windowed(
+        mark.curves, None if panel.aspect == "equal" else panel.xlim
+    )  # equal axes may be wider than their limits
     if panel.xscale == "linear" and panel.xcut is None:
         return thinned(curves, points_of(figure))
     low, high = panel.xlim or (float(curves[0][0]), float(curves[0][-1]))

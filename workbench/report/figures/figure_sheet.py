@@ -33,6 +33,7 @@ from workbench.study.document.figure import Figure, Mark, Panel, Tiles
 from workbench.validation.refusals import Array
 
 EDGE = 4.0  # points around each panel with all its letters
+ROUNDS = 2  # of laying out: the numbers at a ruler depend on its length, which depends on those numbers
 
 
 @dataclass(frozen=True)
@@ -104,9 +105,10 @@ def _laid_out(
     panes: Sequence[Pane], columns: int, width: float, height: float
 ) -> list[tuple[Pane, Box, tuple[Ticks, Ticks]]]:
     """Each pane with its box and the marks of its rulers, all boxes of one size."""
-    rows = -(-len(panes) // columns)
+    rows, given = -(-len(panes) // columns), panes
     w, h = width / columns, height / rows
-    for _ in range(2):  # the numbers at a ruler depend on its length, which depends on those numbers
+    for _ in range(ROUNDS):
+        panes = [_even(pane, w, h) for pane in given]
         ticks = [(p.x.ticks(int(w / (3 * SMALL_LETTERS)), w), p.y.ticks(int(h / (2 * SMALL_LETTERS)))) for p in panes]
         held = list(zip(panes, ticks, strict=True))
         left = [max((_left(p, t[1]) for p, t in held[j::columns]), default=0.0) for j in range(columns)]
@@ -117,11 +119,29 @@ def _laid_out(
         h = max(1.0, (height - sum(above) - sum(under)) / rows)
     placed = []
     for k, (pane, marks) in enumerate(held):
+        if pane.panel.aspect == "equal":
+            pane = _even(given[k], w, h)
+            marks = pane.x.ticks(int(w / (3 * SMALL_LETTERS)), w), pane.y.ticks(int(h / (2 * SMALL_LETTERS)))
         i, j = divmod(k, columns)
         start = sum(left[: j + 1]) + sum(right[:j]) + j * w
         foot = sum(under[i:]) + sum(above[i + 1 :]) + (rows - 1 - i) * h
         placed.append((pane, Box(start, foot, w, h), marks))
     return placed
+
+
+def _even(pane: Pane, width: float, height: float) -> Pane:
+    """A pane whose axes are equal with the shorter range widened to both sides, for a box of this size in points."""
+    if pane.panel.aspect != "equal":
+        return pane
+    ranges = [(pane.x, width), (pane.y, height)]
+    unit = max((ruler.high - ruler.low) / length for ruler, length in ranges)
+    x, y = (_widened(ruler, unit * length) for ruler, length in ranges)
+    return replace(pane, x=x, y=y)
+
+
+def _widened(ruler: Ruler, reach: float) -> Ruler:
+    middle = (ruler.low + ruler.high) / 2
+    return replace(ruler, low=middle - reach / 2, high=middle + reach / 2)
 
 
 def _left(pane: Pane, ticks: Ticks) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.report.figures.boxes import draw_interval
 from workbench.report.figures.pen import Box, Extent, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import LINES, POINTS_LOOK, SMALL_LETTERS
+from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS
 from workbench.study.document.figure import Points
 from workbench.validation.refusals import Array
 
@@ -51,7 +51,7 @@ def draw_points(pen: Pen, box: Box, points: Points, x: Ruler, y: Ruler, beside: 
                 pen.words(name, foot[0], foot[1] + size.descent, SMALL_LETTERS)
     for k in there.tolist():
         with pen.piece("mark", k):
-            pen.marks(at[k : k + 1, 0], at[k : k + 1, 1], LINES[points.style] | POINTS_LOOK)
+            pen.marks(at[k : k + 1, 0], at[k : k + 1, 1], LINES[points.style] | POINTS_LOOK | SHAPES[points.shape])
 
 
 def _segments(x: Array, y: Array) -> list[list[float]]:

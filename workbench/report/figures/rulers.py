@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -24,6 +25,7 @@ MOST, FEW = 0.3, 2.0  # inches: the most of a named row, and what few of them sh
 TILE, TILE_LINE = 0.06, 0.1  # inches: the edges of a tile, and each line of its text
 AROUND = 0.6  # inches: what stands above and below rows
 TALL = 7.6  # inches that a page has for a figure beside its caption
+PLANE = {1: 4.4, 2: 3.0, 3: 2.2}  # inches, by columns: the height of a panel that is about as high as wide
 
 
 @dataclass(frozen=True)
@@ -59,7 +61,8 @@ class Ticks:
 class Ruler:
     """The ruler of an axis from low to high, linear or logarithmic; for counts with marks at `whole` numbers alone.
 
-    With `names` it has a place for each of them, 0, 1, ..., and no numbers. A `cut` ruler has its middle there.
+    With `names` it has a place for each of them, 0, 1, ..., and no numbers. A `cut` ruler has its middle there. With
+    `steps`, the least of these is that between its numbers for which there is room.
     """
 
     scale: Literal["linear", "log"]
@@ -68,6 +71,7 @@ class Ruler:
     whole: bool = False
     names: tuple[str, ...] = ()
     cut: float | None = None
+    steps: tuple[float, ...] = ()
 
     @staticmethod
     def of_names(names: Sequence[str], downwards: bool = False, least: int = 0) -> Ruler:
@@ -83,10 +87,11 @@ class Ruler:
         held: Sequence[npt.ArrayLike],
         margin: float,
         cut: float | None = None,
+        steps: tuple[float, ...] = (),
     ) -> Ruler:
         """A ruler within its limits, or else around all finite numbers that it holds, with a margin at both ends."""
         if limits is not None:
-            return Ruler(scale, *limits, cut=cut)
+            return Ruler(scale, *limits, cut=cut, steps=steps)
         numbers = np.concatenate([np.ravel(np.asarray(part, dtype=float)) for part in held])
         numbers = numbers[np.isfinite(numbers)]
         low, high = (float(numbers.min()), float(numbers.max())) if numbers.size else (1.0, 10.0)
@@ -94,7 +99,7 @@ class Ruler:
             reach = 0.05 * abs(high) or 0.05
             low, high = (low / 10, 10 * high) if scale == "log" else (low - reach, high + reach)
         bare, whole = Ruler(scale, low, high), bool(numbers.size and (numbers == np.round(numbers)).all())
-        return Ruler(scale, bare._inverse(-margin), bare._inverse(1 + margin), whole)
+        return Ruler(scale, bare._inverse(-margin), bare._inverse(1 + margin), whole, steps=steps)
 
     def share(self, numbers: npt.ArrayLike) -> Array:
         """The places of numbers between low (0) and high (1)."""
@@ -113,7 +118,7 @@ class Ruler:
         formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)
         formatter.axis.set_view_interval(self.low, self.high)
-        places = self._within(_locator(self.scale, most, whole=self.whole))
+        places = self._stepped(most) or self._within(_locator(self.scale, most, whole=self.whole))
         numbers = {
             place: unmarked(number) for place, number in zip(places, formatter.format_ticks(places), strict=True)
         }
@@ -136,6 +141,19 @@ class Ruler:
             if place > cut and float(self.share(place) - self.share(max(kept, default=self.low))) * length > reach:
                 kept[place] = number
         return Ticks(tuple(kept), tuple(kept.values()))
+
+    def _stepped(self, most: int) -> list[float]:
+        """The multiples of the least of the steps for which there is room; none if all are too small or too large."""
+        for step in self.steps:
+            first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+            if last - first < min(most, 9):
+                return [step * k for k in range(first, last + 1)] if last > first else []
+        return []
+
+    def slope(self, at: Array, rate: Array) -> Array:
+        """The rate of the place, in shares of the length, of a number that changes at a rate."""
+        length = float(self.straight(self.high) - self.straight(self.low))
+        return np.asarray(rate / (at * math.log(10)) / length if self.scale == "log" else rate / length)
 
     def _within(self, locator: Locator) -> list[float]:
         found = np.asarray(locator.tick_values(self.low, self.high))
@@ -174,12 +192,13 @@ def rulers(figure: Figure, i: int, curves: Sequence[tuple[Array, ...]]) -> tuple
         x = Ruler.of_names(_column_names(figure, i), least=least)
     else:
         across = [part for span, _ in held for part in span]
-        x = Ruler.around(panel.xscale, panel.xlim, [*across, panel.vlines], margin, panel.xcut)
+        x = Ruler.around(panel.xscale, panel.xlim, [*across, panel.vlines], margin, panel.xcut, panel.xsteps)
     if panel.ynames:
         beside = shares_rows(figure) and column_of(figure, i)
         y = Ruler.of_names(("",) * len(panel.ynames) if beside else row_names(figure, panel), downwards=True)
     else:
-        y = Ruler.around(panel.yscale, panel.ylim, [*(part for _, up in held for part in up), panel.hlines], 0.05)
+        upwards = [part for _, up in held for part in up]
+        y = Ruler.around(panel.yscale, panel.ylim, [*upwards, panel.hlines], 0.05, steps=panel.ysteps)
     return x, y
 
 
@@ -222,7 +241,9 @@ def size_of(figure: Figure) -> tuple[float, float]:
         return WIDTH, min(sum(led(figure)) + 0.35, TALL)
     rows = -(-len(figure.panels) // figure.columns)
     height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
-    if any(isinstance(mark, Points) for panel in figure.panels for mark in panel.series):
+    if any(panel.aspect in ("tall", "equal") for panel in figure.panels):
+        height = PLANE[figure.columns]
+    elif any(isinstance(mark, Points) for panel in figure.panels if panel.aspect != "wide" for mark in panel.series):
         height *= 1.4  # names need room
     named = [_rows_of(row_names(figure, panel), panel) for panel in figure.panels if panel.ynames]
     return WIDTH, min(rows * max(named, default=height) + 0.35, TALL)

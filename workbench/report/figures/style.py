@@ -10,7 +10,7 @@ import matplotlib as mpl
 import numpy as np
 
 from workbench.report.table_text import plain
-from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Series, Style, Tiles
+from workbench.study.document.figure import Area, Band, Bars, Figure, Guides, Label, Panel, Series, Style, Tiles
 from workbench.validation.refusals import Array
 
 TIME = "time ["  # as the label of an abscissa begins that is the time
@@ -49,9 +49,16 @@ LINES: dict[Style, dict[str, Any]] = {
     11: {"color": "#6B6B00", "linestyle": (0, (4, 3)), "linewidth": 1.3, "marker": "h"},
     "reference": {"color": "#b4b4b4", "linestyle": "-", "linewidth": 3.0, "marker": "o"},
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
+    "aid": {"color": "#666666", "linestyle": (0, (4, 2)), "linewidth": 0.8, "marker": "+"},
 }
 MARKS: dict[str, Any] = {"markersize": 3.8, "markeredgewidth": 0.8}
 POINTS_LOOK: dict[str, Any] = {"markersize": 4.2, "markeredgewidth": 1.2}
+SHAPES: dict[str, dict[str, Any]] = {  # of the points that have a shape of their own
+    "": {},
+    "pole": {"marker": "x", "markersize": 5.6},
+    "zero": {"marker": "o", "markersize": 5.6},
+    "critical": {"marker": "+", "markersize": 6.4, "markeredgewidth": 1.0},
+}
 GREY = "#aaaaaa"  # the lines between cells
 NAMED = 0.36  # of a figure's width, at most, for the names of its rows
 
@@ -107,10 +114,15 @@ def below(figure: Figure, i: int) -> Panel | None:
 
 
 def layer_of(i: int, panel: Panel) -> float:
-    """The layer of a mark: areas below lines, references below all laws, bounds above them, the first law on top."""
-    mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5}
+    """The layer of a mark: areas below lines, references below all laws, bounds above them, the first law on top.
+
+    Lines that help to read lie below those of the laws, and guides behind all else.
+    """
+    mark, below = panel.series[i], {"reference": 2.0, "bound": 3.5, "aid": 1.95}
+    if isinstance(mark, Guides):
+        return 0.5
     layer = below.get(str(mark.style), 3.0 - i / len(panel.series))
-    return layer - 0.9 if isinstance(mark, Band | Bars | Tiles) else layer
+    return layer - 0.9 if isinstance(mark, Band | Bars | Tiles | Area) else layer
 
 
 def line_of(series: Series, y: Array) -> dict[str, Any]:

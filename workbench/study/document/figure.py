@@ -7,18 +7,32 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from workbench.notation.formula import Formula
-from workbench.study.document.figure_checks import check_cut, check_sources
+from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps
+from workbench.study.document.mark_fields import STYLES, Label, Spans, Style, store
 from workbench.study.document.phrases import Phrase, Table, check_name
+from workbench.study.document.plane_marks import Area, Arrows, Guides
 from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, as_objects, described, refusal
 from workbench.validation.signatures import door
 
-Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
-Style: TypeAlias = int | Literal["reference", "bound"]
-Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
-
-STYLES = 12
+__all__ = [
+    "STYLES",
+    "AbstractCurve",
+    "Area",
+    "Arrows",
+    "Band",
+    "Bars",
+    "Figure",
+    "Guides",
+    "Label",
+    "Mark",
+    "Panel",
+    "Points",
+    "Series",
+    "Spans",
+    "Style",
+    "Tiles",
+]
 
 
 class AbstractCurve:
@@ -43,10 +57,11 @@ class Series(AbstractCurve):
     """A curve of points (N,): a NaN in `y` is a gap, as where a run has diverged.
 
     `style` 0 to 11 fixes its look, so that one law looks the same in all figures of a report; 'reference' (what is
-    wanted) and 'bound' (what is promised) stand apart from all laws. `look` draws it as a line, as steps that hold each
-    value until the next, or as marks alone. Series with the same label and style share one line of the legend; the
-    label '' is left out of it. At most 600 points of a series are drawn, its extremes among them. `sources` are the
-    results that abscissa and ordinate show, as `curve` gives them; numbers of another origin have none.
+    wanted), 'bound' (what is promised) and 'aid' (what helps to read) stand apart from all laws. `look` draws it as a
+    line, as steps that hold each value until the next, or as marks alone. Series with the same label and style share
+    one line of the legend; the label '' is left out of it. At most 600 points of a series are drawn, its extremes among
+    them. `sources` are the results that abscissa and ordinate show, as `curve` gives them; numbers of another origin
+    have none.
     """
 
     CURVES = ("x", "y")
@@ -58,7 +73,7 @@ class Series(AbstractCurve):
     sources: tuple[Source, Source] | None = None
 
     def __post_init__(self) -> None:
-        _store(self, self.CURVES, gaps=("y",))
+        store(self, self.CURVES, gaps=("y",))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +89,7 @@ class Band(AbstractCurve):
     style: Style = 0
 
     def __post_init__(self) -> None:
-        _store(self, self.CURVES)
+        store(self, self.CURVES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +117,7 @@ class Bars:
     sources: tuple[Source | None, ...] = ()
 
     def __post_init__(self) -> None:
-        _store(self, ("places", "ends", "starts"), gaps=("ends",), intervals=("low", "high"))
+        store(self, ("places", "ends", "starts"), gaps=("ends",), intervals=("low", "high"))
         check_sources(self, len(self.spans[0][0]), self.sources)
 
     @property
@@ -117,7 +132,8 @@ class Bars:
 class Points:
     """Marks at points (N,), each with its name beside it, and with intervals across and upwards, as in `Bars`.
 
-    `sources` are the results that the abscissa and the ordinate of each point show, None for one of another origin.
+    `sources` are the results that the abscissa and the ordinate of each point show, None for one of another origin. The
+    `shape` of the marks is that of the style, unless they are poles (a cross), zeros (a ring) or `critical` (a plus).
     """
 
     label: Label
@@ -130,9 +146,10 @@ class Points:
     ylow: Array | None = None
     yhigh: Array | None = None
     sources: tuple[tuple[Source | None, Source | None], ...] = ()
+    shape: Literal["", "pole", "zero", "critical"] = ""
 
     def __post_init__(self) -> None:
-        _store(self, ("x", "y"), gaps=("x", "y"), intervals=("xlow", "xhigh", "ylow", "yhigh"))
+        store(self, ("x", "y"), gaps=("x", "y"), intervals=("xlow", "xhigh", "ylow", "yhigh"))
         check_sources(self, len(self.spans[0][0]), self.sources)
 
     @property
@@ -181,38 +198,13 @@ class Tiles:
         return max((len(text) for row in self.texts for text in row), default=0)
 
 
-Mark: TypeAlias = Series | Band | Bars | Points | Tiles
+Mark: TypeAlias = Series | Band | Bars | Points | Tiles | Area | Arrows | Guides
 
 
 def _around(cells: Array) -> Spans:
     """The ranges of both axes that cells (r, c) cover, one unit each, centred at 0, 1, ..."""
     rows, columns = np.shape(cells)
     return (np.array([-0.5, columns - 0.5]),), (np.array([-0.5, rows - 0.5]),)
-
-
-def _store(
-    mark: Series | Band | Bars | Points,
-    names: tuple[str, ...],
-    gaps: tuple[str, ...] = (),
-    intervals: tuple[str, ...] = (),
-) -> None:
-    """Copy fields to read-only arrays (N,), finite but for NaN in `gaps`; of `intervals` any numbers, or NaN."""
-    call = f"{type(mark).__name__}({described(mark.label)})"
-    if mark.style not in (*range(STYLES), "reference", "bound"):
-        raise ValueError(
-            f"`{call}` takes a style of 0 to {STYLES - 1}, 'reference' or 'bound'; got {described(mark.style)}."
-        )
-    shape = getattr(mark, names[0]).shape
-    for name in (*names, *intervals):
-        given = getattr(mark, name)
-        array = np.full(shape, np.nan) if given is None else given.copy()
-        if array.shape != shape or len(shape) != 1 or not array.size:
-            raise ValueError(f"`{call}` needs {' and '.join(names)} of one length N >= 1; got {name} of {array.shape}.")
-        if name in names and (np.isinf(array).any() or (name not in gaps and np.isnan(array).any())):
-            rule = "finite, or NaN for a gap" if name in gaps else "finite"
-            raise ValueError(f"`{call}` needs a {name} that is {rule}; got one that is not.")
-        array.flags.writeable = False
-        object.__setattr__(mark, name, array)
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,13 +214,16 @@ class Panel:
 
     `hlines` and `vlines` are thin lines across the axes. The series that stands first lies on top. An axis with names
     counts them: `xnames` are columns 0, 1, ... from the left, `ynames` rows 0, 1, ... from the top. Up to `xcut`, a
-    number within `xlim`, the abscissa takes half of the width, the rest the other half; its label says so.
+    number within `xlim`, the abscissa takes half of the width, the rest the other half; its label says so. `xsteps` and
+    `ysteps` are the steps that the numbers at a linear axis may have, in rising order: (45, 90, 180) for degrees. A
+    panel whose points have names is higher than one without, unless all are 'wide'; a 'tall' one is higher still, and
+    so is one of 'equal' axes: a unit is as long across as upwards, and the shorter range is widened.
 
     Raises
     ------
     ValueError
-        If there is nothing to draw, a logarithmic axis meets a number that has no logarithm, or there is no place for
-        `xcut`.
+        If there is nothing to draw, a logarithmic axis meets a number that has no logarithm, there is no place for
+        `xcut`, the steps are none, or equal axes are not linear.
     """
 
     ylabel: Label
@@ -244,6 +239,9 @@ class Panel:
     xnames: tuple[Label, ...] = ()
     ynames: tuple[Label, ...] = ()
     xcut: float | None = None
+    xsteps: tuple[float, ...] = ()
+    ysteps: tuple[float, ...] = ()
+    aspect: Literal["", "wide", "tall", "equal"] = ""
 
     def __post_init__(self) -> None:
         if not self.series:
@@ -252,6 +250,8 @@ class Panel:
             if limits is not None and not -np.inf < limits[0] < limits[1] < np.inf:
                 raise ValueError(f"`Panel({name}=...)` must be (low, high), low < high; got {limits!r}.")
         check_cut(self.xcut, self.xlim, self.xscale)
+        check_steps(self.xsteps, self.ysteps)
+        check_aspect(self.aspect == "equal", (self.xscale, self.yscale), self.xcut)
         if self.xscale == "log":
             self._check_logarithms("xscale", (*(self.xlim or ()), *self.vlines), 0)
         if self.yscale == "log":

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from workbench.validation.refusals import described, refusal
 
 
@@ -22,3 +24,16 @@ def check_cut(cut: float | None, limits: tuple[float, float] | None, scale: str)
     low, high = limits or (cut, cut)
     if not low < cut < high or scale != "linear":
         raise refusal("Panel(xcut=...)", "a number between the two of `xlim`, on a linear axis", cut)
+
+
+def check_steps(across: tuple[float, ...], up: tuple[float, ...]) -> None:
+    """Refuse steps of the numbers at an axis that do not rise from above zero."""
+    for name, steps in (("xsteps", across), ("ysteps", up)):
+        if any(not low < high < float("inf") for low, high in pairwise((0.0, *steps))):
+            raise refusal(f"Panel({name}=...)", "positive numbers in rising order", steps)
+
+
+def check_aspect(equal: bool, scales: tuple[str, str], cut: float | None) -> None:
+    """Refuse axes of one scale that are logarithmic or cut."""
+    if equal and (scales != ("linear", "linear") or cut is not None):
+        raise refusal("Panel(aspect='equal')", "on two linear axes without `xcut`", scales)

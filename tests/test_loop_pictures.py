@@ -1,0 +1,301 @@
+"""Bode, Nyquist and Nichols plots: what they draw against python-control, by hand, and from the definition."""
+
+import math
+
+import control
+import numpy as np
+import pytest
+
+from workbench.design.frequency import stability_margins
+from workbench.report.figures.figure_sheet import draw, draw_all
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Area, Arrows, Guides, Points, Series
+from workbench.study.loop_pictures import (
+    Corners,
+    Disk,
+    FrequencyCurve,
+    GainBound,
+    bode_figure,
+    curve_turns,
+    nichols_figure,
+    nyquist_figure,
+)
+from workbench.study.loop_pictures.asymptotes import asymptotic_gain, asymptotic_phase
+
+s = control.tf("s")
+THIRD = 4 / (s + 1) ** 3
+RESONANT = 10 * (s + 1) / (s * (s + 5) * (s**2 + 0.4 * s + 4))
+UNSTABLE = 2 * (s + 3) / (s**2 - 1)
+DOUBLE = (s + 1) / s**2
+CONDITIONAL = 40 * (s + 1) ** 2 / (s**3 * (s / 20 + 1))
+SAMPLED = control.sample_system(8 / (s * (s + 2)), 0.1)
+LOOPS = {
+    "third order": THIRD,
+    "third order, unstable": 4 * THIRD,
+    "resonant": RESONANT,
+    "unstable plant": UNSTABLE,
+    "unstable plant, too weak": 0.1 * UNSTABLE,
+    "double integrator": DOUBLE,
+    "conditionally stable": CONDITIONAL,
+    "conditionally stable, too weak": 0.01 * CONDITIONAL,
+    "negative": -0.5 * THIRD,
+    "sampled": SAMPLED,
+    "sampled, unstable": 8 * SAMPLED,
+}
+
+
+def curve(system, label="L", margins=True, frequencies=None, **more):
+    h = system.dt or None
+    omega = np.geomspace(1e-3, 1e3, 1501) if frequencies is None else frequencies
+    if h:
+        omega = np.append(omega[omega < 0.999 * math.pi / h], math.pi / h)
+    values = system(np.exp(1j * omega * h)) if h else system(1j * omega)
+    found = stability_margins(system) if margins else None
+    return FrequencyCurve(label, omega, values, h, margins=found, **more)
+
+
+def series(panel, label=None):
+    return [mark for mark in panel.series if isinstance(mark, Series) and (label is None or mark.label == label)]
+
+
+def caption(figure):
+    return plain(figure.caption)
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_a_bode_plot_has_the_gains_and_phases_of_python_control(name):
+    one = curve(LOOPS[name])
+    gain, phase = (series(panel, "L")[0] for panel in bode_figure("b", "", [one]).panels)
+    theirs = control.frequency_response(LOOPS[name], one.frequencies)
+    assert np.allclose(gain.y, 20 * np.log10(theirs.magnitude), rtol=0, atol=1e-9)  # dB: rounding of two evaluations
+    turned = np.degrees(np.unwrap(theirs.phase))
+    turns = (phase.y - turned) / 360
+    assert np.allclose(turns, round(float(turns[0])), rtol=0, atol=1e-9)  # but for full turns, the same
+
+
+@pytest.mark.parametrize(
+    ("system", "first"),
+    [
+        (THIRD, 0.0),
+        (DOUBLE, -180.0),
+        (1 / s, -90.0),
+        (1 / (s**3 + s**2 * 1e-9), -270.0),
+        (s / (s + 1), 90.0),
+        (-1 / (s + 1), -180.0),
+    ],
+)
+def test_a_phase_begins_where_the_slope_of_its_gain_says(system, first):
+    one = curve(system, margins=False, frequencies=np.geomspace(1e-4, 1.0, 200))
+    phase = series(bode_figure("b", "", [one]).panels[1], "L")[0]
+    assert phase.y[0] == pytest.approx(first, abs=0.1)  # degrees: the first frequency is not zero
+
+
+def test_margins_are_marked_where_python_control_has_them():
+    gain, phase, at_phase, at_gain = control.margin(THIRD)
+    upper, lower = bode_figure("b", "", [curve(THIRD)]).panels
+    (marked,) = (mark for mark in upper.series if isinstance(mark, Points))
+    assert (marked.x[0], marked.y[0]) == pytest.approx((at_phase, -20 * math.log10(gain)), rel=1e-9)
+    assert plain(marked.names[0]) == "gain margin 6.02 dB, 1.73 rad/s"
+    (marked,) = (mark for mark in lower.series if isinstance(mark, Points))
+    assert (marked.x[0], marked.y[0]) == pytest.approx((at_gain, phase - 180), rel=1e-9)
+    assert -180.0 in lower.hlines
+
+
+def test_a_caption_says_the_margins_or_that_there_are_none():
+    words = caption(bode_figure("b", "Loops.", [curve(THIRD, "first"), curve(4 * THIRD, "second")]))
+    assert "first: gain margin 6.02 dB upwards, phase margin 27.1 degrees" in words
+    assert "second: the closed loop is not stable, so that it has no margins." in words
+
+
+def test_the_margins_of_one_channel_of_several_are_told_with_those_of_all():
+    words = caption(bode_figure("b", "Loops.", [curve(THIRD, all_channels=0.21)]))
+    assert words.endswith("disk margin 0.378; disk margin of all channels at once 0.21.")
+
+
+def test_a_computers_nyquist_frequency_has_a_line():
+    figure = bode_figure("b", "", [curve(SAMPLED)])
+    for panel in figure.panels:
+        assert panel.vlines == pytest.approx([math.pi / 0.1])
+    assert any(isinstance(mark, Guides) and "Nyquist" in mark.names[0] for mark in figure.panels[0].series)
+
+
+def test_asymptotes_are_those_drawn_by_hand():
+    corners = Corners([0.0, -10.0], [-1.0], 100.0)  # 100 (s + 1) / (s (s + 10))
+    at = np.array([0.01, 0.1, 1.0, 10.0, 100.0, 1000.0])
+    assert asymptotic_gain(corners, at) == pytest.approx([60, 40, 20, 20, 0, -20])
+    assert asymptotic_phase(corners, at) == pytest.approx([-90, -90, -45, -45, -90, -90])
+
+
+def test_asymptotes_of_a_resonance_turn_over_its_damping():
+    corners = Corners([-0.1 + 1j * math.sqrt(0.99), -0.1 - 1j * math.sqrt(0.99)], [], 1.0)
+    at = np.array([0.1, 10**-0.1, 1.0, 10**0.1, 10.0])
+    assert asymptotic_gain(corners, at) == pytest.approx([0, 0, 0, -4, -40])
+    assert asymptotic_phase(corners, at) == pytest.approx([0, 0, -90, -180, -180])
+
+
+def test_asymptotes_know_the_right_half_plane():
+    corners = Corners([-1.0], [1.0], -1.0)  # (1 - s) / (1 + s), an all-pass
+    at = np.array([1e-3, 1.0, 1e3])
+    assert asymptotic_gain(corners, at) == pytest.approx([0, 0, 0])
+    assert asymptotic_phase(corners, at) == pytest.approx([0, -90, -180])
+    figure = bode_figure("b", "", [curve((1 - s) / (1 + s), margins=False, corners=corners)], asymptotes=True)
+    drawn, line = series(figure.panels[1])
+    assert np.abs(np.interp(line.x, drawn.x, drawn.y) - line.y).max() < 12  # degrees: a pole's is 5.7 off, here are two
+
+
+def test_the_first_frequency_may_be_zero_and_a_gap_may_be_anywhere():
+    omega = np.array([0.0, 0.5, 1.0, 2.0])
+    one = FrequencyCurve("L", omega, [1.0, 0.5, np.nan, 0.1])
+    gain = series(bode_figure("b", "", [one]).panels[0], "L")[0]
+    assert list(gain.x) == [0.5, 1.0, 2.0]
+    assert np.isnan(gain.y[1])
+
+
+def test_a_turn_that_a_coarse_grid_cannot_tell_is_said():
+    omega = np.array([1.0, 2.0, 3.0])
+    one = FrequencyCurve("L", omega, [1.0, -1.0 + 0.1j, 1.0])
+    assert "its direction is not certain" in caption(bode_figure("b", "", [one]))
+
+
+def test_a_bound_shades_what_a_gain_must_not_reach():
+    figure = bode_figure("b", "", [curve(THIRD)], bounds=[GainBound("no", [0.1, 10.0], [2.0, 0.5])])
+    (area,) = (mark for mark in figure.panels[0].series if isinstance(mark, Area))
+    assert area.y[:2] == pytest.approx([20 * math.log10(2.0), 20 * math.log10(0.5)])
+    assert area.y[2:].min() > figure.panels[0].ylim[1]
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_turns_about_the_critical_point_are_those_of_python_control(name):
+    system = LOOPS[name]
+    one = curve(system, margins=False)
+    theirs = control.nyquist_response(system, warn_encirclements=False, warn_nyquist=False)
+    assert curve_turns(one.frequencies, one.values, one.period).clockwise == theirs.count
+
+
+@pytest.mark.parametrize("name", LOOPS)
+def test_turns_and_unstable_poles_give_those_of_the_closed_loop(name):
+    system = LOOPS[name]
+    one = curve(system, margins=False)
+    limit = (lambda p: np.abs(p) > 1 + 1e-6) if system.dt else (lambda p: p.real > 1e-6)
+    opened, closed = (int(limit(loop.poles()).sum()) for loop in (system, control.feedback(system)))
+    assert curve_turns(one.frequencies, one.values, one.period).clockwise + opened == closed
+
+
+def test_what_a_curve_cannot_tell_is_not_counted():
+    omega = np.geomspace(0.1, 1.0, 50)
+    assert "neither near zero" in curve_turns(omega, (1 / s)(1j * omega)).reason
+    assert "gap" in curve_turns(omega, np.where(omega < 0.5, np.nan, 1.0)).reason
+    crossing = np.geomspace(0.01, math.sqrt(3), 300)  # it ends where it is real, far beyond -1, and still moves
+    assert "neither near zero" in curve_turns(crossing, (80 / (s + 1) ** 3)(1j * crossing)).reason
+    jumps = np.array([1.0, 2.0, 3.0])
+    assert "120 degrees" in curve_turns(jumps, [1.0, -2.0 + 0.1j, 0.1]).reason
+    figure = nyquist_figure("n", "", [FrequencyCurve("L", omega, (1 / s)(1j * omega))])
+    assert "are not counted" in caption(figure)
+
+
+def test_a_caption_says_turns_closures_and_unstable_poles():
+    assert "encircles −1 once, anticlockwise." in caption(nyquist_figure("n", "", [curve(UNSTABLE)], unstable_poles=1))
+    words = caption(nyquist_figure("n", "", [curve(RESONANT)], unstable_poles=0))
+    assert "encircles −1 twice, clockwise. At infinity it is closed by 1 half turn clockwise." in words
+    assert "the closed loop has 2 unstable poles." in words
+    assert "contradicts" in caption(nyquist_figure("n", "", [curve(UNSTABLE)], unstable_poles=0))
+
+
+def test_the_circles_of_the_margins_touch_the_curve():
+    one = curve(THIRD, frequencies=np.geomspace(0.01, 100, 20001))
+    figure = nyquist_figure("n", "", [one])
+    for mark in figure.panels[0].series:
+        if isinstance(mark, Series) and ("Ms" in plain(mark.label) or "disk" in plain(mark.label)):
+            centre, radius = (mark.x.min() + mark.x.max()) / 2, np.ptp(mark.x) / 2
+            near = np.abs(one.values - centre).min()
+            assert near == pytest.approx(radius, rel=1e-4)  # the curve has gaps of 1e-3
+
+
+def test_a_nyquist_plot_has_axes_of_one_scale_and_marks_the_critical_point():
+    figure = nyquist_figure("n", "", [curve(THIRD)], forbidden=[Disk.of_Ms(1.4)])
+    (sheet,) = draw_all([figure]).values()
+    (panel,) = sheet.plate["panels"]
+    across, up = (
+        (panel[axis]["high"] - panel[axis]["low"]) / length for axis, length in zip("xy", panel["box"][2:], strict=True)
+    )
+    assert across == pytest.approx(up, rel=1e-9)
+    assert any(
+        isinstance(mark, Points) and mark.shape == "critical" and mark.x[0] == -1 for mark in figure.panels[0].series
+    )
+    assert {mark["look"] for mark in panel["series"]} >= {"line", "arrows", "area", "guides", "points"}
+
+
+def test_arrowheads_point_to_higher_frequencies():
+    one = curve(THIRD)
+    for mark in nyquist_figure("n", "", [one]).panels[0].series:
+        if isinstance(mark, Arrows) and mark.style == 0:
+            for x, y, u, v in zip(mark.x, mark.y, mark.u, mark.v, strict=True):
+                k = int(np.abs(one.values - (x + 1j * y)).argmin())
+                along = one.values[k + 1] - one.values[k - 1]
+                assert along.real * u + along.imag * v > 0
+
+
+def test_a_curve_that_goes_to_infinity_is_cut_where_the_caption_says():
+    figure = nyquist_figure("n", "", [curve(RESONANT)], reach=2.0)
+    assert "farther than 8 from zero" in caption(figure)
+    drawn = [mark for mark in series(figure.panels[0]) if mark.style == 0]
+    assert max(np.hypot(mark.x, mark.y).max() for mark in drawn) <= 8.0
+
+
+def test_m_and_n_lines_have_the_gain_and_phase_of_t():
+    figure = nichols_figure("n", "", [curve(THIRD)])
+    (chart,) = (mark for mark in figure.panels[0].series if isinstance(mark, Guides))
+    seen = 0
+    for (x, y), name in zip(chart.lines, chart.names, strict=True):
+        L = 10 ** (y / 20) * np.exp(1j * np.radians(x))
+        with np.errstate(invalid="ignore"):  # gaps
+            T = L / (1 + L)
+        held = np.isfinite(T)
+        if name.endswith("dB"):
+            level = float(name.removesuffix(" dB").replace("−", "-"))
+            assert np.allclose(20 * np.log10(np.abs(T[held])), level, atol=1e-6)  # dB: near -1 digits are lost
+        else:
+            wanted = float(name.removesuffix("°").replace("−", "-"))
+            assert np.allclose(np.cos(np.angle(T[held]) - math.radians(wanted)), 1, atol=1e-6)
+        seen += 1
+    assert seen > 20
+
+
+def test_a_nichols_plot_has_the_gain_over_the_phase():
+    one = curve(RESONANT)
+    drawn = series(nichols_figure("n", "", [one]).panels[0], "L")[0]
+    assert np.allclose(10 ** (drawn.y / 20) * np.exp(1j * np.radians(drawn.x)), one.values, rtol=1e-9)
+
+
+@pytest.mark.parametrize("make", [bode_figure, nyquist_figure, nichols_figure])
+def test_the_same_picture_has_the_same_bytes_and_numbers(make):
+    one, other = (make("p", "", [curve(THIRD), curve(SAMPLED, "sampled")]) for _ in range(2))
+    assert draw(one) == draw(other)
+    rows = [row for row in one.numbers.rows if row[0] == "L"]
+    assert len(rows) == 1501
+    assert complex(*rows[700][-2:]) == curve(THIRD).values[700]
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: FrequencyCurve("L", [2.0, 1.0], [1.0, 1.0]), "rising order"),
+        (lambda: FrequencyCurve("L", [], []), "two or more frequencies"),
+        (lambda: FrequencyCurve("L", [-1.0, 1.0], [1.0, 1.0]), "not negative"),
+        (lambda: FrequencyCurve("L", [1.0, 40.0], [1.0, 1.0], 0.1), "Nyquist's frequency, 31.4159 rad/s"),
+        (lambda: FrequencyCurve("L", [1.0, 2.0], [1.0]), "an answer for each of 2 frequencies"),
+        (lambda: FrequencyCurve("L", [1.0, 2.0], [1.0, np.inf]), "NaN for a gap"),
+        (lambda: bode_figure("b", "", []), "at least one curve"),
+        (lambda: bode_figure("b", "", [FrequencyCurve("L", [1.0, 2.0], [0.0, 0.0])]), "neither zero nor a gap"),
+        (lambda: bode_figure("b", "", [curve(SAMPLED, corners=Corners([], [], 1.0))], asymptotes=True), "is sampled"),
+        (lambda: Corners([], [], 0.0), "not zero"),
+        (lambda: GainBound("b", [1.0, 2.0], [1.0, -1.0]), "a positive factor"),
+        (lambda: Disk.of_Ms(0.9), "above one"),
+        (lambda: Disk("d", 0.0, 0.0), "radius"),
+        (lambda: nyquist_figure("n", "", [curve(THIRD)], unstable_poles=-1), "unstable poles"),
+        (lambda: nyquist_figure("n", "", [curve(THIRD)], reach=0.0), "reach"),
+    ],
+)
+def test_bad_input_gets_a_sentence(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

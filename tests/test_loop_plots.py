@@ -1,0 +1,77 @@
+"""wb.bode and its like: systems of python-control in one call, in a notebook and as files."""
+
+import control
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.design.linear.system_answers import system_answers
+
+s = control.tf("s")
+LOOP = 10 * (s + 1) / (s * (s + 5) * (s**2 + 0.04 * s + 4))
+TWO = control.ss([[-1.0, 0.0], [0.0, -2.0]], np.eye(2), [[1.0, 1.0], [0.0, 1.0]], np.zeros((2, 2)))
+
+
+def test_frequencies_by_default_show_a_resonance():
+    found = system_answers(LOOP)
+    near = np.abs(found.values[(found.frequencies > 1.9) & (found.frequencies < 2.1)])
+    dense = np.abs(LOOP(1j * np.linspace(1.9, 2.1, 200_001)))
+    assert near.max() == pytest.approx(dense.max(), rel=1e-3)
+    assert np.allclose(found.values[:, 0, 0], LOOP(1j * found.frequencies))
+
+
+def test_frequencies_of_a_sampled_system_end_at_nyquists():
+    found = system_answers(control.sample_system(LOOP, 0.05))
+    assert found.frequencies[-1] == pytest.approx(np.pi / 0.05, rel=1e-12)
+    assert found.period == 0.05
+
+
+def test_several_systems_share_a_picture_by_their_names():
+    picture = wb.bode({"plant": LOOP, "in a computer": control.sample_system(LOOP, 0.05)})
+    labels = [mark.label for mark in picture.figure.panels[0].series if hasattr(mark, "label")]
+    assert labels[:2] == ["plant", "in a computer"]
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "png"])
+def test_a_picture_is_a_file_of_each_kind(tmp_path, kind):
+    path = wb.nyquist(LOOP).savefig(tmp_path / f"loop.{kind}")
+    assert path.read_bytes().startswith({"svg": b"<svg", "pdf": b"%PDF", "png": b"\x89PNG"}[kind])
+
+
+def test_a_notebook_shows_a_picture_with_its_caption():
+    picture = wb.nichols(0.01 * LOOP)
+    assert picture._repr_html_().startswith("<figure><svg")
+    assert "phase margin" in picture._repr_html_()
+    assert "savefig" in repr(picture)
+
+
+def test_asymptotes_of_a_system_end_on_its_curve():
+    gain, line = [mark for mark in wb.bode(LOOP, asymptotes=True).figure.panels[0].series if hasattr(mark, "look")][:2]
+    assert gain.y[0] == pytest.approx(line.y[0], abs=0.1)
+    assert gain.y[-1] == pytest.approx(line.y[-1], abs=0.1)
+
+
+def test_a_root_locus_has_python_controls_poles():
+    gains = np.linspace(0.0, 5.0, 11)
+    rows = wb.root_locus(LOOP, gains).figure.numbers.rows
+    for k in gains:
+        ours = np.sort_complex([row[2] + 1j * row[3] for row in rows if row[0] == k])
+        theirs = np.sort_complex(control.feedback(k * LOOP).poles()) if k else np.sort_complex(LOOP.poles())
+        assert np.allclose(ours, theirs, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: wb.bode(TWO), "singular_values"),
+        (lambda: wb.bode(3.0), "python-control"),
+        (lambda: wb.bode({}), "a mapping"),
+        (lambda: wb.nyquist(LOOP, [2.0, 1.0]), "rising order"),
+        (lambda: wb.root_locus(s), "no more zeros than poles"),
+        (lambda: wb.step_response(LOOP, until=-1.0), "until"),
+        (lambda: wb.bode(LOOP).savefig("x.jpg"), "ending"),
+    ],
+)
+def test_bad_input_gets_a_sentence(call, words):
+    with pytest.raises(ValueError, match=words):
+        call()

@@ -1,0 +1,183 @@
+"""Answers of a system of python-control at frequencies that fit it, its roots, and its step responses."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from workbench.design.matrices import Complex, Refused
+from workbench.validation.refusals import Array, numbers, refusal
+from workbench.validation.signatures import door
+
+if TYPE_CHECKING:
+    import control
+
+BEYOND = 30.0  # times the fastest root, and as much below the slowest: the range of frequencies
+DECADE = 120  # frequencies in a decade
+MOST = 3000  # frequencies in all
+LIGHT = 0.2  # the damping below which a root has frequencies of its own
+TURN = np.sinh(np.linspace(-4, 4, 41))  # times the distance of a root from the axis
+TIMES = 1000  # of a response
+CONSTANTS = 8.0  # time constants of the slowest mode, which a step response shows
+UNSTABLE = 3.0  # time constants of the fastest growth
+LONGEST = 5000  # periods of a response in a computer
+
+
+@dataclass(frozen=True, eq=False)
+class SystemAnswers:
+    """The answers (m, ny, nu) of a system at `frequencies` (m,) in rad/s, NaN at a pole, its names and its period."""
+
+    frequencies: Array
+    values: Complex
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    period: float | None
+
+
+@dataclass(frozen=True, eq=False)
+class SystemRoots:
+    """The poles, the zeros, and of one channel the gain K of G = K (s - z1) ... / (s - p1) ...; None for several."""
+
+    poles: Complex
+    zeros: Complex
+    gain: float | None
+    period: float | None
+
+
+def lti(call: str, system: Any) -> Any:
+    """A `StateSpace` or `TransferFunction` of python-control with a known period; anything else is refused."""
+    import control
+
+    if not isinstance(system, control.StateSpace | control.TransferFunction) or system.dt is True:
+        must = "a `StateSpace` or `TransferFunction` of python-control, and its `dt` a number"
+        raise refusal(f"{call}(system)", must, system)
+    return system
+
+
+def period_of(system: Any) -> float | None:
+    """The period of a system in s, None in continuous time."""
+    return float(system.dt) if system.dt else None
+
+
+@door
+def system_roots(system: control.StateSpace | control.TransferFunction) -> SystemRoots:
+    """The poles and the zeros of a system, as python-control computes them.
+
+    Raises
+    ------
+    ValueError
+        If the system is none of python-control.
+    """
+    import control
+
+    held = lti("system_roots", system)
+    poles, zeros = (np.asarray(roots, dtype=complex) for roots in (held.poles(), held.zeros()))
+    gain = None
+    if held.issiso():
+        ratio = control.tf(held)
+        top, bottom = (np.trim_zeros(np.asarray(part[0][0], dtype=float), "f") for part in (ratio.num, ratio.den))
+        gain = float(top[0] / bottom[0]) if top.size else None
+    return SystemRoots(poles, zeros[np.isfinite(zeros)], gain, period_of(held))
+
+
+def fitting_frequencies(roots: SystemRoots) -> Array:
+    """Frequencies in rad/s that show a system: whole decades about its roots, closer where a root is lightly damped."""
+    both = np.concatenate([roots.poles, roots.zeros])
+    if roots.period is not None:
+        both = np.log(both[np.abs(both) > 0]) / roots.period
+    sizes = np.abs(both)
+    near = sizes > 1e-8 * sizes.max(initial=0.0)
+    both, sizes = both[near], sizes[near]
+    top = None if roots.period is None else math.pi / roots.period
+    fastest = float(sizes.max(initial=0.0)) or (1.0 if top is None else top / 10)
+    slowest = min(float(sizes.min(initial=fastest)), fastest)
+    low = 10.0 ** math.floor(math.log10(slowest / BEYOND))
+    high = 10.0 ** math.ceil(math.log10(fastest * BEYOND)) if top is None else top
+    low = min(low, high / 100)
+    count = min(MOST, max(2, round(DECADE * math.log10(high / low))))
+    parts = [np.geomspace(low, high, count)]
+    for root in both[(np.abs(both.real) < LIGHT * sizes) & (both.imag > 0)]:
+        parts.append(root.imag + max(abs(root.real), 1e-6 * root.imag) * TURN)
+    omega = np.unique(np.concatenate(parts))
+    return np.asarray(omega[(omega >= low) & (omega <= high)])
+
+
+@door
+def system_answers(
+    system: control.StateSpace | control.TransferFunction, frequencies: Array | None = None
+) -> SystemAnswers:
+    """The answers of a system, by default at frequencies that fit its poles and zeros.
+
+    Raises
+    ------
+    ValueError
+        If the system is none of python-control, or the frequencies are no vector of finite numbers.
+    """
+    held = lti("system_answers", system)
+    h = period_of(held)
+    if frequencies is None:
+        omega = fitting_frequencies(system_roots(held))
+    else:
+        omega = numbers("system_answers(frequencies=...)", frequencies, 1)
+    at = 1j * omega if h is None else np.exp(1j * omega * h)
+    with np.errstate(all="ignore"):
+        values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
+    values = np.where(np.isfinite(values), values, np.nan)
+    return SystemAnswers(omega, values, tuple(held.input_labels), tuple(held.output_labels), h)
+
+
+@door
+def step_answers(
+    system: control.StateSpace | control.TransferFunction, until: float | None = None, impulse: bool = False
+) -> tuple[Array, Array, Array]:
+    """The times (N,) in s, the step responses (ny, nu, N), and the values (ny, nu) to which they tend, NaN if to none.
+
+    Without `until` it is long enough for the slowest mode to decay, or for the fastest growth to be seen.
+
+    Raises
+    ------
+    ValueError
+        If the system is none of python-control, or `until` is not positive.
+    Refused
+        If the response would have too many periods.
+    """
+    import control
+
+    held = lti("step_answers", system)
+    h = period_of(held)
+    poles = np.asarray(held.poles(), dtype=complex)
+    if h is not None:
+        poles = np.log(np.where(poles == 0, 1e-3, poles)) / h
+    end = until if until is not None else _until(poles, h)
+    if not 0 < end < math.inf:
+        raise refusal("step_answers(until=...)", "a positive number of seconds", until)
+    if h is not None and end / h > LONGEST:
+        raise Refused(
+            f"`step_answers(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
+            "shorter `until`."
+        )
+    t = np.asarray(np.linspace(0, end, TIMES) if h is None else h * np.arange(max(2, round(end / h) + 1)), dtype=float)
+    respond = control.impulse_response if impulse else control.step_response
+    found = respond(held, t, squeeze=False)
+    final = np.full((held.noutputs, held.ninputs), np.nan)
+    rests = bool((poles.real < -1e-9 * np.abs(poles).max(initial=0.0)).all())
+    if rests:
+        final = np.zeros_like(final) if impulse else np.real(np.asarray(held.dcgain())).reshape(final.shape)
+    outputs: Array = np.asarray(found.outputs, dtype=float).reshape(held.noutputs, held.ninputs, len(t))
+    return t, outputs, np.asarray(final, dtype=float)
+
+
+def _until(poles: Complex, h: float | None) -> float:
+    """The seconds that show the slowest mode decay, or the fastest grow."""
+    rates = poles.real
+    size = np.abs(poles).max(initial=0.0)
+    if not size:
+        return 10.0 * (h or 1.0)
+    growing, decaying = rates[rates > 1e-6 * size], -rates[rates < -1e-6 * size]
+    if growing.size:
+        return UNSTABLE / float(growing.max())
+    turning = 2 * math.pi / float(np.abs(poles.imag)[np.abs(poles) > 0].max(initial=0.0) or size)
+    return CONSTANTS / float(decaying.min()) if decaying.size else 5 * turning

@@ -1,0 +1,68 @@
+"""A figure of a report by itself: for a notebook, and as a file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup, escape
+
+from workbench.report.pdf import drawing_file
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Figure
+from workbench.study.ledger.durability import write_durably
+from workbench.validation.places import other_kind
+from workbench.validation.refusals import one_of
+from workbench.validation.signatures import door
+
+KINDS = (".svg", ".pdf", ".png")
+
+
+@dataclass(frozen=True)
+@door
+class Picture:
+    """A drawn figure with its caption, which a notebook shows; `figure` is a block for a section of a report."""
+
+    figure: Figure
+
+    @property
+    def svg(self) -> str:
+        """The text of the drawing."""
+        from workbench.report.figures.figure_sheet import draw  # with matplotlib, which takes longer than all else
+
+        return draw(self.figure)
+
+    @property
+    def caption(self) -> str:
+        """The caption in plain text: what was found, as margins and turns."""
+        return plain(self.figure.caption)
+
+    def __repr__(self) -> str:
+        return f"<picture '{self.figure.name}': {self.caption} `savefig(path)` puts it into a file>"
+
+    def _repr_html_(self) -> str:
+        return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(self.svg), escape(self.caption))
+
+    @door
+    def savefig(self, path: str | Path) -> Path:
+        """Write the drawing to a file, an SVG, a PDF or a PNG by its ending, and give its path.
+
+        Raises
+        ------
+        ValueError
+            If the ending is another.
+        LookupError
+            If there is no folder for it.
+        """
+        place = Path(path)
+        one_of("savefig(path)'s ending", place.suffix, KINDS)
+        if not place.parent.is_dir():
+            raise LookupError(f"`savefig({str(place)!r})` must be in a folder that is there; '{place.parent}' is none.")
+        if kind := other_kind(place):
+            raise LookupError(f"`savefig({str(place)!r})` must be the path of a file; {kind} has this name.")
+        drawn = self.svg
+        if place.suffix == ".svg":
+            write_durably(place, drawn.encode())
+        else:
+            write_durably(place, drawing_file(drawn, "pdf" if place.suffix == ".pdf" else "png"))
+        return place

@@ -1,0 +1,36 @@
+"""The common fields of the marks of a figure: labels, styles, and arrays of one length."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+
+from workbench.notation.formula import Formula
+from workbench.validation.refusals import Array, described
+
+Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
+Style: TypeAlias = int | Literal["reference", "bound", "aid"]
+Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
+
+STYLES = 12
+
+
+def store(mark: Any, names: tuple[str, ...], gaps: tuple[str, ...] = (), intervals: tuple[str, ...] = ()) -> None:
+    """Copy fields to read-only arrays (N,), finite but for NaN in `gaps`; of `intervals` any numbers, or NaN."""
+    call = f"{type(mark).__name__}({described(mark.label)})"
+    if mark.style not in (*range(STYLES), "reference", "bound", "aid"):
+        raise ValueError(
+            f"`{call}` takes a style of 0 to {STYLES - 1}, 'reference', 'bound' or 'aid'; got {described(mark.style)}."
+        )
+    shape = getattr(mark, names[0]).shape
+    for name in (*names, *intervals):
+        given = getattr(mark, name)
+        array = np.full(shape, np.nan) if given is None else given.copy()
+        if array.shape != shape or len(shape) != 1 or not array.size:
+            raise ValueError(f"`{call}` needs {' and '.join(names)} of one length N >= 1; got {name} of {array.shape}.")
+        if name in names and (np.isinf(array).any() or (name not in gaps and np.isnan(array).any())):
+            rule = "finite, or NaN for a gap" if name in gaps else "finite"
+            raise ValueError(f"`{call}` needs a {name} that is {rule}; got one that is not.")
+        array.flags.writeable = False
+        object.__setattr__(mark, name, array)

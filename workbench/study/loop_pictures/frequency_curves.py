@@ -1,0 +1,212 @@
+"""Frequency answers as plain data, and what pictures read from them: decibels, phases without jumps, and words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from workbench.design.frequency import CertifiedValue, StabilityMargins
+from workbench.study.document.figure import STYLES, Label, Style
+from workbench.study.document.phrases import Phrase
+from workbench.validation.refusals import Array, numbers, refusal, seconds
+from workbench.validation.signatures import door
+
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+TIE = 10.0  # degrees below 180, from which on a first phase is taken as -180
+DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction of a turn is not certain
+ROUNDING = 1e-9  # of a turn
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Corners:
+    """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made."""
+
+    poles: Any
+    zeros: Any
+    gain: float
+
+    def __post_init__(self) -> None:
+        for name in ("poles", "zeros"):
+            object.__setattr__(self, name, complexes(f"Corners({name}=...)", getattr(self, name), 1))
+        if not (math.isfinite(self.gain) and self.gain):
+            raise refusal("Corners(gain=...)", "a finite number that is not zero", self.gain)
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class FrequencyCurve:
+    """The answers (m,) of one channel at frequencies (m,) in rad/s; NaN is a gap, as at a pole.
+
+    Those of a loop in a computer have its `period` in s, and frequencies up to Nyquist's, pi / period. The `unit` is
+    that of the answers, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
+    zeros and gain. Of one channel of several, `all_channels` is the disk margin of all of them at once, without which
+    its own margins say too little. The `style` is as in `Series`; None takes the place of the curve in its picture.
+
+    Examples
+    --------
+    >>> omega = np.geomspace(0.1, 10.0, 200)
+    >>> lag = wb.FrequencyCurve("a lag", omega, 1 / (1 + 1j * omega))
+    >>> len(wb.bode(lag).figure.panels)
+    2
+    """
+
+    label: Label
+    frequencies: Array
+    values: Any
+    period: float | None = None
+    unit: str = ""
+    margins: StabilityMargins | None = None
+    corners: Corners | None = None
+    style: Style | None = None
+    all_channels: float | None = None
+
+    def __post_init__(self) -> None:
+        omega = rising("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
+        values = complexes("FrequencyCurve(values=...)", self.values, 1, gaps=True)
+        if values.shape != omega.shape:
+            raise ValueError(
+                f"`FrequencyCurve(values=...)` must have an answer for each of {len(omega)} frequencies; got "
+                f"{len(values)}."
+            )
+        object.__setattr__(self, "frequencies", omega)
+        object.__setattr__(self, "values", values)
+
+    @property
+    def logarithmic(self) -> tuple[Array, Complex]:
+        """The frequencies above zero, which have a logarithm, and the answers there."""
+        above = self.frequencies > 0
+        return self.frequencies[above], self.values[above]
+
+
+def rising(call: str, frequencies: Array, period: float | None) -> Array:
+    """Frequencies (m,) in rad/s: two or more, finite, in rising order from zero, and up to Nyquist's of a period."""
+    omega = numbers(call, frequencies, 1)
+    if len(omega) < 2 or not np.isfinite(omega).all() or omega[0] < 0 or (np.diff(omega) <= 0).any():
+        raise refusal(call, "two or more frequencies in rad/s, finite, not negative and in rising order", frequencies)
+    if period is not None:
+        top = math.pi / seconds(f"{call.partition('(')[0]}(period=...)", period)
+        if omega[-1] > top * (1 + ROUNDING):
+            raise ValueError(
+                f"`{call}` of a period of {period:g} s must not lie above Nyquist's frequency, {top:.6g} rad/s, beyond "
+                f"which the answers repeat; got {omega[-1]:.6g} rad/s."
+            )
+    return omega
+
+
+def complexes(call: str, value: Any, ndim: int, gaps: bool = False, infinite: bool = False) -> Complex:
+    """Complex numbers on `ndim` axes, finite but for NaN where `gaps` are allowed; `infinite` ones become gaps."""
+    must = f"complex numbers on {ndim} {'axis' if ndim == 1 else 'axes'}{', NaN for a gap' if gaps else ', finite'}"
+    try:
+        array = np.array(value, dtype=complex)
+    except Exception:  # an object of the user's may raise anything when it is asked for its numbers
+        raise refusal(call, must, value) from None
+    if infinite:
+        array[np.isinf(array.real) | np.isinf(array.imag)] = np.nan
+    bad = np.isinf(array.real) | np.isinf(array.imag) if gaps else ~np.isfinite(array)
+    if array.ndim != ndim or bad.any():
+        raise refusal(call, must, value)
+    array.flags.writeable = False
+    return array
+
+
+def styles(curves: Sequence[FrequencyCurve]) -> list[Style]:
+    """The style of each curve: its own, or else its place."""
+    return [k % STYLES if one.style is None else one.style for k, one in enumerate(curves)]
+
+
+def decibels(values: Complex) -> Array:
+    """20 log10 |values|, NaN where a value is zero or a gap."""
+    sizes = np.abs(values)
+    with np.errstate(divide="ignore"):
+        return np.where(sizes > 0, 20 * np.log10(sizes), np.nan)
+
+
+def low_slope(omega: Array, values: Complex) -> int:
+    """The slope of the gain at the lowest frequencies, in decades per decade: -1 for an integrator."""
+    held = np.flatnonzero(np.isfinite(values) & (values != 0) & (omega > 0))[:2]
+    if len(held) < 2:
+        return 0
+    (w0, w1), (v0, v1) = omega[held], np.abs(values[held])
+    return round(math.log(v1 / v0) / math.log(w1 / w0))
+
+
+def phases(omega: Array, values: Complex) -> Array:
+    """The phase in degrees without jumps; the first lies from 190 below to 170 above 90 times the slope of the gain."""
+    held = np.isfinite(values) & (values != 0)
+    found = np.full(len(values), np.nan)
+    if held.any():
+        angles = np.degrees(np.unwrap(np.angle(values[held])))
+        turns = math.floor((angles[0] - 90 * low_slope(omega, values) + 180 + TIE) / 360)
+        found[held] = angles - 360 * turns
+    return found
+
+
+def doubts(curve: FrequencyCurve) -> list[Phrase]:
+    """A sentence on the frequencies between which the phase turns so far that its direction is not certain."""
+    omega, values = curve.logarithmic
+    held = np.isfinite(values) & (values != 0)
+    omega, values = omega[held], values[held]
+    steps = np.degrees(np.abs(np.angle(values[1:] / values[:-1]))) if len(values) > 1 else np.zeros(0)
+    return [
+        f"Between {number(omega[k])} and {number(omega[k + 1])} rad/s the phase turns by {steps[k]:.0f} degrees in one "
+        "step, so that its direction is not certain."
+        for k in np.flatnonzero(steps > DOUBTFUL)[:1]
+    ]
+
+
+def number(value: float, digits: int = 3) -> str:
+    """A number in words for a picture, of a few significant digits."""
+    if math.isinf(value):
+        return "infinity" if value > 0 else "minus infinity"
+    rounded = float(f"{value:.{digits}g}")
+    if rounded == 0 or 1e-3 <= abs(rounded) < 1e5:
+        return np.format_float_positional(rounded, trim="-").replace("-", "−")
+    return f"{rounded:.{digits - 1}e}".replace("-", "−").replace("e+", "e")
+
+
+def written(value: CertifiedValue, factor: float = 1.0) -> str:
+    """A certified value times a factor with the digits that its bounds support, three at most; else the bounds."""
+    ends = [factor * value.low, factor * value.value, factor * value.high]
+    for digits in (3, 2):
+        texts = {number(end, digits) for end in ends}
+        if len(texts) == 1:
+            return texts.pop()
+    return f"{number(ends[0], 2)} to {number(ends[2], 2)}"
+
+
+def between(omega: Array, numbers_at: Array, at: float) -> float:
+    """A number at a frequency, on the straight line over the logarithm between its neighbours; NaN outside."""
+    held = np.isfinite(numbers_at)
+    if held.sum() < 2:
+        return float("nan")
+    return float(np.interp(math.log(at), np.log(omega[held]), numbers_at[held], left=np.nan, right=np.nan))
+
+
+def captioned(caption: Phrase, remarks: Sequence[Phrase]) -> Phrase:
+    """A caption that ends with sentences of remarks."""
+    if not remarks:
+        return caption
+    parts = [part for part in (caption if isinstance(caption, tuple) else (caption,)) if part != ""]
+    if parts and not (isinstance(parts[-1], str) and parts[-1].rstrip().endswith((".", "!", "?"))):
+        parts.append(".")
+    for remark in remarks:
+        parts += [*([" "] if parts else []), *(remark if isinstance(remark, tuple) else (remark,))]
+    return tuple(parts)
+
+
+def joined(parts: Sequence[Phrase]) -> str:
+    """Words in a row: 'a', 'a and b', 'a, b and c'."""
+    texts = [str(part) for part in parts]
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def breaks(inside: np.ndarray[Any, np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+    """The first place of each stretch of True, and the place behind its last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(inside, dtype=int), [0]])))
+    return list(pairwise(edges.tolist()))[::2]

@@ -1,0 +1,217 @@
+"""Nyquist plots: the curve of a loop gain about -1, its turns counted, with the circles of its margins."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.study.document.figure import Arrows, Figure, Guides, Label, Mark, Panel, Points, Series, Style
+from workbench.study.document.phrases import Phrase
+from workbench.study.loop_pictures.bode_pictures import check_curves, numbers_of_curves
+from workbench.study.loop_pictures.curve_turns import curve_turns
+from workbench.study.loop_pictures.frequency_curves import (
+    Complex,
+    FrequencyCurve,
+    breaks,
+    captioned,
+    number,
+    styles,
+    written,
+)
+from workbench.study.loop_pictures.gain_bounds import Disk, shaded_disks
+from workbench.validation.refusals import positive, refusal
+from workbench.validation.signatures import door
+
+LEAST, MOST = 2.0, 20.0  # the reach of a picture that is cut by itself
+WHOLE = 3.0  # times that reach: a curve that goes no farther is not cut
+BEYOND = 4.0  # times the reach: what is drawn of a curve
+HEADS = (0.35, 0.7)  # of the length of a curve: the places of its arrowheads
+POINTS = 500  # of a drawn curve
+
+
+@dataclass(frozen=True)
+class Plane:
+    """A plane of complex numbers: its critical point, with a name, and the reach of what is drawn."""
+
+    point: float
+    name: str
+    reach: float
+
+
+@door
+def nyquist_figure(
+    name: str,
+    caption: Phrase,
+    curves: Sequence[FrequencyCurve],
+    unstable_poles: int | None = None,
+    circles: bool = True,
+    forbidden: Sequence[Disk] = (),
+    reach: float | None = None,
+) -> Figure:
+    """The curves of loop gains L over frequency, with their mirror images dashed, about the critical point -1.
+
+    The turns about -1 are counted and told. Of one curve with margins the circle |S| = Ms touches it, and that of the
+    disk margin does, too. With `unstable_poles`, how many poles of L are unstable, the caption says how many unstable
+    poles the closed loop has. `forbidden` disks are shaded. A curve is cut at the `reach`, the distance from zero.
+
+    Raises
+    ------
+    ValueError
+        If there is no curve or no answer, the number of poles is negative, or the reach is not positive.
+    """
+    check_curves("nyquist_figure", curves)
+    if unstable_poles is not None and (unstable_poles < 0 or len(curves) > 1):
+        must = "the number of unstable poles of the only curve"
+        raise refusal("nyquist_figure(unstable_poles=...)", must, unstable_poles)
+    plane = Plane(-1.0, "−1", plane_reach("nyquist_figure", curves, reach, -1.0))
+    marks: list[Mark] = list(plane_marks(curves, plane, mirrored=True))
+    if circles and len(curves) == 1:
+        marks += _margin_circles(curves[0])
+    marks += [*shaded_disks(forbidden), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
+    remarks = [said for one in curves for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
+    return Figure(
+        name,
+        captioned(caption, remarks),
+        (plane_panel(marks, curves, plane),),
+        1,
+        numbers_of_curves(name, caption, curves),
+    )
+
+
+CIRCLE = np.linspace(-0.25 * np.pi, 1.75 * np.pi, 181)
+
+
+def plane_reach(call: str, curves: Sequence[FrequencyCurve], reach: float | None, point: float) -> float:
+    """The distance from zero up to which curves are drawn: all of them, or what surrounds the critical point."""
+    if reach is not None:
+        return positive(f"{call}(reach=...)", reach)
+    sizes = [float(np.nanmax(np.abs(one.values))) for one in curves]
+    least = max(LEAST * abs(point), *(1.3 * cut for one in curves for cut in _cuts(one.values)), 0.0)
+    return max(sizes) if max(sizes) <= WHOLE * least else least
+
+
+def _cuts(values: Complex) -> list[float]:
+    """The distances from zero, up to the most, at which a curve crosses the negative real axis."""
+    here, there = values[:-1], values[1:]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        share = here.imag / (here.imag - there.imag)
+        at = here.real + share * (there.real - here.real)
+        crosses = (here.imag * there.imag < 0) & (at < 0) & (at > -MOST)
+    return [-float(x) for x in at[crosses]]
+
+
+def plane_marks(curves: Sequence[FrequencyCurve], plane: Plane, mirrored: bool) -> list[Mark]:
+    """The curves within the reach with arrowheads towards higher frequencies, and the critical point."""
+    marks: list[Mark] = []
+    for one, style in zip(curves, styles(curves), strict=True):
+        marks += _pieces(one.label, one.values, plane, style)
+    if mirrored:
+        for k, one in enumerate(curves):
+            marks += _pieces("negative frequencies" if not k else "", one.values.conj(), plane, "aid", -1.0)
+    return [*marks, Points("", np.array([plane.point]), np.array([0.0]), (plane.name,), 6, shape="critical")]
+
+
+def _pieces(label: Label, values: Complex, plane: Plane, style: Style, way: float = 1.0) -> list[Mark]:
+    """The stretches of a curve that are near enough, and the arrowheads on the longest of them."""
+    far = np.abs(values) > BEYOND * plane.reach
+    marks: list[Mark] = []
+    stretches = [(a, b) for a, b in breaks(np.isfinite(values) & ~far) if b - a > 1]
+    for a, b in stretches:
+        piece = _thinned(values[a:b])
+        marks.append(Series(label if not marks else "", piece.real, piece.imag, style))
+        marks += _heads(piece, plane, style, way)
+    return marks
+
+
+def _thinned(piece: Complex) -> Complex:
+    """A curve with points at even lengths of it, where it has many more."""
+    if len(piece) <= POINTS:
+        return piece
+    length = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(piece)))])
+    kept = np.searchsorted(length, np.linspace(0, length[-1], POINTS))
+    return np.asarray(piece[np.unique(np.minimum(kept, len(piece) - 1))])
+
+
+def _heads(piece: Complex, plane: Plane, style: Style, way: float) -> list[Mark]:
+    seen = np.flatnonzero(np.abs(piece) <= plane.reach)
+    if len(seen) < 3:
+        return []
+    part = piece[seen[0] : seen[-1] + 1]
+    length = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(part)))])
+    if not length[-1] > 0.15 * plane.reach:
+        return []
+    places = np.array([max(1, int(np.searchsorted(length, share * length[-1]))) for share in HEADS])
+    along = way * (part[places] - part[places - 1])
+    return [Arrows("", part[places].real, part[places].imag, along.real, along.imag, style)]
+
+
+def _margin_circles(one: FrequencyCurve) -> list[Mark]:
+    """The circle |1 + L| = 1 / Ms and that of the disk margin, each of which touches the curve."""
+    held = None if one.margins is None else one.margins.margins
+    if held is None:
+        return []
+    marks: list[Mark] = []
+    if math.isfinite(held.Ms.gain.value):
+        edge = _closed(Disk("", -1.0, 1 / held.Ms.gain.value).edge)
+        marks.append(Series(f"|S| = Ms = {written(held.Ms.gain)}", edge.real, edge.imag, "bound"))
+    alpha = held.disk_margin.value
+    if alpha < 2:
+        ends = -(2 + alpha) / (2 - alpha), -(2 - alpha) / (2 + alpha)
+        edge = _closed(Disk("", sum(ends) / 2, (ends[1] - ends[0]) / 2).edge)
+        marks.append(Series(f"disk margin {written(held.disk_margin)}", edge.real, edge.imag, 7))
+    return marks
+
+
+def _closed(edge: Complex) -> Complex:
+    return np.append(edge, edge[:1])
+
+
+def plane_panel(marks: Sequence[Mark], curves: Sequence[FrequencyCurve], plane: Plane) -> Panel:
+    """The panel of a plane: axes of one scale around the curves within the reach, zero and the critical point."""
+    held = np.concatenate([one.values for one in curves])
+    held = held[np.isfinite(held) & (np.abs(held) <= plane.reach)]
+    low, high = (float(end) for end in (held.real.min(initial=0.0), held.real.max(initial=0.0)))
+    up = max(float(np.abs(held.imag).max(initial=0.0)), 0.6 * abs(plane.point))
+    low, high = min(low, plane.point - 0.35 * abs(plane.point), 0.0), max(high, plane.point, 0.15 * abs(plane.point))
+    room = 0.06 * max(high - low, 2 * up)
+    limits = (low - room, high + room), (-up - room, up + room)
+    return Panel("imaginary part", tuple(marks), "real part", *limits, hlines=(0.0,), vlines=(0.0,), aspect="equal")
+
+
+def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, several: bool) -> list[Phrase]:
+    """Sentences on the turns of a curve, on its closure at infinity, and on what is cut."""
+    turns = curve_turns(one.frequencies, one.values, one.period, plane.point)
+    head = f"{one.label}: the" if several else "The"
+    if turns.clockwise is None:
+        said = [f"{head} turns about {plane.name} are not counted: the curve cannot tell, as {turns.reason}."]
+    else:
+        said = [f"{head} closed curve {_times(turns.clockwise, plane.name)}."]
+        if turns.closures:
+            s = "" if turns.closures == 1 else "s"
+            said.append(f"At infinity it is closed by {turns.closures} half turn{s} clockwise.")
+        if unstable is not None:
+            said.append(_verdict(turns.clockwise, unstable))
+    if float(np.nanmax(np.abs(one.values))) > BEYOND * plane.reach:
+        said.append(f"It is cut where it is farther than {number(BEYOND * plane.reach)} from zero.")
+    return list(said)
+
+
+def _times(clockwise: int, name: str) -> str:
+    if not clockwise:
+        return f"does not encircle {name}"
+    count = {1: "once", 2: "twice"}.get(abs(clockwise), f"{abs(clockwise)} times")
+    return f"encircles {name} {count}, {'clockwise' if clockwise > 0 else 'anticlockwise'}"
+
+
+def _verdict(clockwise: int, unstable: int) -> str:
+    closed = clockwise + unstable
+    if closed < 0:
+        return f"This contradicts {_poles(unstable)} of L: look at the range of frequencies."
+    return f"With {_poles(unstable)} of L, the closed loop has {_poles(closed)}."
+
+
+def _poles(count: int) -> str:
+    return f"{count or 'no'} unstable pole{'' if count == 1 else 's'}"
