@@ -101,7 +101,7 @@ def test_a_reset_of_all_knobs_is_undone_by_keyboard(page):
     printed = numbers(page)
     turn(page, 321.5, 70.0)
     before = page.value(PLACES)
-    page.value(f"{BUTTON % 'All as printed'}.focus()")
+    page.value(f"{BUTTON % 'All to baseline'}.focus()")
     strike(page)
     assert numbers(page) == fields(page) == printed
     assert page.value(PLACES) == before
@@ -115,8 +115,8 @@ def test_a_reset_of_all_knobs_is_undone_by_keyboard(page):
 
 def test_a_second_click_upon_a_reset_resets_nothing_more(page):
     turn(page, 321.5, 70.0)
-    press(page, "All as printed")
-    press(page, "All as printed")
+    press(page, "All to baseline")
+    press(page, "All to baseline")
     turn(page, 55.0)
     press(page, "Undo")
     assert numbers(page) == [321.5, 70.0]

@@ -19,6 +19,7 @@ Style: TypeAlias = int | Literal["reference", "bound"]
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
 
 STYLES = 12
+NARROWEST = 0.4  # share of the text's width
 
 
 class AbstractCurve:
@@ -275,7 +276,8 @@ class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
     With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
-    who goes on with them: a table of its own file, not printed.
+    who goes on with them: a table of its own file, not printed. `width` is the share of the text's width that the figure
+    takes; its letters stay as large. `title` names it in a list of pictures, where its caption is too long.
     """
 
     name: str
@@ -284,6 +286,8 @@ class Figure:
     columns: int = 1
     numbers: Table | None = None
     lead: bool = False
+    width: float = 1.0
+    title: str = ""
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
@@ -291,4 +295,9 @@ class Figure:
             raise ValueError(
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
                 f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
+            )
+        if not NARROWEST <= self.width <= 1:
+            raise ValueError(
+                f"`Figure('{self.name}', width=...)` must be a share of the text's width from {NARROWEST:g}, where letters "
+                f"still have room, to 1; got {described(self.width)}."
             )
