@@ -30,7 +30,7 @@ def documents():
 def test_white_paper_becomes_the_page_and_black_ink_almost_white():
     assert dark("#ffffff") == GROUND
     assert contrast(dark("#000000"), GROUND) == pytest.approx(INK, rel=BY_EYE)
-    assert f"--ground: {GROUND};" in (TEMPLATES / "dark.css").read_text("utf-8")
+    assert f"--page: {GROUND};" in (TEMPLATES / "dark.css").read_text("utf-8")
 
 
 def test_the_contrast_of_two_colours_is_that_of_the_guidelines():

@@ -77,7 +77,12 @@ class LivePage {
     }
     this.turn(this.state);
     whenIdle(() => this.warm());
-    this.showWhatMoves();
+  }
+
+  // A step of a knob begins.
+  begun() {
+    this.holds.step();
+    if (!this.bench.panel.hidden) this.showWhatMoves();
   }
 
   // What the knobs move and the knobs are seen together.
@@ -149,8 +154,9 @@ class LivePage {
   turn(state) {
     if (this.failed) return;
     this.state = copiedState(state);
-    if (!(performance.now() - this.turnedAt < REST)) this.holds.step();
+    const isFirst = !(performance.now() - this.turnedAt < REST);
     this.turnedAt = performance.now();
+    if (isFirst) this.begun();
     clearTimeout(this.writing);
     this.writing = setTimeout(() => writeAddress(addressOfState(this.state, this.data)), SETTLED);
     this.wanted = new Map();
