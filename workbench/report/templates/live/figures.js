@@ -76,8 +76,10 @@ class LiveCurve {
     this.dot = null;
   }
 
-  // Take numbers, and thin them.
+  // Take numbers, and thin them, unless they are those that it has.
   take(x, y, ruler, points) {
+    if (x === this.x && y === this.y) return;
+    this.ruled = "";
     const [first, last] = ruler.printed.fixed ? windowPlaces(x, ruler.low, ruler.high) : [0, x.length];
     [this.x, this.y, this.places] = [x, y, thinnedPlaces(x, y, first, last, points, ruler.even ? null : ruler.straight)];
   }
@@ -85,6 +87,7 @@ class LiveCurve {
   draw(across, up, coarse = false) {
     if (coarse !== this.coarse) this.element.setAttribute("class", coarse ? "live-series coarse" : "live-series");
     this.coarse = coarse;
+    if (!this.isMoved(across, up)) return;
     if (this.marks) {
       this.drawMarks(across, up);
       return;
@@ -95,6 +98,13 @@ class LiveCurve {
       this.thin = thin;
     }
     this.element.setAttribute("d", pathOf(across.at, up.at, this.x, this.y, this.places, this.look.look === "steps"));
+  }
+
+  // True if it has new numbers, or stands on other rulers than when it was drawn.
+  isMoved(across, up) {
+    const before = this.ruled;
+    this.ruled = `${across.low} ${across.high} ${up.low} ${up.high}`;
+    return this.ruled !== before;
   }
 
   drawMarks(across, up) {
@@ -138,14 +148,15 @@ class PaleCurve {
   }
 
   take(x, y, ruler, points) {
-    if (x === this.x && y === this.y) return;
     LiveCurve.prototype.take.call(this, x, y, ruler, points);
   }
 
   // Draw it, and its name.
   draw(across, up, label, size, box, now) {
-    this.element.classList.toggle("thin", chatters(this.y, this.places));
-    this.line.setAttribute("d", pathOf(across.at, up.at, this.x, this.y, this.places, this.look.look === "steps"));
+    if (LiveCurve.prototype.isMoved.call(this, across, up)) {
+      this.element.classList.toggle("thin", chatters(this.y, this.places));
+      this.line.setAttribute("d", pathOf(across.at, up.at, this.x, this.y, this.places, this.look.look === "steps"));
+    }
     this.word?.remove();
     this.word = null;
     if (!label) return;

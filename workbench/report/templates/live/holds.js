@@ -112,7 +112,7 @@ class Holds {
     }));
   }
 
-  // The numbers of a curve of a run that is whole, made once.
+  // The numbers of a curve of a run, made once.
   numbersOf(view, curve, loop) {
     view.numbers ??= new Map();
     if (!view.numbers.has(curve)) view.numbers.set(curve, numbersOfCurve(curve, view, loop));

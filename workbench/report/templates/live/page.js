@@ -95,6 +95,7 @@ class LivePage {
     const told = (entries) => {
       for (const { target, isIntersecting } of entries) {
         this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
+        if (isIntersecting && this.away.has(target.dataset.figure)) this.paint(target.dataset.figure);
       }
     };
     const observer = new IntersectionObserver(told, { rootMargin: `${NEAR}px 0px` });
@@ -248,7 +249,7 @@ class LivePage {
       if (this.near.has(name)) this.guarded(() => this.paint(name));
       else this.away.add(name);
     }
-    if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
+    if (this.away.size && !this.flight?.whole.size) whenIdle(() => this.guarded(() => this.paintAway()));
     this.drawn = performance.now(); // for those who measure how soon a turn is seen
   }
 
@@ -267,10 +268,10 @@ class LivePage {
     }
   }
 
-  // One of the figures out of sight, and then the next.
+  // One of the figures out of sight, and then the next, unless exact runs are to come.
   paintAway() {
     const [name] = this.away;
-    if (name === undefined) return;
+    if (name === undefined || this.flight?.whole.size) return;
     this.paint(name);
     if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
   }
@@ -294,7 +295,7 @@ class LivePage {
     if (!some) return figure.clear();
     const drawn = curves.map((curve) => {
       const { panel, series, loop } = curve, view = this.views.get(loop), coarse = view.phase === "coarse";
-      return { panel, series, coarse, ...numbersOfCurve(curve, view, this.data.loops[loop]) };
+      return { panel, series, coarse, ...this.holds.numbersOf(view, curve, this.data.loops[loop]) };
     });
     figure.show(drawn, marks, pale);
   }

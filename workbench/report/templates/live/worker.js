@@ -8,7 +8,9 @@ const ROWS_OF_A_LOOK = 64; // in the search for the first step that is not finit
 const CALL = 4; // ms that one call of a kernel shall take
 const SLICE = 12; // ms between two looks for a newer request
 const GROWTH = 60; // ms between two views of a run that is under way
-const COARSE = 80; // ms that the coarse pictures of all loops of this worker shall take together
+const COARSE = 60; // ms that the coarse pictures of all loops of this worker shall take together
+const SLOWER = 1.25; // how much slower a call may make the pace, as a call that had to wait says nothing of it
+const TRIES = 3; // lengths of the step that a coarse picture may try, however long they take
 const TRIAL = 200; // steps by which the pace of a kernel is measured before its first run
 
 // The march of one module, at most so many steps at once, of its own or of other lengths: a memory with all its arrays,
@@ -58,11 +60,11 @@ class Kernel {
   // How long a step takes, by some of them, in ms.
   measure(p, x) {
     this.load(p, "0");
-    for (let round = 0; round < 2; round++) { // the first of which warms up
+    for (let round = 0; round < 3; round++) { // the first of which warms up
       this.x.set(x);
       const started = performance.now();
       this.advance(1, TRIAL, 0);
-      this.pace = Math.max(1e-5, (performance.now() - started) / TRIAL);
+      this.pace = Math.max(1e-5, Math.min(this.pace, (performance.now() - started) / TRIAL));
     }
   }
 
@@ -144,7 +146,7 @@ class Run {
     }
     const passed = performance.now() - started;
     this.spent += passed;
-    if (rows * steps >= 50) kernel.pace = Math.max(1e-5, passed / (rows * steps));
+    if (rows * steps >= 50) kernel.pace = Math.max(1e-5, Math.min(passed / (rows * steps), SLOWER * kernel.pace));
   }
 
   // Keep the rows before the first that is not finite, and find the step that lost it.
@@ -249,7 +251,7 @@ async function sketch(ticket, runs) {
   for (const run of asked) {
     const lengths = coarseLengths(loops.get(run.loop).loop, whole / COARSE), limit = 2 * COARSE / asked.length;
     for (const [i, length] of lengths.entries()) {
-      if (i && timeOf(run.loop, length) > limit) break;
+      if (i >= TRIES && timeOf(run.loop, length) > limit) break;
       const isDrawn = await march(ticket, "coarse", run, length);
       if (ticket !== newest) return null;
       if (!isDrawn) continue;
