@@ -29,7 +29,9 @@ STAND_INS = {  # for other files of a page, as far as these tests need them: the
         const shown = {};
         function openFigure(svg) {
           return {
-            show(curves) { if (!curves.length) { this.clear(); return; } shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
+            show(curves) {
+              if (!curves.length) { this.clear(); return; }
+              shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
             clear() { delete shown[svg.id]; svg.replaceChildren(); },
             cursor() {},
           };

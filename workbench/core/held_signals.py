@@ -1,4 +1,4 @@
-"""Held signals: states and outputs that change by jumps alone, as a step, a command that a computer holds, a constant."""
+"""Held signals: states and outputs that change by jumps alone, as a step or the command of a computer."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ COLORED = 0.1  # chroma in Oklab from which a colour is one of the lines, and no
 LEAST, MOST = 4.0, 9.0  # contrasts of the lines: above the 3 of WCAG 1.4.11, and what is bright enough
 PAINT = re.compile(r"\b(fill|stroke): (#[0-9a-f]{6})\b")
 
-# Oklab (B. Ottosson, 2020): from linear sRGB to the cones, and from their cube roots to lightness, green-red, blue-yellow.
+# Oklab (B. Ottosson, 2020): from linear sRGB to cones, and from their cube roots to lightness, green-red, blue-yellow.
 CONES = np.array(
     [
         [0.4122214708, 0.5363325363, 0.0514459929],

@@ -83,7 +83,9 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
             for place, (label, y) in enumerate(zip(entry.labels(), flat.T, strict=True)):
                 parts = (law, label if entry.size > 1 else "", f"run {i}" if len(chosen) > 1 else "")
                 look = {key: LINES[count % STYLES][key] for key in ("color", "linestyle", "linewidth")}
-                ax.plot(runs.t, y, label=", ".join(filter(None, parts)), drawstyle=_drawstyle(step, name, place), **look)
+                ax.plot(
+                    runs.t, y, label=", ".join(filter(None, parts)), drawstyle=_drawstyle(step, name, place), **look
+                )
                 if runs.diverged[i]:
                     lost.append((runs.t, y, runs.diverged_at[i], look["color"]))
                 else:

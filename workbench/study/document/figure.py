@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 import numpy as np
 
 from workbench.notation.formula import Formula
-from workbench.study.document.figure_checks import check_cut, check_sources
+from workbench.study.document.figure_checks import check_cut, check_sources, check_width
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, as_objects, described, refusal
@@ -19,7 +19,6 @@ Style: TypeAlias = int | Literal["reference", "bound"]
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
 
 STYLES = 12
-NARROWEST = 0.4  # share of the text's width
 
 
 class AbstractCurve:
@@ -276,8 +275,8 @@ class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
     With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
-    who goes on with them: a table of its own file, not printed. `width` is the share of the text's width that the figure
-    takes; its letters stay as large. `title` names it in a list of pictures, where its caption is too long.
+    who goes on with them: a table of its own file, not printed. `width` is the share of the text's width that it takes,
+    with letters of the same size. `title` names it in a list of pictures, where its caption is too long.
     """
 
     name: str
@@ -296,8 +295,4 @@ class Figure:
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
                 f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
             )
-        if not NARROWEST <= self.width <= 1:
-            raise ValueError(
-                f"`Figure('{self.name}', width=...)` must be a share of the text's width from {NARROWEST:g}, where letters "
-                f"still have room, to 1; got {described(self.width)}."
-            )
+        check_width(self.name, self.width)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from workbench.validation.refusals import described, refusal
 
+NARROWEST = 0.4  # share of the text's width
+
 
 def check_sources(mark: object, count: int, sources: tuple[object, ...]) -> None:
     """Refuse sources that are not one for each of `count` bars or points."""
@@ -22,3 +24,12 @@ def check_cut(cut: float | None, limits: tuple[float, float] | None, scale: str)
     low, high = limits or (cut, cut)
     if not low < cut < high or scale != "linear":
         raise refusal("Panel(xcut=...)", "a number between the two of `xlim`, on a linear axis", cut)
+
+
+def check_width(name: str, width: float) -> None:
+    """Refuse the width of a figure, a share of the text's, in which letters have no room, or that no page has."""
+    if not NARROWEST <= width <= 1:
+        raise ValueError(
+            f"`Figure('{name}', width=...)` must be a share of the text's width from {NARROWEST:g}, where letters "
+            f"still have room, to 1; got {described(width)}."
+        )

@@ -159,7 +159,7 @@ def _loop(
 
 
 def _has_finer(outcome: Outcome) -> bool:
-    """True if the steps of a loop approximate finer ones: those of one in a computer, or with noise, are what they are."""
+    """True if the steps of a loop approximate finer ones, as those of a loop in a computer, or with noise, do not."""
     return isinstance(outcome.ode, Ode) and not outcome.measurement.trajectories.step.noises
 
 
