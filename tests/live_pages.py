@@ -19,7 +19,7 @@ from workbench.simulate import simulate
 from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
-SCRIPTS = ("address", "knobs", "figures", "tables", "animation", "pool", "motion", "page")
+SCRIPTS = ("address", "knobs", "holds", "pictures", "figures", "tables", "animation", "pool", "motion", "page")
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
@@ -29,7 +29,9 @@ STAND_INS = {  # for other files of a page, as far as these tests need them: the
         const shown = {};
         function openFigure(svg) {
           return {
-            show(curves) { shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
+            show(curves) {
+              if (!curves.length) { this.clear(); return; }
+              shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
             clear() { delete shown[svg.id]; svg.replaceChildren(); },
             cursor() {},
           };

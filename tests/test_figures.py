@@ -196,6 +196,21 @@ def test_a_gap_stays_a_gap_and_a_held_value_makes_steps():
     assert all(a[0] == b[0] or a[1] == b[1] for a, b in pairwise(steps[:4]))
 
 
+def test_a_narrow_figure_has_letters_of_the_same_size_on_a_narrow_sheet():
+    panel = Panel("y", (Series("a", np.arange(3.0), np.arange(3.0)),))
+    wide, narrow = (draw(Figure("f", "c", (panel,), width=width)) for width in (1.0, 0.6))
+    widths = [float(re.search(r'width="([\d.]+)pt"', svg)[1]) for svg in (wide, narrow)]
+    assert widths[1] == pytest.approx(0.6 * widths[0])
+    scales = [set(re.findall(r"scale\((0\.\d+) ", svg)) for svg in (wide, narrow)]
+    assert scales[0] == scales[1] != set()
+
+
+@pytest.mark.parametrize("width", [0.3, 1.1, float("nan"), 0.0, -1.0])
+def test_a_width_without_room_for_letters_is_refused(width):
+    with pytest.raises(ValueError, match=r"`Figure\('f', width=...\)` must be a share of the text's width from 0.4"):
+        Figure("f", "c", (Panel("y", (Series("a", np.arange(3.0), np.arange(3.0)),)),), width=width)
+
+
 def test_what_is_counted_is_marked_at_whole_numbers():
     links = np.arange(2.0, 7.0)
     assert Ruler.around("linear", None, [links], 0.05).ticks(9).numbers == ("2", "3", "4", "5", "6")

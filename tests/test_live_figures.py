@@ -315,3 +315,42 @@ def test_the_cursor_has_a_dot_on_the_last_point_of_each_curve_at_or_before_its_t
     assert any(np.array(dot, dtype=float) == pytest.approx(wanted, abs=0.01) for dot in dots)
     assert over == [2, []]  # the second panel ends at 6 s
     assert beyond == [0, []]
+
+
+@needs_node
+def test_numbers_at_a_grown_ordinate_have_the_room_beside_it():
+    random = np.random.default_rng(9)
+    given = []
+    for _ in range(300):
+        size, middle = 10.0 ** random.uniform(-6, 8), random.choice([0.0, *random.normal(size=3)])
+        low, high = size * (middle - random.uniform(0.1, 1)), size * (middle + random.uniform(0.1, 1))
+        given.append((low, high, int(random.integers(2, 10)), float(random.uniform(1.1, 3.5))))
+    body = """return given.map(([low, high, count, room]) => {
+      const { marks, power } = rulerMarks("linear", low, high, count, room);
+      return [SMALLEST_LETTERS * widestText(marks), marks.map(([place, text]) => [place, text]), power];
+    });"""
+    for (low, high, _, room), (wide, marks, power) in zip(given, said(body, given), strict=True):
+        assert marks
+        for place, text in marks:
+            assert low - 1e-6 * (high - low) <= place <= high + 1e-6 * (high - low)
+            written = float(text.replace("−", "-")) * 10.0**power
+            assert written == pytest.approx(place, abs=1e-6 * (high - low))
+        if room > 2:  # in less even a sign and a digit may not find place: then the letters are smaller still
+            assert wide <= room or len(marks) < 3
+
+
+@needs_chromium
+def test_no_number_at_a_grown_ordinate_reaches_the_name_of_the_axis(tmp_path):
+    t = np.linspace(0, 10, 200)
+    narrow = Figure("narrow", "c", (Panel("a name that is read", (Series("", t, 0.5 + 0 * t),)),), width=0.6)
+    sheet = draw_all([narrow])["narrow"]
+    body = """const left = plate.panels[0].box[0], { tick, pad } = plate.letters, edge = left - tick - pad;
+    const starts = given => {
+      figure.show([{ panel: 0, series: 0, x: numbers([0, 5, 10]), y: numbers(given) }]);
+      return Math.min(...all(".live-ruler text").filter(one => one.getAttribute("text-anchor") === "end")
+        .map(one => one.getBBox().x));
+    };
+    const given = [[-1234.5, 3, 877], [-0.013, 0.5, 0.507], [99999, 100000.5, 0], [-3e-7, 0, 4e9], [-12, 12, 0]];
+    return [given.map(starts), edge - plate.panels[0].y.room];"""
+    starts, edge = shown(sheet, tmp_path, body)
+    assert min(starts) >= edge - 0.5  # the width of letters is that of the browser's font, not of the sheet's

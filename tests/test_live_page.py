@@ -251,7 +251,7 @@ def test_a_module_that_is_broken_leaves_the_page_as_printed(data, tmp_path, brow
     with open_page(write_page(tmp_path, broken), browser=browser) as page:
         opened(page)
         page.until("livePage.failed")
-        assert "stays as printed" in page.value("document.querySelector('.bench-status').textContent")
+        assert "stays as it was made" in page.value("document.querySelector('.bench-status').textContent")
         assert page.value("Object.keys(shown).length") == 0
 
 
@@ -260,7 +260,7 @@ def test_a_worker_that_fails_leaves_the_page_as_printed(path, browser):
         page.value("livePage.source = 'onmessage = () => { throw new Error(1); };'")
         opened(page)
         page.until("livePage.failed")
-        assert "stays as printed" in page.value("document.querySelector('.bench-status').textContent")
+        assert "stays as it was made" in page.value("document.querySelector('.bench-status').textContent")
 
 
 def test_a_figure_that_cannot_be_drawn_leaves_the_page_as_printed(page):
@@ -367,7 +367,7 @@ def test_each_control_has_a_name_that_is_read_aloud(page):
     controls = [(node["role"]["value"], node["name"]["value"]) for node in nodes if node["role"]["value"] in roles]
     assert [role for role, name in controls if not name] == []
     assert ("slider", "phi") in controls
-    assert ("button", "phi: reset to the printed 0.01") in controls
+    assert ("button", "phi: reset to the baseline 0.01") in controls
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ pytestmark = [needs_chromium, needs_llvmlite]
 KNOBS = (("Kp", "V s/rad", "controller.Kp", 10.0, 1000.0, True), ("Ki", "V/rad", "controller.Ki", 1.0, 1000.0, True))
 IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 PLACES = """JSON.stringify([...document.querySelectorAll('.bench-buttons button')].map((button) => {
-  const box = button.getBoundingClientRect(); return [box.x, box.y, box.width, box.height]; }))"""
+  const box = button.getBoundingClientRect(); return [box.x, box.y, box.width, box.height].map(Math.round); }))"""
 BUTTON = "[...document.querySelectorAll('.bench-buttons button')].find((button) => button.textContent === '%s')"
 CLIPBOARD = """Object.defineProperty(navigator, 'clipboard', {configurable: true,
   value: {writeText: async (text) => { %s }}})"""
@@ -100,8 +100,8 @@ def test_a_reset_of_all_knobs_is_undone_by_keyboard(page):
     assert page.value(f"{BUTTON % 'Undo'}.disabled")  # there is nothing to undo
     printed = numbers(page)
     turn(page, 321.5, 70.0)
+    page.value(f"{BUTTON % 'All to baseline'}.focus()")  # which brings it into sight, where the bench is low
     before = page.value(PLACES)
-    page.value(f"{BUTTON % 'All as printed'}.focus()")
     strike(page)
     assert numbers(page) == fields(page) == printed
     assert page.value(PLACES) == before
@@ -115,8 +115,8 @@ def test_a_reset_of_all_knobs_is_undone_by_keyboard(page):
 
 def test_a_second_click_upon_a_reset_resets_nothing_more(page):
     turn(page, 321.5, 70.0)
-    press(page, "All as printed")
-    press(page, "All as printed")
+    press(page, "All to baseline")
+    press(page, "All to baseline")
     turn(page, 55.0)
     press(page, "Undo")
     assert numbers(page) == [321.5, 70.0]

@@ -56,7 +56,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Cost:
-    """Times and memory of the command, run several times, for a study of so many `runs`, `again` at half of the step too."""
+    """Times and memory of several runs of the command, for a study of `runs` runs, `again` of them at half of the step."""
 
     runs: int
     again: int

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from base64 import b64encode
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -15,6 +15,7 @@ from markupsafe import Markup, escape
 
 from workbench.notation import mathml
 from workbench.report.figures import sheets as sheets_of
+from workbench.report.figures.dark_colors import colors_of, dark_scheme, with_variables
 from workbench.report.live_page import PRINTED, live_page
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
@@ -25,18 +26,25 @@ if TYPE_CHECKING:
     from workbench.report.figures.plates import Sheet
 
 GENERATOR = "control-workbench"
+TEMPLATES = files("workbench.report") / "templates"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's
 
 
-def html(document: Document, sheets: dict[str, Sheet] | None = None, live: Mapping[str, Any] | None = None) -> str:
+def html(
+    document: Document,
+    sheets: dict[str, Sheet] | None = None,
+    live: Mapping[str, Any] | None = None,
+    bench: bool = False,
+) -> str:
     """The document as one HTML page, every text escaped: the same document, the same bytes.
 
     `sheets` are the drawn figures by name, if they have been drawn already; with `live`, the data of `live_data`, a
-    reader of the page can turn its knobs.
+    reader of the page can turn its knobs. On a `bench` all figures stand above all words, and the knobs are open.
     """
     template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
     figures = sheets or sheets_of(document)
+    drawings = {name: with_variables(sheet.svg) for name, sheet in figures.items()}
     cells = {} if live is None else {(c["table"], c["row"], c["column"]): i for i, c in enumerate(live["cells"])}
     return template.render(
         document=document,
@@ -45,7 +53,8 @@ def html(document: Document, sheets: dict[str, Sheet] | None = None, live: Mappi
         legend=legend(document),
         provenance=provenance(document),
         generator=GENERATOR,
-        style=Markup(_style()),
+        style=Markup(_style(bench)) + _dark_style(sheet.svg for sheet in figures.values()),
+        bench=bench,
         phrase=writer.phrase,
         formula=writer.formula,
         unlinked=writer.unlinked,
@@ -55,7 +64,7 @@ def html(document: Document, sheets: dict[str, Sheet] | None = None, live: Mappi
         short_columns=short_columns,
         notes=notes(document),
         unit_of=unit_of,
-        drawing=lambda name: Markup(figures[name].svg),
+        drawing=lambda name: Markup(drawings[name]),
         live=None if live is None else live_page(live, {name: sheet.plate for name, sheet in figures.items()}),
         live_cell=lambda *place: cells.get(place),
         printed=PRINTED,
@@ -146,8 +155,14 @@ def _environment() -> jinja2.Environment:
 
 
 @cache
-def _style() -> str:
-    """The style sheet with the maths font inside it."""
-    folder = files("workbench.report") / "templates"
-    font = b64encode((folder / "math.woff2").read_bytes()).decode("ascii")
-    return (folder / "style.css").read_text("utf-8").replace("MATHS_FONT", f"data:font/woff2;base64,{font}")
+def _style(bench: bool) -> str:
+    """The style sheet with the maths font inside it, and that of a bench behind it."""
+    font = b64encode((TEMPLATES / "math.woff2").read_bytes()).decode("ascii")
+    style = (TEMPLATES / "style.css").read_text("utf-8").replace("MATHS_FONT", f"data:font/woff2;base64,{font}")
+    return style + (TEMPLATES / "bench.css").read_text("utf-8") if bench else style
+
+
+def _dark_style(drawings: Iterable[str]) -> Markup:
+    """The style sheet of the page in the dark, with the colours of its drawings."""
+    colors = {"#000000", "#ffffff", "#dddddd"}.union(*map(colors_of, drawings))  # and those of live rulers
+    return Markup((TEMPLATES / "dark.css").read_text("utf-8").replace("FIGURE_COLORS", dark_scheme(colors)))

@@ -13,8 +13,14 @@ from typing import Any
 
 from markupsafe import Markup
 
+from workbench.report.figures.dark_colors import variable
+
 # in the order in which they need each other
-SCRIPTS = ("curves", "rulers", "marks", "figures", "tables", "animation", "address", "knobs", "pool", "motion", "page")
+SCRIPTS = (
+    *("curves", "rulers", "marks", "figures", "tables", "animation", "address", "knobs", "holds", "pictures", "pool"),
+    *("motion", "page"),
+)
+PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")
 PRINTED = Markup("default-src 'none'; style-src 'unsafe-inline'; font-src data:")  # of a page without scripts
 
@@ -34,7 +40,7 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     """The live part of a page from the data of its study and the plates of its figures."""
     shown = {link["figure"] for link in (*live["curves"], *live["marks"])}
     data = json.dumps(
-        {**live, "plates": {name: plate for name, plate in plates.items() if name in shown}},
+        {**live, "plates": {name: _painted(plate) for name, plate in plates.items() if name in shown}},
         allow_nan=False,
         separators=(",", ":"),
     )
@@ -43,6 +49,19 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     # no text can end the element that holds it
     safe = data.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
     return LivePage(Markup(_script()), Markup(_text("worker.js")), Markup(safe), Markup(_styles()), Markup(policy))
+
+
+def _painted(plate: Mapping[str, Any]) -> dict[str, Any]:
+    """A plate whose colours are the variables of the page."""
+    panels = [
+        {**panel, "series": [{key: _paint(key, held) for key, held in one.items()} for one in panel["series"]]}
+        for panel in plate["panels"]
+    ]
+    return {**plate, "panels": panels}
+
+
+def _paint(key: str, held: Any) -> Any:
+    return variable(held) if key in PAINTS else held
 
 
 @cache

@@ -80,7 +80,7 @@ def live(
     document = writeup.document(study, results, COMMAND)
     data = live_data(study, results, document)
     if data and data["loops"]:
-        return LoopPage(html(document, live=data))
+        return LoopPage(html(document, live=data, bench=True))
     if data:
         why = "; ".join(data["refused"].values()).rstrip(".")
     elif study.live:
@@ -89,4 +89,4 @@ def live(
         why = "no number moves what is shown"
     printed = f"Nothing can be turned in this loop: {why}."
     told = replace(study, method=f"{study.method} {printed}")
-    return LoopPage(html(writeup.document(told, results, COMMAND)), printed)
+    return LoopPage(html(writeup.document(told, results, COMMAND), bench=True), printed)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core import Entry, Ode
+from workbench.core.held_signals import is_held
 from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
@@ -61,6 +62,12 @@ def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
         return tuple(f"{ode.counts} {place + 1}" for place in range(entry.size))
     labels = entry.labels()
     return tuple(labels[place] for place in _flat_places(entry))
+
+
+def changes_by_jumps(outcome: Outcome, source: Source) -> bool:
+    """True if the signal of a source changes by jumps alone, as a step or the command of a computer."""
+    flow = outcome.measurement.trajectories.step.flow
+    return is_held(flow, source.name, _flat_places(_entry(outcome, source.name))[source.place])
 
 
 def _entry(outcome: Outcome, name: str) -> Entry:

@@ -22,7 +22,6 @@ from workbench.report.figures.style import (
     SMALL_LETTERS,
     TICK,
     TITLE,
-    WIDTH,
     below,
     house_style,
     letter_of,
@@ -184,7 +183,7 @@ def _draw_legend(pen: Pen, figure: Figure, width: float, height: float) -> float
     names = _entries(figure)
     if not names:
         return 0.0
-    size, columns = LEGEND_LETTERS, _across(names)
+    size, columns = LEGEND_LETTERS, _across(names, width / 72)
     handle, gap, between = 2.8 * size, 0.5 * size, 1.3 * size
     widths = [max(extent(name, size).width for name in list(names)[j::columns]) for j in range(columns)]
     line = max(extent(name, size).height for name in names) + 0.5 * size
@@ -209,8 +208,8 @@ def _entries(figure: Figure) -> dict[str, Mark]:
     return found
 
 
-def _across(names: dict[str, Mark]) -> int:
-    """The number of names side by side in the legend."""
+def _across(names: dict[str, Mark], width: float) -> int:
+    """The number of names side by side in the legend of a figure of a width in inches."""
     letters = [len(re.sub(r"[\\${}]", "", name)) for name in names]
-    rows = -(-sum(0.065 * n + 0.5 for n in letters) // WIDTH)
+    rows = -(-sum(0.065 * n + 0.5 for n in letters) // width)
     return -(-len(names) // int(rows))

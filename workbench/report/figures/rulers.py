@@ -209,7 +209,7 @@ def _has_margin(mark: Mark) -> bool:
 def row_names(figure: Figure, panel: Panel) -> tuple[str, ...]:
     """The names of a panel's rows, folded to the room that they may take."""
     share = NAMED if shares_rows(figure) else NAMED / figure.columns
-    return tuple(_folded(label, share) for label in panel.ynames)
+    return tuple(_folded(label, share * figure.width) for label in panel.ynames)
 
 
 def _column_names(figure: Figure, i: int) -> Sequence[str]:
@@ -223,12 +223,12 @@ def _column_names(figure: Figure, i: int) -> Sequence[str]:
         return ("",) * len(panel.xnames)
     across = 1 if figure.lead and not i else figure.columns
     beside = max((block_of(name, SMALL_LETTERS).width for name in row_names(figure, panel)), default=0.0) + BESIDE
-    room = (72 * WIDTH - beside) / across / len(panel.xnames) - 0.75 * SMALL_LETTERS
+    room = (72 * WIDTH * figure.width - beside) / across / len(panel.xnames) - 0.75 * SMALL_LETTERS
     names = [mathtext(label) for label in panel.xnames]
     widest = max(extent(word, SMALL_LETTERS).width for name in names for word in name.split() or [""])
     if len(names) >= COLUMNS and widest <= room:
         return [folded(name, SMALL_LETTERS, room) for name in names]
-    return [_folded(label, UPRIGHT) for label in panel.xnames]
+    return [_folded(label, UPRIGHT * figure.width) for label in panel.xnames]
 
 
 def _folded(label: Label, share: float) -> str:
@@ -238,7 +238,7 @@ def _folded(label: Label, share: float) -> str:
 def size_of(figure: Figure) -> tuple[float, float]:
     """Width and height of a figure in inches."""
     if figure.lead:
-        return WIDTH, min(sum(led(figure)) + 0.35, TALL)
+        return WIDTH * figure.width, min(sum(led(figure)) + 0.35, TALL)
     rows = -(-len(figure.panels) // figure.columns)
     height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
     if any(panel.aspect in ("tall", "equal") for panel in figure.panels):
@@ -246,7 +246,7 @@ def size_of(figure: Figure) -> tuple[float, float]:
     elif any(isinstance(mark, Points) for panel in figure.panels if panel.aspect != "wide" for mark in panel.series):
         height *= 1.4  # names need room
     named = [_rows_of(row_names(figure, panel), panel) for panel in figure.panels if panel.ynames]
-    return WIDTH, min(rows * max(named, default=height) + 0.35, TALL)
+    return WIDTH * figure.width, min(rows * max(named, default=height) + 0.35, TALL)
 
 
 def led(figure: Figure) -> tuple[float, float]:

@@ -10,6 +10,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from workbench.core import Step
+from workbench.core.held_signals import is_held
 from workbench.report.figures.style import LINES
 from workbench.simulate import Trajectories
 from workbench.study.document.figure import STYLES
@@ -78,10 +80,12 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
         units = units or ", ".join(dict.fromkeys(filter(None, entry.units)))
         for i in chosen:
             flat = runs[name][i].reshape(len(runs.t), -1, order="F")
-            for label, y in zip(entry.labels(), flat.T, strict=True):
+            for place, (label, y) in enumerate(zip(entry.labels(), flat.T, strict=True)):
                 parts = (law, label if entry.size > 1 else "", f"run {i}" if len(chosen) > 1 else "")
                 look = {key: LINES[count % STYLES][key] for key in ("color", "linestyle", "linewidth")}
-                ax.plot(runs.t, y, label=", ".join(filter(None, parts)), **look)
+                ax.plot(
+                    runs.t, y, label=", ".join(filter(None, parts)), drawstyle=_drawstyle(step, name, place), **look
+                )
                 if runs.diverged[i]:
                     lost.append((runs.t, y, runs.diverged_at[i], look["color"]))
                 else:
@@ -95,13 +99,20 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
     first = next(iter(held.values()))
     if f"{name}_ref" in first.step.outputs:
         wanted = first[f"{name}_ref"][run or 0].reshape(len(first.t), -1, order="F")
-        ax.plot(first.t, wanted, color="#b4b4b4", linewidth=3.0, zorder=1.5, label="reference")
+        for place, y in enumerate(wanted.T):
+            style = _drawstyle(first.step, f"{name}_ref", place)
+            ax.plot(first.t, y, color="#b4b4b4", linewidth=3.0, zorder=1.5, label="reference", drawstyle=style)
         calm.extend(wanted.T)
     if lost:
         _mark(ax, lost, calm)
         ax.set_xlim(0, max(runs.t[-1] for runs in held.values()))
     ax.set_ylabel(f"{name} [{units}]" if units else name)
     ax.grid(True, color="#dddddd", linewidth=0.4)
+
+
+def _drawstyle(step: Step, name: str, place: int) -> str:
+    """How matplotlib draws a number of a signal: one that changes by jumps alone as steps."""
+    return "steps-post" if is_held(step.flow, name, place) else "default"
 
 
 def _mark(ax: Axes, lost: list[tuple[Array, Array, float, str]], calm: list[Array]) -> None:

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
-from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps
+from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps, check_width
 from workbench.study.document.mark_fields import STYLES, Label, Spans, Style, store
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.plane_marks import Area, Arrows, Guides
@@ -275,7 +275,8 @@ class Figure:
     """One or more panels below a common legend, laid out row by row in so many `columns`.
 
     With `lead` the first panel has the whole width, above the others. `numbers` are what the figure shows, for a reader
-    who goes on with them: a table of its own file, not printed.
+    who goes on with them: a table of its own file, not printed. `width` is the share of the text's width that it takes,
+    with letters of the same size. `title` names it in a list of pictures, where its caption is too long.
     """
 
     name: str
@@ -284,6 +285,8 @@ class Figure:
     columns: int = 1
     numbers: Table | None = None
     lead: bool = False
+    width: float = 1.0
+    title: str = ""
 
     def __post_init__(self) -> None:
         check_name("Figure", self.name)
@@ -292,3 +295,4 @@ class Figure:
                 f"`Figure('{self.name}')` must have at least one panel, in 1 to 3 columns, to fit a page; "
                 f"got {len(self.panels)} panels and for the columns {described(self.columns)}."
             )
+        check_width(self.name, self.width)

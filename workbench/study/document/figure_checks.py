@@ -6,6 +6,8 @@ from itertools import pairwise
 
 from workbench.validation.refusals import described, refusal
 
+NARROWEST = 0.4  # share of the text's width
+
 
 def check_sources(mark: object, count: int, sources: tuple[object, ...]) -> None:
     """Refuse sources that are not one for each of `count` bars or points."""
@@ -37,3 +39,12 @@ def check_aspect(equal: bool, scales: tuple[str, str], cut: float | None) -> Non
     """Refuse axes of one scale that are logarithmic or cut."""
     if equal and (scales != ("linear", "linear") or cut is not None):
         raise refusal("Panel(aspect='equal')", "on two linear axes without `xcut`", scales)
+
+
+def check_width(name: str, width: float) -> None:
+    """Refuse the width of a figure, a share of the text's, in which letters have no room, or that no page has."""
+    if not NARROWEST <= width <= 1:
+        raise ValueError(
+            f"`Figure('{name}', width=...)` must be a share of the text's width from {NARROWEST:g}, where letters "
+            f"still have room, to 1; got {described(width)}."
+        )

@@ -16,7 +16,7 @@ from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
 from workbench.study.live.links import Curve, LiveCell, LiveMark, links
-from workbench.study.live.marches import Modules, march, may_switch, plain, switches, watched, whole_and_half
+from workbench.study.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
 from workbench.validation.refusals import Array
@@ -139,6 +139,7 @@ def _loop(
         "normals": whole.noises,
         "switches": switches(outcome.ode),
         "whole": march(whole, round(every / whole.h), modules, switched),
+        "coarse": coarser(whole, len(run.t) - 1, round(every / whole.h), switched) if _has_finer(outcome) else [],
         "half": march(half, round(every / half.h), modules, switched),
         "outputs": march(watched(whole, seen), 1, modules) if seen.numel() else None,
         "drawing": None if drawing is None else drawing.data | moving,
@@ -155,6 +156,11 @@ def _loop(
         return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
 
     return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
+
+
+def _has_finer(outcome: Outcome) -> bool:
+    """True if the steps of a loop approximate finer ones, as those of a loop in a computer, or with noise, do not."""
+    return isinstance(outcome.ode, Ode) and not outcome.measurement.trajectories.step.noises
 
 
 def _moving(outcome: Outcome, step: Step) -> ca.SX:

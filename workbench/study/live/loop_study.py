@@ -33,6 +33,7 @@ from workbench.validation.signatures import door
 
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much
 ABOUT_ZERO = 1.0  # as far as a knob goes either way from a number that is zero
+BESIDE = 0.6  # of the width of a text: a picture among others
 POINTS = 1000  # kept times, or about that many
 FIRST = ("controller", "plant", "reference", "observer", "instruments")  # the blocks whose knobs come first
 UNKNOWN = "?"  # as the unit of a number that nobody named
@@ -136,17 +137,17 @@ def _usual_metrics(flow: Ode) -> tuple[AbstractMetric, ...]:
 
 def _sections(results: Results) -> tuple[Section, ...]:
     outcome = results.outcomes[0]
-    panels = tuple(_panel(outcome, name) for name in shown_signals(outcome.measurement.trajectories.step))
-    figure = Figure("signals", "The signals of the loop over time.", panels, columns=1 if len(panels) < 3 else 2)
+    names = shown_signals(outcome.measurement.trajectories.step)
+    figures = (_picture(outcome, i, name) for i, name in enumerate(names, 1))
     scores = (_scores(outcome),) if outcome.measurement.scores else ()
-    return (Section("The loop", (*_warned(outcome), figure, *scores)),)
+    return (Section("The loop", (*_warned(outcome), *figures, *scores)),)
 
 
 def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:
     """The warnings of the run as it is printed."""
     runs = outcome.measurement.trajectories
     said = dict.fromkeys((*outcome.measurement.warnings, *runs.check.warnings))
-    return (Paragraph(f"As printed, {'; '.join(said)}."),) if said else ()
+    return (Paragraph(f"At the baseline, {'; '.join(said)}."),) if said else ()
 
 
 def _scores(outcome: Outcome) -> Table:
@@ -163,6 +164,11 @@ def shown_signals(step: Step) -> tuple[str, ...]:
     flow = step.flow
     known = tuple(name for name in flow.shown if name in step.outputs or name in step.states)
     return known or step.outputs.names or tuple(name for name in step.states.names if name in flow.states)
+
+
+def _picture(outcome: Outcome, number: int, name: str) -> Figure:
+    """A signal over time, as wide as one of several pictures side by side."""
+    return Figure(f"signal_{number}", f"{name} over time.", (_panel(outcome, name),), width=BESIDE, title=name)
 
 
 def _panel(outcome: Outcome, name: str) -> Panel:

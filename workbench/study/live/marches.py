@@ -18,6 +18,7 @@ from workbench.simulate.kernel.plan import Plan, pass_of
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
+MANY = 20_000  # steps of a run that takes so long in a browser that a coarse picture comes first
 JUMPS = {"sign", "lt", "le", "eq", "ne", "floor", "fmod", "if_else"}  # operations that do
 
 
@@ -56,6 +57,22 @@ def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> d
         "lanes": len(plan.lanes),
         "table": len(plan.table),
     }
+
+
+def coarser(step: Step, rows: int, stride: int, switched: bool = True) -> list[dict[str, Any]]:
+    """The numbers with which the module of a step makes longer ones, for a picture before a long run is there.
+
+    Each length divides every one of the `rows`, of `stride` steps, into fewer steps, at most two thirds as many as the
+    one before; the first is the finest. A run of few steps needs none.
+    """
+    lengths: list[dict[str, Any]] = []
+    plan, last = Plan.of_step(step, (), switched), float(stride)
+    for fewer in range(stride - 1, 0, -1) if rows * stride >= MANY else ():
+        if stride % fewer or 3 * fewer > 2 * last:
+            continue
+        h, last = step.h * (stride // fewer), fewer
+        lengths.append({"h": h, "stride": fewer, "constants": plain(plan.constants(h))})
+    return lengths
 
 
 def watched(step: Step, expressions: ca.SX) -> Step:

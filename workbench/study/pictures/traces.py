@@ -13,7 +13,7 @@ from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, P
 from workbench.study.document.phrases import Phrase, raised
 from workbench.study.document.source import Source
 from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.marks import labels_of, signal_source, time_source
+from workbench.study.marks import changes_by_jumps, labels_of, signal_source, time_source
 from workbench.study.study import Outcome
 from workbench.validation.signatures import door
 
@@ -168,7 +168,7 @@ def curve(
     style: Style = 0,
     *,
     over: tuple[str, int | str] | None = None,
-    look: Literal["line", "steps", "marks"] = "line",
+    look: Literal["line", "steps", "marks"] | None = None,
     seconds: tuple[float, str] = (1.0, "s"),
     unit: tuple[float, str] = (1.0, ""),
 ) -> Series:
@@ -182,6 +182,9 @@ def curve(
         The stretch that is drawn; all kept times if not given.
     over
         The signal, and its number, on the abscissa in place of the time.
+    look
+        As in `Series`; if not given, steps for a signal that changes by jumps alone, as the command of a computer, else
+        a line.
     seconds, unit
         How many of a unit make one second, or one unit of the signal, and that unit: (1e3, "ms").
 
@@ -202,6 +205,8 @@ def curve(
     of_y = signal_source(outcome, signal, number, (first, last)).times(*unit)
     y = outcome.signal(signal, of_y.place)
     x, y = (one.scale * np.where(np.isfinite(z), z, np.nan)[first:last] for one, z in ((of_x, x), (of_y, y)))
+    if look is None:
+        look = "steps" if over is None and changes_by_jumps(outcome, of_y) else "line"
     return Series(label, x, y, style, look, (of_x, of_y))
 
 

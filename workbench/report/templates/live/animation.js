@@ -142,7 +142,7 @@ function openAnimation(element, drawing) {
   };
   const svg = document.createElementNS(ANIMATION.svg, "svg");
   svg.setAttribute("role", "img");
-  svg.setAttribute("aria-label", "the plant at the time shown, and pale behind it the printed run");
+  svg.setAttribute("aria-label", "the plant at the time shown, and pale behind it the baseline run");
   const pictures = { ghost: new Pictures(drawing, "ghost"), live: new Pictures(drawing, "live") };
   svg.append(pictures.ghost.group, pictures.live.group);
   const button = make("button", { type: "button" }, "Play");

@@ -1,12 +1,13 @@
 "use strict";
 
 // The curves, bars and points of a figure drawn again from live numbers, above the printed ones, which stay below in a
-// paler tone.
+// paler tone, and curves of earlier runs and of settings that are held, pale between both.
 //
 // `openFigure(svg, plate)` takes the drawn SVG and its plate, as plates.py describes it, and gives a figure:
 // show([{panel: 0, series: 1, x: times, y: values}], [{panel: 1, series: 0, index: 3, axis: "x", value: 0.5}]) draws
-// all curves that are live, from Float64Arrays, NaN a gap, which are kept, and are not to change, until the next; and
-// all bars that are, by their ends, and points, by their numbers along an axis. cursor(1.5) draws a line at this time
+// all curves that are live, from Float64Arrays, NaN a gap, which are kept, and are not to change, until the next, weaker
+// if they are `coarse`; and all bars that are, by their ends, and points, by their numbers along an axis. A third list
+// has pale curves, {panel, series, x, y, kind: "before", "held-a" or "held-b", label}. cursor(1.5) draws a line at this time
 // and a dot on each live curve; cursor(null) removes them. clear() leaves the printed figure, to the byte.
 
 const SVG_SPACE = "http://www.w3.org/2000/svg";
@@ -75,13 +76,18 @@ class LiveCurve {
     this.dot = null;
   }
 
-  // Take numbers, and thin them.
+  // Take numbers, and thin them, unless they are those that it has.
   take(x, y, ruler, points) {
+    if (x === this.x && y === this.y) return;
+    this.ruled = "";
     const [first, last] = ruler.printed.fixed ? windowPlaces(x, ruler.low, ruler.high) : [0, x.length];
     [this.x, this.y, this.places] = [x, y, thinnedPlaces(x, y, first, last, points, ruler.even ? null : ruler.straight)];
   }
 
-  draw(across, up) {
+  draw(across, up, coarse = false) {
+    if (coarse !== this.coarse) this.element.setAttribute("class", coarse ? "live-series coarse" : "live-series");
+    this.coarse = coarse;
+    if (!this.isMoved(across, up)) return;
     if (this.marks) {
       this.drawMarks(across, up);
       return;
@@ -92,6 +98,13 @@ class LiveCurve {
       this.thin = thin;
     }
     this.element.setAttribute("d", pathOf(across.at, up.at, this.x, this.y, this.places, this.look.look === "steps"));
+  }
+
+  // True if it has new numbers, or stands on other rulers than when it was drawn.
+  isMoved(across, up) {
+    const before = this.ruled;
+    this.ruled = `${across.low} ${across.high} ${up.low} ${up.high}`;
+    return this.ruled !== before;
   }
 
   drawMarks(across, up) {
@@ -114,7 +127,7 @@ class LiveCurve {
       this.dot?.remove();
       return;
     }
-    this.dot ??= svgElement("circle", {r: 2.4, style: `fill: ${this.look.color}; stroke: #ffffff; stroke-width: 0.7`});
+    this.dot ??= svgElement("circle", {r: 2.4, style: `fill: ${this.look.color}; stroke: var(--cffffff, #ffffff); stroke-width: 0.7`});
     this.dot.setAttribute("cx", coordinate(x));
     this.dot.setAttribute("cy", coordinate(y));
     if (this.dot.parentNode !== parent) parent.append(this.dot);
@@ -123,6 +136,48 @@ class LiveCurve {
   remove() {
     this.element.remove();
     this.dot?.remove();
+  }
+}
+
+// A pale curve of an earlier run, or of a setting that is held, with its name where it differs most from the curve of now.
+class PaleCurve {
+  constructor(look, kind, parent) {
+    Object.assign(this, { look, kind });
+    this.element = svgElement("g", { class: `live-pale ${kind}` }, parent);
+    this.line = svgElement("path", { style: `fill: none; stroke: ${look.color}` }, this.element);
+  }
+
+  take(x, y, ruler, points) {
+    LiveCurve.prototype.take.call(this, x, y, ruler, points);
+  }
+
+  // Draw it, and its name.
+  draw(across, up, label, size, box, now) {
+    if (LiveCurve.prototype.isMoved.call(this, across, up)) {
+      this.element.classList.toggle("thin", chatters(this.y, this.places));
+      this.line.setAttribute("d", pathOf(across.at, up.at, this.x, this.y, this.places, this.look.look === "steps"));
+    }
+    this.word?.remove();
+    this.word = null;
+    if (!label) return;
+    const place = this.farthestFrom(now), x = across.at(this.x[place]), y = up.at(this.y[place]);
+    if (!Number.isFinite(x) || !Number.isFinite(y)) return;
+    const anchor = x > box.left + 0.7 * box.width ? "end" : "start", above = this.kind === "held-a" && y > box.top + 1.4 * size;
+    this.word = writeNumber(label, "", x, above ? y - 0.4 * size : y + 1.1 * size, size, anchor, this.element);
+  }
+
+  // The place of its point that is farthest from the curve that is drawn now; without one its last.
+  farthestFrom(now) {
+    let farthest = -1, place = this.places.findLast((one) => Number.isFinite(this.y[one])) ?? 0;
+    for (const one of now && now.y.length === this.y.length ? this.places : []) {
+      const distance = Math.abs(this.y[one] - now.y[one]);
+      if (distance > farthest) [farthest, place] = [distance, one];
+    }
+    return place;
+  }
+
+  remove() {
+    this.element.remove();
   }
 }
 
@@ -151,21 +206,51 @@ class LivePanel {
     this.lines = { x: groups("vlines"), y: groups("hlines") };
     this.scales = { x: [], y: [] }; // the elements of rulers that have grown
     this.curves = new Map();
+    this.pale = new Map(); // by kind and series
     this.marks = new Map(); // by series and index
     this.clip = `live-clip-${clipCount++}`;
   }
 
-  // Draw these curves, bars and points of the panel, and remove all others.
-  show(asked, marks) {
+  // Draw these curves, bars, points and pale curves of the panel, and remove all others.
+  show(asked, marks, pale) {
     const kept = new Set(asked.map((one) => one.series));
     for (const [series, curve] of this.curves) if (!kept.has(series)) this.drop(series, curve);
-    if (asked.length || marks.length) this.open();
+    const some = asked.length || marks.length || pale.length;
+    if (some) this.open();
     for (const { series, x, y } of asked) this.curveOf(series)?.take(x, y, this.x, this.plate.points);
     this.takeMarks(marks);
+    this.takePale(pale);
     this.fit();
-    for (const curve of this.curves.values()) curve.draw(this.x, this.y);
+    for (const { series, coarse } of asked) this.curves.get(series)?.draw(this.x, this.y, Boolean(coarse));
     for (const mark of this.marks.values()) mark.draw(this.x, this.y, this.box);
-    if (!asked.length && !marks.length) this.shut();
+    this.drawPale(pale);
+    if (!some) this.shut();
+  }
+
+  // Give all pale curves their numbers, and remove the others.
+  takePale(asked) {
+    const keyOf = ({ kind, series }) => `${kind} ${series}`, kept = new Set(asked.map(keyOf));
+    for (const [key, curve] of this.pale) {
+      if (kept.has(key)) continue;
+      curve.remove();
+      this.pale.delete(key);
+    }
+    for (const one of asked) {
+      const look = this.panel.series[one.series], key = keyOf(one);
+      if (!["line", "steps"].includes(look.look)) continue;
+      if (!this.pale.has(key)) this.pale.set(key, new PaleCurve(look, one.kind, this.paleLayer));
+      this.pale.get(key).take(one.x, one.y, this.x, this.plate.points);
+    }
+  }
+
+  // Draw the pale curves; of a kind the first in the panel has its name.
+  drawPale(asked) {
+    const named = new Set();
+    for (const { kind, series, label } of asked) {
+      const curve = this.pale.get(`${kind} ${series}`), text = named.has(kind) ? "" : label;
+      curve?.draw(this.x, this.y, text, this.plate.letters.size, this.box, this.curves.get(series));
+      named.add(kind);
+    }
   }
 
   // Give all live bars and points their numbers, a point up to two of them, and remove the others.
@@ -213,6 +298,7 @@ class LivePanel {
     const clip = svgElement("clipPath", { id: this.clip }, this.above);
     svgElement("rect", { x: left, y: top, width, height }, clip);
     const clipped = svgElement("g", {"clip-path": `url(#${this.clip})`}, this.above);
+    this.paleLayer = svgElement("g", {}, clipped);
     this.layer = svgElement("g", {}, clipped);
     this.markLayer = svgElement("g", {}, clipped);
     this.pointer = svgElement("g", {}, clipped);
@@ -220,13 +306,13 @@ class LivePanel {
 
   shut() {
     this.above?.remove();
-    this.above = this.layer = this.markLayer = this.pointer = null;
+    this.above = this.layer = this.markLayer = this.paleLayer = this.pointer = null;
   }
 
   // Let both rulers hold the live numbers; what is printed moves with them.
   fit() {
     const across = [Infinity, -Infinity], up = [Infinity, -Infinity];
-    for (const { x, y, places } of this.curves.values()) {
+    for (const { x, y, places } of [...this.curves.values(), ...this.pale.values()]) {
       widen(across, x, places, this.x.printed.scale);
       widen(up, y, places, this.y.printed.scale);
     }
@@ -286,12 +372,12 @@ class LivePanel {
     }).join("");
   }
 
-  // The numbers at a ruler, as large as the room beside it allows, and their power of ten.
+  // The numbers at a ruler, as large as the room beside it allows, where the name of the axis ends it, and their power.
   write(name, marks, power, parent) {
     const { left, top, width, height } = this.box, { size, tick, pad } = this.plate.letters, upwards = name === "y";
     const wide = size * widestText(marks), room = upwards ? this.y.printed.room : Infinity;
     const nearer = Math.min(NEARER, Math.max(0, wide - room));
-    const letters = size * Math.max(SMALLEST_LETTERS, Math.min(1, (room + nearer) / wide));
+    const letters = size * Math.min(1, (room + nearer) / wide);
     for (const [number, text, raised] of marks) {
       const at = this[name].at(number), half = letters * textWidth(text) / 2; // of a number that stays on the sheet
       const x = upwards ? left - tick - pad + nearer : Math.min(at, this.plate.width - half);
@@ -310,7 +396,7 @@ class LivePanel {
     const { left, top, width, height } = this.box, at = time === null ? NaN : this.x.at(time);
     if (!(at >= left - 0.01 && at <= left + width + 0.01)) {
       this.pointer?.replaceChildren();
-      if (!this.curves.size && !this.marks.size) this.shut();
+      if (!this.curves.size && !this.marks.size && !this.pale.size) this.shut();
       return;
     }
     this.open();
@@ -330,12 +416,13 @@ class LiveFigure {
     this.time = null;
   }
 
-  // Draw these curves, bars and points again, and leave all others as they are printed.
-  show(series, marks = []) {
-    const asked = this.panels.map(() => ({ series: [], marks: [] }));
+  // Draw these curves, bars and points again, over pale ones, and leave all others as they are printed.
+  show(series, marks = [], pale = []) {
+    const asked = this.panels.map(() => ({ series: [], marks: [], pale: [] }));
     for (const one of series) asked[one.panel].series.push(one);
     for (const one of marks) asked[one.panel].marks.push(one);
-    this.panels.forEach((panel, i) => panel.show(asked[i].series, asked[i].marks));
+    for (const one of pale) asked[one.panel].pale.push(one);
+    this.panels.forEach((panel, i) => panel.show(asked[i].series, asked[i].marks, asked[i].pale));
     if (series.length || marks.length) this.svg.setAttribute("class", `${this.given ?? ""} live`.trim());
     else if (this.given === null) this.svg.removeAttribute("class");
     else this.svg.setAttribute("class", this.given);

@@ -4,6 +4,7 @@
 
 const EVERY = "every"; // of all scenarios
 const NOTCHES = 200; // of a slider
+const AT_BASELINE = "At the baseline: the numbers of this page as it was made.";
 const ORIGINS = { stated: "stated", derived: "derived", assumed: "assumed" };
 
 // An element with attributes and children; texts go in as texts.
@@ -40,7 +41,7 @@ function withUnit(text, unit) {
 // The scale of a knob: from values to notches of its slider and back, with values as round as a notch is wide.
 class Scale {
   constructor({ low, high, log, value }) {
-    Object.assign(this, { low, high, log, printed: value });
+    Object.assign(this, { low, high, log, baseline: value });
   }
 
   share(value) {
@@ -54,8 +55,8 @@ class Scale {
   }
 
   value(notch) {
-    const { low, high, log, printed } = this;
-    if (notch === this.notch(printed)) return printed;
+    const { low, high, log, baseline } = this;
+    if (notch === this.notch(baseline)) return baseline;
     if (notch <= 0 || notch >= NOTCHES) return notch <= 0 ? low : high;
     const value = log ? low * (high / low) ** (notch / NOTCHES) : low + ((high - low) * notch) / NOTCHES;
     const width = log ? value * Math.log(high / low) / NOTCHES : (high - low) / NOTCHES;
@@ -64,7 +65,7 @@ class Scale {
   }
 }
 
-// One knob: its name, a slider with a mark at the printed value, a field, where the number is from, and the way back.
+// One knob: its name, a slider with a mark at the baseline, a field, where the number is from, and the way back.
 class KnobControl {
   constructor(knob, place, turned) {
     Object.assign(this, { knob, scale: new Scale(knob), turned, name: `knob-${place}` });
@@ -74,9 +75,9 @@ class KnobControl {
     this.field = part("input", { type: "number", min: low, max: high, step: "any", "aria-label": this.spoken() });
     this.back = part("button", { type: "button", class: "bench-back", onclick: () => this.putBack() });
     this.back.append("reset to ", shortNumber(value, 6));
-    this.back.setAttribute("aria-label", `${name}: reset to the printed ${shortNumber(value, 6)}`);
+    this.back.setAttribute("aria-label", `${name}: reset to the baseline ${shortNumber(value, 6)}`);
     const track = part("div", { class: "bench-track" }, this.slider);
-    track.style.setProperty("--printed", this.scale.share(value));
+    track.style.setProperty("--baseline", this.scale.share(value));
     const ofUnit = part("span", { class: "bench-unit" }, share ? "times" : unit === "1" ? "" : unit);
     this.origin = part("span", {}, ORIGINS[origin] || "");
     this.row = part("div", { class: "bench-knob" },
@@ -91,7 +92,7 @@ class KnobControl {
 
   spoken() {
     const { name, unit, share } = this.knob;
-    return share ? `${name}, times the printed` : unit && unit !== "1" ? `${name} in ${unit}` : name;
+    return share ? `${name}, times the baseline` : unit && unit !== "1" ? `${name} in ${unit}` : name;
   }
 
   // What stands in the field; out of range it waits until the reader is done, then it is clipped.
@@ -106,7 +107,7 @@ class KnobControl {
     this.turned(value);
   }
 
-  // Back to the printed value; the button goes away, and leaves the reader at the slider.
+  // Back to the baseline; the button goes away, and leaves the reader at the slider.
   putBack() {
     this.slider.focus({ preventScroll: true });
     this.turn(this.knob.value);
@@ -125,19 +126,19 @@ class KnobControl {
   }
 }
 
-// How the numbers of this page are rounded beside the printed ones, and who made them.
+// How the numbers of this page are rounded beside those of the baseline, and who made them.
 function roundingOf(data) {
   const laws = [...new Set(data.loops.filter((loop) => loop && loop.switches).map((loop) => loop.law))];
   const named = laws.length > 4 ? [...laws.slice(0, 3), `${laws.length - 3} more`] : laws;
   const made = `Computed in this page by its own kernel (workbench ${data.version}, loops ${data.fingerprint})`;
   const same = "In stable loops both agree to a billionth";
-  const how = `it rounds each product by itself, where the print fuses it with its sum. ${same}`;
+  const how = `it rounds each product by itself, where the baseline fuses it with its sum. ${same}`;
   const when = "there rounding decides when, and both agree within the error of the step";
   const jumps = `except where a law jumps (${named.join(", ")}): ${when}`;
   return `${made}: ${how}${laws.length ? `, ${jumps}` : ""}.`;
 }
 
-// The region with all controls. It is empty until it is opened first; then `opened` fills it.
+// The region with all controls, the first of the page. It is empty until it is opened first; then `opened` fills it.
 class Bench {
   constructor(opened) {
     this.opened = opened;
@@ -148,13 +149,13 @@ class Bench {
     }, "Turn the knobs");
     this.region = part("section", { class: "bench", "aria-label": "Turn the knobs" }, this.handle, this.panel);
     this.region.addEventListener("keydown", (event) => event.key === "Escape" && this.close());
-    this.status = part("p", { class: "bench-status" }, "As printed.");
+    this.status = part("p", { class: "bench-status" }, AT_BASELINE);
     this.voice = part("p", { class: "bench-voice", role: "status", "aria-live": "polite" });
     this.head = part("h2", { tabindex: "-1" }, "Turn the knobs");
     const closing = { type: "button", class: "bench-close", "aria-label": "Close", onclick: () => this.close() };
-    const close = part("button", closing, "\u00d7");
-    this.panel.append(part("div", { class: "bench-head" }, this.head, close, this.status), this.voice);
-    document.body.append(this.region);
+    this.closer = part("button", closing, "\u00d7"); // behind the knobs for those who go by keys
+    this.panel.append(part("div", { class: "bench-head" }, this.head, this.status), this.voice, this.closer);
+    document.body.prepend(this.region);
   }
 
   open(focus = true) {
@@ -186,20 +187,19 @@ class Bench {
     this.voice.textContent = text;
   }
 
-  // Fill the bench with the controls of the data; `turned` hears of each new state.
-  fill(data, state, turned) {
+  // Fill the bench with the controls of the data, and a row to compare settings; `turned` hears of each new state.
+  fill(data, state, turned, compared) {
     Object.assign(this, { data, state, changed: () => this.afterChange(turned) });
     const scenarios = this.scenarios(), laws = this.laws(), seed = this.seeds();
     this.knobs = data.knobs.map((knob, i) => new KnobControl(knob, i, (value) => {
       this.state.values[i] = value;
       this.changed();
     }));
-    this.results = part("div", { class: "bench-results", role: "region", tabindex: "0", hidden: true });
-    this.results.setAttribute("aria-label", "Results");
+    this.results = part("div", { class: "bench-results", role: "region", hidden: true, "aria-label": "Results" });
     this.stage = part("div", { class: "bench-stage", hidden: true });
-    this.back = part("button", { type: "button", onclick: () => this.reset() }, "All as printed");
+    this.back = part("button", { type: "button", onclick: () => this.reset() }, "All to baseline");
     this.restore = part("button", { type: "button", disabled: true, onclick: () => this.undo() }, "Undo");
-    this.restore.setAttribute("aria-label", "Undo: the numbers as they were before All as printed");
+    this.restore.setAttribute("aria-label", "Undo: the numbers as they were before All to baseline");
     const copies = [this.copyButton("Copy link", () => this.link())];
     if (data.python) copies.push(this.copyButton("Copy as Python", () => this.python()));
     const pairs = [[this.back, this.restore], copies].map((pair) => part("div", {}, ...pair));
@@ -207,15 +207,15 @@ class Bench {
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
     this.copied = part("textarea", still);
     this.group = part("div", { class: "bench-group" });
-    const held = [...scenarios, this.results, this.stage, this.group, ...seed, ...laws];
-    this.body = part("div", { class: "bench-body" }, ...held);
+    this.body = part("div", { class: "bench-body" }, ...scenarios, this.group, ...seed, ...laws, compared, this.stage);
     const refused = Object.entries(data.refused || {}).map(([name, why]) => part("span", { title: why }, name));
     if (refused.length) {
-      const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay as printed: ";
+      const list = refused.flatMap((name, i) => (i ? [", ", name] : [name])), words = "These stay at the baseline: ";
       this.body.append(part("p", { class: "bench-refused" }, words, ...list, "."));
     }
     this.body.append(part("p", { class: "bench-refused" }, roundingOf(data)));
-    this.panel.append(this.body, part("div", { class: "bench-foot" }, buttons, this.copied));
+    this.body.append(part("div", { class: "bench-foot" }, buttons, this.copied));
+    this.closer.before(this.results, this.body);
     this.show(state);
   }
 
@@ -258,7 +258,7 @@ class Bench {
       this.boxes.set(law, box);
       return part("label", { class: "bench-law", "data-law": law }, box, label);
     });
-    return [part("fieldset", {}, part("legend", {}, "Laws that run; others stay as printed"), ...lines)];
+    return [part("fieldset", {}, part("legend", {}, "Laws that run; others stay at the baseline"), ...lines)];
   }
 
   seeds() {
@@ -275,7 +275,7 @@ class Bench {
     this.changed();
   }
 
-  // All as printed; what was turned is kept for `undo`, at which the reader is left.
+  // All to the baseline; what was turned is kept for `undo`, at which the reader is left.
   reset() {
     const { scenario } = this.state;
     this.before = this.state;
@@ -314,20 +314,24 @@ class Bench {
     this.back.disabled = addressOfState({ ...state, scenario: printedState(this.data).scenario }, this.data) === "";
   }
 
-  // A line for each loop: its first number now, and as printed.
-  report(head, lines) {
+  // A line for each loop: its first number now, under the settings that are held by their names, and at the baseline.
+  report(head, lines, names) {
     this.results.replaceChildren();
     this.results.hidden = !lines.length;
     if (!lines.length) return;
     const several = new Set(lines.map((line) => line.scenario)).size > 1;
-    const rows = lines.flatMap(({ scenario, label, now, printed, rough }, i) => {
+    const rows = lines.flatMap(({ scenario, label, now, held, baseline, rough }, i) => {
       const row = part("tr", rough ? { class: "rough" } : {},
-        part("th", { scope: "row", title: label }, label), part("td", {}, now), part("td", {}, printed));
+        part("th", { scope: "row", title: label }, label), ...[now, ...held, baseline].map((text) => part("td", {}, text)));
       if (!several || (i && lines[i - 1].scenario === scenario)) return [row];
-      return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3, class: "bench-scenario" }, scenario)), row];
+      return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3 + names.length, class: "bench-scenario" }, scenario)), row];
     });
-    const heads = [head, "now", "printed"].map((text) => part("th", { scope: "col" }, text));
+    const heads = [head, "now", ...names, "baseline"].map((text) => part("th", { scope: "col", title: text }, text));
     this.results.append(part("table", {}, part("thead", {}, part("tr", {}, ...heads)), part("tbody", {}, ...rows)));
+    if (lines.length === this.lines) return;
+    this.lines = lines.length;
+    if (this.results.scrollHeight > this.results.clientHeight) this.results.tabIndex = 0; // to be scrolled by keys
+    else this.results.removeAttribute("tabindex");
   }
 
   // The lines that compute the same in Python: those that name a case stand there for each loop that is turned.

@@ -1,11 +1,12 @@
 "use strict";
 
 // The page: knobs ask, workers compute, and what comes back goes into the figures and tables of the report. Nothing is
-// read, compiled or started before the bench is opened; and whatever fails, the printed page stays.
+// read, compiled or started before the bench is opened; and whatever fails, the page stays as it was made.
 
 const HOLD = 200; // ms that a request waits for the first results of the one before, so that dragging shows them
 const NEAR = 400; // px beyond the window within which a figure is drawn at once
 const MOST_SPOKEN = 8; // results that are read aloud
+const REST = 600; // ms without a turn, after which the next one is a step of its own and leaves a trace
 const SETTLED = 300; // ms after the last turn, when the address is written
 
 const whenIdle = window.requestIdleCallback
@@ -47,19 +48,28 @@ class LivePage {
     this.bench = new Bench(() => this.begin());
     addEventListener("hashchange", () => this.follow());
     if (isStateAddress(location.hash)) this.bench.open(false);
+    else if (document.body.classList.contains("bench-page")) this.openLater();
+  }
+
+  // Open the bench of a single loop, whose place is kept from the first, as soon as the pictures are there.
+  openLater() {
+    this.bench.set(true);
+    requestAnimationFrame(() => setTimeout(() => this.bench.open(false)));
   }
 
   // The first opening: the data are read, the controls made, and the machinery when there is time.
   begin() {
     if (!("WebAssembly" in window && "DecompressionStream" in window && "Worker" in window && "BigInt" in window)) {
-      return this.bench.refuse("This browser is too old to run the loops of this page; it stays as printed.");
+      return this.bench.refuse("This browser is too old to run the loops of this page; it stays as it was made.");
     }
     try {
       this.data = JSON.parse(this.text);
       this.printed = printedState(this.data);
       this.state = stateOfAddress(location.hash, this.data);
       this.tables = openTables(document, this.data);
-      this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state));
+      this.holds = new Holds(this);
+      this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state), this.holds.row);
+      offerPictures();
       this.motion = new Motion(this, this.bench.stage);
       this.watch();
     } catch (error) {
@@ -69,11 +79,23 @@ class LivePage {
     whenIdle(() => this.warm());
   }
 
+  // A step of a knob begins.
+  begun() {
+    this.holds.step();
+    if (!this.bench.panel.hidden) this.showWhatMoves();
+  }
+
+  // What the knobs move and the knobs are seen together.
+  showWhatMoves() {
+    bringIntoSight(this.data, new Set(this.asked(this.state)), this.bench.panel);
+  }
+
   // Keep the names of the figures that are in the window or little beyond, without asking for a layout.
   watch() {
     const told = (entries) => {
       for (const { target, isIntersecting } of entries) {
         this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
+        if (isIntersecting && this.away.has(target.dataset.figure)) this.paint(target.dataset.figure);
       }
     };
     const observer = new IntersectionObserver(told, { rootMargin: `${NEAR}px 0px` });
@@ -96,13 +118,13 @@ class LivePage {
     return this.pool;
   }
 
-  // One sentence; the page goes back to what is printed.
+  // One sentence; the page goes back to what it was.
   fail(error) {
     if (this.failed) return;
     this.failed = true;
     if (this.pool) this.pool.end();
     for (const place of [...this.views.keys()]) this.drop(place);
-    this.bench.refuse(`The loops cannot run here, and the page stays as printed (${error.message || error}).`);
+    this.bench.refuse(`The loops cannot run here, and the page stays as it was made (${error.message || error}).`);
   }
 
   // A fragment that came from elsewhere, as by the reader's own hand.
@@ -111,19 +133,31 @@ class LivePage {
     if (!this.data) return this.bench.open(false);
     const state = stateOfAddress(location.hash, this.data);
     if (addressOfState(state, this.data) === addressOfState(this.state, this.data)) return;
+    this.goTo(state);
+  }
+
+  // Put the knobs to a state that did not come from them.
+  goTo(state) {
     this.bench.show(copiedState(state));
-    this.turn(state);
+    this.turn(this.bench.state);
   }
 
   asked(state) {
     return [...this.data.loops.keys()].filter((i) => this.data.loops[i] && isAsked(this.data.loops[i], state));
   }
 
-  // A new state: loops that are as printed go back to it, the others are asked for.
+  // The inputs of the loops of the state that differ from the baseline, as text, by their places.
+  inputs() {
+    return new Map([...this.wanted].map(([place, { key }]) => [place, key]));
+  }
+
+  // A new state: loops that are at the baseline go back to it, the others are asked for.
   turn(state) {
     if (this.failed) return;
     this.state = copiedState(state);
+    const isFirst = !(performance.now() - this.turnedAt < REST);
     this.turnedAt = performance.now();
+    if (isFirst) this.begun();
     clearTimeout(this.writing);
     this.writing = setTimeout(() => writeAddress(addressOfState(this.state, this.data)), SETTLED);
     this.wanted = new Map();
@@ -143,7 +177,6 @@ class LivePage {
     const wait = this.flight && this.flight.rough.size ? this.flight.began + HOLD - performance.now() : 0;
     if (wait > 0) return void (this.held = setTimeout(() => this.ask(), wait));
     const left = [...this.wanted].filter(([place, { key }]) => (this.views.get(place) || {}).fine !== key);
-    const keys = new Map([...this.wanted].map(([place, { key }]) => [place, key]));
     const places = left.map(([place]) => place);
     const runs = left.map(([place, { p, x, seed }]) => ({ loop: place, p, x, seed, printed: false }));
     const before = this.motion.missing;
@@ -152,7 +185,8 @@ class LivePage {
       runs.push({ loop: before, p, x, seed, printed: true });
     }
     const began = performance.now();
-    this.flight = runs.length ? { began, keys, rough: new Set(places), fine: new Set(places) } : null;
+    const sets = { rough: new Set(places), whole: new Set(places), fine: new Set(places) }; // that are waited for
+    this.flight = runs.length ? { began, keys: this.inputs(), ...sets } : null;
     this.report();
     if (this.pool || runs.length) this.crew().request(runs, this.inSight()).catch((error) => this.fail(error));
   }
@@ -170,14 +204,17 @@ class LivePage {
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
     const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
-    const shown = { ...this.views.get(place), ...(errors ? { phase } : view), fine: null };
-    if (done) {
+    const key = flight.keys.get(place), shown = { ...this.views.get(place), ...(errors ? { phase } : { ...view, numbers: null }), key, fine: null };
+    if (done) flight.rough.delete(place);
+    if (phase === "coarse") Object.assign(shown, { done: false, scores: null }); // a picture, and no number of it
+    else if (done) {
       if (!errors) shown.whole = ends;
-      else shown.fine = flight.keys.get(place); // the inputs of which it is the last word
+      else shown.fine = key; // the inputs of which it is the last word
       shown.scores = scoresOf(this.data.loops[place], shown.whole, errors ? ends : undefined);
-      flight.rough.delete(place);
+      flight.whole.delete(place);
       if (errors) flight.fine.delete(place);
       this.spent = (performance.now() - this.turnedAt) / 1000;
+      this.holds.hear(place, shown);
     }
     this.views.set(place, shown);
     this.redraw(place);
@@ -186,7 +223,7 @@ class LivePage {
     if (!flight.rough.size && this.held) this.ask();
   }
 
-  // A loop goes back to what is printed.
+  // A loop goes back to the baseline.
   drop(place) {
     this.views.delete(place);
     this.redraw(place);
@@ -212,7 +249,7 @@ class LivePage {
       if (this.near.has(name)) this.guarded(() => this.paint(name));
       else this.away.add(name);
     }
-    if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
+    if (this.away.size && !this.flight?.whole.size) whenIdle(() => this.guarded(() => this.paintAway()));
     this.drawn = performance.now(); // for those who measure how soon a turn is seen
   }
 
@@ -231,10 +268,10 @@ class LivePage {
     }
   }
 
-  // One of the figures out of sight, and then the next.
+  // One of the figures out of sight, and then the next, unless exact runs are to come.
   paintAway() {
     const [name] = this.away;
-    if (name === undefined) return;
+    if (name === undefined || this.flight?.whole.size) return;
     this.paint(name);
     if (this.away.size) whenIdle(() => this.guarded(() => this.paintAway()));
   }
@@ -247,20 +284,20 @@ class LivePage {
     return this.figures.get(name);
   }
 
-  // All curves, bars and points of a figure whose loops have run; without any it is as printed.
+  // All curves, bars and points of a figure whose loops have run, over those before; without any it is as it was made.
   paint(name) {
     this.away.delete(name);
     const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
-    const marks = this.marksOf(name);
-    if (!curves.length && !marks.length && !this.figures.has(name)) return;
+    const marks = this.marksOf(name), pale = this.holds.curves(name), some = curves.length + marks.length + pale.length;
+    if (!some && !this.figures.has(name)) return;
     const figure = this.figure(name);
     if (!figure) return;
-    if (!curves.length && !marks.length) return figure.clear();
+    if (!some) return figure.clear();
     const drawn = curves.map((curve) => {
-      const { panel, series, loop } = curve;
-      return { panel, series, ...numbersOfCurve(curve, this.views.get(loop), this.data.loops[loop]) };
+      const { panel, series, loop } = curve, view = this.views.get(loop), coarse = view.phase === "coarse";
+      return { panel, series, coarse, ...this.holds.numbersOf(view, curve, this.data.loops[loop]) };
     });
-    figure.show(drawn, marks);
+    figure.show(drawn, marks, pale);
   }
 
   // The bars and points of a figure that have a score of a run.
@@ -275,8 +312,10 @@ class LivePage {
   report() {
     const { bench, data, wanted } = this, places = this.asked(this.state);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
-    bench.report(first ? headOfMetric(first) : "", places.map((place) => this.line(place)));
-    if (this.flight && this.flight.fine.size) return bench.tell("Running \u2026");
+    const lines = places.map((place) => this.line(place));
+    bench.report(first ? headOfMetric(first) : "", lines, this.holds.names);
+    document.documentElement.classList.toggle("live-late", Boolean(this.flight?.whole.size));
+    if (this.flight?.fine.size) return bench.tell(this.runningText());
     if (!wanted.size) return bench.tell(this.idleText());
     const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
@@ -285,24 +324,35 @@ class LivePage {
     bench.say([...spoken.slice(0, MOST_SPOKEN), ...more].join(" "));
   }
 
-  idleText() {
-    const turned = addressOfState({ ...this.state, scenario: this.printed.scenario, off: new Set() }, this.data);
-    return turned ? "As printed: what is turned is in no loop that runs here." : "As printed.";
+  // What is shown while loops run: a coarse picture, or the exact one, whose errors are on their way.
+  runningText() {
+    const { flight, views, data } = this, waited = [...flight.whole].filter((place) => views.get(place)?.phase === "coarse");
+    if (!flight.whole.size) return "Exact pictures. Their errors are running \u2026";
+    if (!waited.length) return "Running \u2026";
+    const times = Math.max(...waited.map((place) => views.get(place).h / data.loops[place].whole.h));
+    const some = waited.length === 1 ? "Coarse picture" : `${waited.length} coarse pictures`;
+    return `${some}, of steps up to ${shortNumber(times, 2)} times as long. The exact ones are running \u2026`;
   }
 
-  // A loop's first number now, nothing while it is as printed, and the printed one.
+  idleText() {
+    const turned = addressOfState({ ...this.state, scenario: this.printed.scenario, off: new Set() }, this.data);
+    return turned ? "At the baseline: what is turned is in no loop that runs here." : AT_BASELINE;
+  }
+
+  // A loop's first number now, nothing while it is at the baseline, those of the held settings, and the baseline.
   line(place) {
     const { scenario, label, scores, metrics } = this.data.loops[place], view = this.views.get(place) || {};
     const [metric] = metrics, value = metric ? Number(scores[0][0][0]) : NaN;
-    const printed = Number.isNaN(value) ? "\u2014" : evenNumber(value);
-    const line = { scenario, label, printed, now: "", rough: view.phase !== "half", spoken: "" };
+    const baseline = Number.isNaN(value) ? "\u2014" : evenNumber(value);
+    const late = this.flight?.whole.has(place), line = { scenario, label, baseline, now: "", spoken: "" };
+    Object.assign(line, { rough: late || view.phase !== "half", held: this.holds.numbers(place, baseline) });
     if (typeof view.divergedAt === "number") {
       line.now = `diverged at ${shortNumber(view.divergedAt, 3)}\u00a0s`;
       line.spoken = `${label} ${line.now}.`;
     } else if (view.scores && view.scores[0]) {
       line.now = evenNumber(view.scores[0][0][0]);
-      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (printed ${printed}).`;
-    }
+      line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (baseline ${baseline}).`;
+    } else if (late) line.now = "\u2026";
     return line;
   }
 }

@@ -58,9 +58,9 @@ class Pool {
   }
 
   async hand(place) {
-    const { p, x0, rows, whole, half, outputs } = this.data.loops[place], modules = {};
+    const { p, x0, rows, whole, half, outputs, coarse = [] } = this.data.loops[place], modules = {};
     for (const { module } of [whole, half, outputs].filter(Boolean)) modules[module] = await this.module(module);
-    const loop = { p, x0, rows, whole, half, outputs };
+    const loop = { p, x0, rows, whole, half, outputs, coarse };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
   }
 

@@ -38,8 +38,17 @@ function niceStep(length, count) {
 }
 
 // The marks of a ruler: [place, text before the raised part, raised part], and the power of ten that all share, or 0.
+// Where their numbers are wider than the room, in sizes of the letters, even in the smallest letters, there are fewer.
 function rulerMarks(scale, low, high, count, room) {
   if (scale === "log") return { power: 0, marks: decades(Math.log10(low), Math.log10(high), count) };
+  const fits = ({ marks }) => SMALLEST_LETTERS * widestText(marks) <= room;
+  const choices = Array.from({ length: Math.max(1, count - 1) }, (_, i) => linearMarks(low, high, count - i, room));
+  const enough = choices.filter(({ marks }) => marks.length > 1), narrow = (a, b) => widestText(a.marks) - widestText(b.marks);
+  return choices.find(fits) ?? [...(enough.length ? enough : choices)].sort(narrow)[0];
+}
+
+// The marks of an even ruler with at most so many parts.
+function linearMarks(low, high, count, room) {
   const { step, decimals } = niceStep(high - low, count), places = [];
   for (let k = Math.ceil(low / step - 1e-9); k <= high / step + 1e-9; k++) places.push(k * step);
   const largest = Math.floor(Math.log10(Math.max(...places.map(Math.abs))));

@@ -8,13 +8,18 @@ const ROWS_OF_A_LOOK = 64; // in the search for the first step that is not finit
 const CALL = 4; // ms that one call of a kernel shall take
 const SLICE = 12; // ms between two looks for a newer request
 const GROWTH = 60; // ms between two views of a run that is under way
+const COARSE = 60; // ms that the coarse pictures of all loops of this worker shall take together
+const SLOWER = 1.25; // how much slower a call may make the pace, as a call that had to wait says nothing of it
+const TRIES = 3; // lengths of the step that a coarse picture may try, however long they take
+const TRIAL = 200; // steps by which the pace of a kernel is measured before its first run
 
-// The march of one module, at most so many steps at once: a memory with all its arrays, and the two functions that
-// work on them.
+// The march of one module, at most so many steps at once, of its own or of other lengths: a memory with all its arrays,
+// and the two functions that work on them.
 class Kernel {
-  constructor(module, march, steps) {
+  constructor(module, march, steps, lengths = []) {
     this.march = march;
-    const places = this.places(steps, Math.max(1, Math.floor(steps / march.stride)));
+    const least = Math.min(march.stride, ...lengths.map(({ stride }) => stride)); // steps in a row
+    const places = this.places(steps, Math.max(1, Math.floor(steps / least)));
     const memory = new WebAssembly.Memory({ initial: Math.ceil(places.end / 65536) });
     const array = (name, size) => new Float64Array(memory.buffer, places[name], size);
     const { workbench_piece, workbench_table } = new WebAssembly.Instance(module, {
@@ -23,7 +28,8 @@ class Kernel {
     this.piece = workbench_piece;
     this.table = march.table ? workbench_table : null;
     this.at = ["runs", "constants", "p", "scratch", "table", "x", "out"].map((name) => places[name]);
-    array("constants", march.constants.length).set(march.constants); // and the key of the run is 0
+    this.constants = array("constants", march.constants.length); // and the key of the run is 0
+    this.take(march);
     this.p = array("p", march.parameters.length);
     this.x = array("x", march.states);
     this.out = new Float64Array(memory.buffer, places.out);
@@ -43,6 +49,23 @@ class Kernel {
       places.end += Math.ceil((8 * size) / 64) * 64;
     }
     return places;
+  }
+
+  // The numbers of a length of the step.
+  take(length) {
+    if (length !== this.length) this.constants.set(length.constants);
+    this.length = length;
+  }
+
+  // How long a step takes, by some of them, in ms.
+  measure(p, x) {
+    this.load(p, "0");
+    for (let round = 0; round < 3; round++) { // the first of which warms up
+      this.x.set(x);
+      const started = performance.now();
+      this.advance(1, TRIAL, 0);
+      this.pace = Math.max(1e-5, Math.min(this.pace, (performance.now() - started) / TRIAL));
+    }
   }
 
   // All parameters of the loop, and the seed of its noise.
@@ -86,11 +109,11 @@ function firstLoss(kernel, state, begin, span) {
   return passed + firstLoss(kernel, before, begin + passed, Math.min(stride, span - passed));
 }
 
-// A run of a loop at one of its steps: the rows that are done, filled call by call.
+// A run of a loop at a length of the step: the rows that are done, filled call by call.
 class Run {
-  constructor(loop, kernel, outputs, p, x0, seed) {
+  constructor(loop, kernel, length, outputs, { p, x: x0, seed }) {
     const { states } = kernel.march;
-    Object.assign(this, { loop, kernel, outputs, p, seed, states, rows: 0, spent: 0, divergedAt: null });
+    Object.assign(this, { loop, kernel, length, outputs, p, seed, states, rows: 0, spent: 0, divergedAt: null });
     this.x = new Float64Array((loop.rows + 1) * states).fill(NaN);
     this.x.set(x0);
     this.last = Float64Array.from(x0);
@@ -106,11 +129,12 @@ class Run {
 
   // One call of the kernel: some rows, or a part of one.
   advance() {
-    const { kernel, states } = this, { stride, h } = kernel.march, started = performance.now();
+    const { kernel, states, length } = this, { stride, h } = length, started = performance.now();
     const most = Math.max(1, Math.min(STEPS_AT_ONCE, Math.floor(CALL / kernel.pace)));
     const whole = stride <= most && this.within === 0;
     const rows = whole ? Math.min(Math.floor(most / stride), this.loop.rows - this.rows) : 1;
     const steps = whole ? stride : Math.min(most, stride - this.within);
+    kernel.take(length);
     kernel.load(this.p, this.seed);
     kernel.x.set(this.last);
     kernel.advance(rows, steps, this.rows * stride + this.within);
@@ -122,7 +146,7 @@ class Run {
     }
     const passed = performance.now() - started;
     this.spent += passed;
-    if (rows * steps >= 50) kernel.pace = Math.max(1e-5, passed / (rows * steps));
+    if (rows * steps >= 50) kernel.pace = Math.max(1e-5, Math.min(passed / (rows * steps), SLOWER * kernel.pace));
   }
 
   // Keep the rows before the first that is not finite, and find the step that lost it.
@@ -131,7 +155,8 @@ class Run {
     for (let row = 0; row < rows; row++, this.rows++) {
       if (!allFinite(kernel.out, row * states, (row + 1) * states)) {
         const begin = this.rows * stride, state = x.slice(this.rows * states, (this.rows + 1) * states);
-        this.divergedAt = (begin + firstLoss(kernel, state, begin, stride)) * h;
+        const isCoarse = this.length !== kernel.march; // of which nobody asks at which step
+        this.divergedAt = (begin + (isCoarse ? 0 : firstLoss(kernel, state, begin, stride))) * h;
         return;
       }
       x.set(kernel.out.subarray(row * states, (row + 1) * states), (this.rows + 1) * states);
@@ -140,7 +165,7 @@ class Run {
 
   // The outputs of the rows that are done, for at most `limit` ms; true if none is left.
   observe(limit) {
-    const { outputs, states, watched, x, y } = this, stride = this.kernel.march.stride;
+    const { outputs, states, watched, x, y } = this, stride = this.loop.whole.stride; // they count the loop's own steps
     if (!outputs) return true;
     const started = performance.now(), nx = outputs.march.states - watched;
     outputs.load(this.p, this.seed);
@@ -163,9 +188,10 @@ class Run {
   ends() {
     if (this.divergedAt !== null) return null;
     const x = this.last.slice();
+    this.kernel.take(this.length);
     this.kernel.load(this.p, this.seed);
     this.kernel.x.set(x);
-    this.kernel.advance(1, 1, this.rows * this.kernel.march.stride);
+    this.kernel.advance(1, 1, this.rows * this.length.stride);
     return { x, z: this.kernel.x.slice() };
   }
 }
@@ -188,30 +214,65 @@ function take({ place, loop, modules }) {
   const kernels = {};
   for (const name of ["whole", "half", "outputs"]) {
     const march = loop[name], steps = name === "outputs" ? 1 : STEPS_AT_ONCE;
-    if (march) kernels[name] = new Kernel(modules[march.module], march, steps);
+    if (march) kernels[name] = new Kernel(modules[march.module], march, steps, name === "whole" ? loop.coarse : []);
   }
+  if (loop.coarse.length) kernels.whole.measure(loop.p, loop.x0);
   loops.set(place, { loop, kernels });
 }
 
 // What the page is told: of a run under way copies, of a run that is done the arrays themselves.
 function tell(ticket, { loop: place, printed }, phase, run) {
-  const { rows, spent, divergedAt, done } = run;
+  const { rows, spent, divergedAt, done, length: { h } } = run;
   const x = done ? run.x : run.x.slice(), y = run.y && !done ? run.y.slice() : run.y;
   const ends = done ? run.ends() : null;
-  const view = { ticket, loop: place, printed, phase, rows, x, y, ends, divergedAt, done, milliseconds: spent };
+  const view = { ticket, loop: place, printed, phase, h, rows, x, y, ends, divergedAt, done, milliseconds: spent };
   postMessage(view, y ? [x.buffer, y.buffer] : [x.buffer]);
 }
 
-// One run, slice by slice; false if a newer request has come.
-async function march(ticket, phase, asked) {
-  const { loop, kernels } = loops.get(asked.loop);
-  const outputs = phase === "whole" ? kernels.outputs : null; // half of the step is for errors alone
-  const run = new Run(loop, kernels[phase], outputs, asked.p, asked.x, asked.seed);
+// The length of the step for the coarse picture of a loop, if all of them are to be so many times as fast, and the next
+// ones that are finer.
+function coarseLengths({ whole, coarse }, times) {
+  const first = coarse.findIndex(({ h }) => h >= times * whole.h);
+  return coarse.slice(0, first < 0 ? coarse.length : first + 1).reverse();
+}
+
+// How many ms the run of a loop takes at a length of its step.
+function timeOf(place, length) {
+  const { loop, kernels } = loops.get(place);
+  return loop.rows * length.stride * kernels.whole.pace;
+}
+
+// A coarse picture of each run that has one, of steps as long as the time allows; where one diverges, of shorter ones.
+// Gives the runs that have been drawn so, or null if a newer request has come.
+async function sketch(ticket, runs) {
+  const drawn = new Set(), asked = runs.filter((run) => !run.printed);
+  const whole = asked.reduce((sum, run) => sum + timeOf(run.loop, loops.get(run.loop).loop.whole), 0);
+  if (whole <= COARSE) return drawn;
+  for (const run of asked) {
+    const lengths = coarseLengths(loops.get(run.loop).loop, whole / COARSE), limit = 2 * COARSE / asked.length;
+    for (const [i, length] of lengths.entries()) {
+      if (i >= TRIES && timeOf(run.loop, length) > limit) break;
+      const isDrawn = await march(ticket, "coarse", run, length);
+      if (ticket !== newest) return null;
+      if (!isDrawn) continue;
+      drawn.add(run);
+      break;
+    }
+  }
+  return drawn;
+}
+
+// One run, slice by slice; false if a newer request has come, or a coarse one has diverged. It is told while it grows,
+// unless a coarse picture stands there.
+async function march(ticket, phase, asked, length = null, grows = true) {
+  const { loop, kernels } = loops.get(asked.loop), coarse = phase === "coarse";
+  const outputs = phase === "half" ? null : kernels.outputs; // half of the step is for errors alone
+  const kernel = kernels[coarse ? "whole" : phase], run = new Run(loop, kernel, length ?? kernel.march, outputs, asked);
   let told = performance.now(), started = told;
   while (!run.done) {
     run.advance();
     if (performance.now() - started < SLICE - CALL) continue;
-    if (phase === "whole" && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
+    if (phase === "whole" && grows && !run.done && performance.now() - told > GROWTH && run.observe(CALL)) {
       tell(ticket, asked, phase, run);
       told = performance.now();
     }
@@ -219,6 +280,7 @@ async function march(ticket, phase, asked) {
     if (ticket !== newest) return false;
     started = performance.now();
   }
+  if (coarse && run.divergedAt !== null) return false;
   while (!run.observe(SLICE - CALL)) {
     await pause();
     if (ticket !== newest) return false;
@@ -227,14 +289,18 @@ async function march(ticket, phase, asked) {
   return true;
 }
 
-// All loops of a request at their step, which gives curves and values, then at half of it, which gives errors.
+// All loops of a request: coarse pictures, where the exact ones take long; then at their step, which gives curves and
+// values; then at half of it, which gives errors.
 async function serve({ ticket, runs }) {
   newest = ticket;
   await pause();
+  if (ticket !== newest) return;
+  const drawn = await sketch(ticket, runs);
+  if (!drawn) return;
   for (const phase of ["whole", "half"]) {
     for (const run of runs) {
       if (run.printed && phase === "half") continue; // whose errors nobody asks for
-      if (ticket !== newest || !(await march(ticket, phase, run))) return;
+      if (ticket !== newest || !(await march(ticket, phase, run, null, !drawn.has(run)))) return;
     }
   }
 }
