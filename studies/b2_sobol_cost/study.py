@@ -56,7 +56,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Cost:
-    """Times and memory of several runs of the command, for a study of `runs` runs, `again` of them at half of the step."""
+    """Times and memory of several commands, for a study of `runs` runs, `again` of them at half of the step as well."""
 
     runs: int
     again: int
