@@ -176,8 +176,8 @@ def _front_marks(law: str, front: Array, style: int) -> list[Series]:
     if not len(front):
         return []
     some = np.unique(np.linspace(0, len(front) - 1, min(len(front), MARKED)).round().astype(int))
-    marks = Series("" if len(front) > 1 else law, *front[some].T, style, "marks")
-    return [Series(law, *front.T, style, "steps"), marks] if len(front) > 1 else [marks]
+    marks = Series("" if len(front) > 1 else law, front[some, 0], front[some, 1], style, "marks")
+    return [Series(law, front[:, 0], front[:, 1], style, "steps"), marks] if len(front) > 1 else [marks]
 
 
 def _front(points: Array) -> Array:
