@@ -8,13 +8,13 @@ const until = (holds) => new Promise((done) => {
   look();
 });
 
-// The ms from each of some turns, spread over a range, to the frame in which everything that shows is drawn.
+// The ms from each of some turns, spread over a range, to the frame in which everything that shows is drawn exactly.
 async function turned(name, low, high, turns) {
   const knob = livePage.bench.knobs[livePage.data.knobs.findIndex((one) => one.name === name)], spans = [];
   for (let i = 0; i < turns; i++) {
     const began = performance.now();
     knob.turn(low * (high / low) ** ((0.11 + 0.618034 * i) % 1));
-    await until(() => livePage.flight && !livePage.flight.rough.size && !livePage.late.size && livePage.drawn > began);
+    await until(() => livePage.flight && !livePage.flight.whole.size && !livePage.late.size && livePage.drawn > began);
     spans.push(livePage.drawn - began);
     await until(() => !livePage.flight || !livePage.flight.fine.size);
     await new Promise((done) => setTimeout(done, 30));
@@ -29,7 +29,7 @@ async function prepared(place) {
   const loop = livePage.data.loops[place], module = await livePage.pool.module(loop.whole.module);
   const kernel = new Kernel(module, loop.whole, 2000), p = Float64Array.from(loop.p), x = Float64Array.from(loop.x0);
   marched = () => {
-    const began = performance.now(), run = new Run(loop, kernel, null, p, x, loop.seed);
+    const began = performance.now(), run = new Run(loop, kernel, loop.whole, null, { p, x, seed: loop.seed });
     while (!run.done) run.advance();
     return performance.now() - began;
   };

@@ -94,8 +94,9 @@ class LivePage {
   watch() {
     const told = (entries) => {
       for (const { target, isIntersecting } of entries) {
-        this.near[isIntersecting ? "add" : "delete"](target.dataset.figure);
-        if (isIntersecting && this.away.has(target.dataset.figure)) this.paint(target.dataset.figure);
+        const { figure } = target.dataset;
+        this.near[isIntersecting ? "add" : "delete"](figure);
+        if (isIntersecting && this.away.has(figure)) this.guarded(() => this.paint(figure));
       }
     };
     const observer = new IntersectionObserver(told, { rootMargin: `${NEAR}px 0px` });
