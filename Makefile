@@ -17,6 +17,8 @@ ALL = $(basename $(notdir $(wildcard studies/[ab][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
 CODE = workbench studies tests docs
+# A worker a thread of the processor; the files in the order of tests/conftest.py, which xdist would sort by their counts.
+WORKERS = -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
 
@@ -33,11 +35,12 @@ reports: .venv/.dev
 report-%:
 	@$(RUN) -m workbench run $(firstword $(wildcard studies/$* studies/$*.py))
 
+test: export PYTHONDONTWRITEBYTECODE = # else each process that a test starts would compile all modules again
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
 	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest -n auto --maxprocesses 4 --dist loadfile $(MARKED)
+	@echo "pytest, with the architecture test"; $(RUN) -m pytest $(WORKERS) $(MARKED)
 
 test-all: MARKED = -m ""
 test-all: test
@@ -47,7 +50,7 @@ test-pythons:
 		if command -v $$python > /dev/null && $$python -c '' 2> /dev/null; then \
 			echo "$$python"; $$python -m venv --clear .venv-$$python; \
 			.venv-$$python/bin/python $(PIP) --editable '.[dev]'; \
-			.venv-$$python/bin/python -m pytest -n auto --maxprocesses 4 --dist loadfile; \
+			.venv-$$python/bin/python -m pytest $(WORKERS); \
 		else echo "$$python is not here: skipped"; fi; \
 	done
 

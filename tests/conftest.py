@@ -30,6 +30,12 @@ study = Study(
 """
 
 
+def pytest_collection_modifyitems(items):
+    """Files with `heavy` tests come first: a worker that got one last would work on when the others are done."""
+    heavy = {item.path for item in items if item.get_closest_marker("heavy")}
+    items.sort(key=lambda item: item.path not in heavy)
+
+
 @pytest.fixture
 def command(tmp_path, monkeypatch):
     """Call the command line within this process, in an empty folder."""
