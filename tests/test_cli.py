@@ -1,13 +1,13 @@
 """The command line: its verbs, what they print, and how they end."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
 
 import pytest
 from compilers import needs_llvmlite
+from stops import stopped
 
 from workbench import __version__, study
 from workbench.core import Dynamics
@@ -163,8 +163,7 @@ def test_ctrl_c_ends_with_130_and_leaves_nothing(script, tmp_path):
         text=True,
     ) as process:
         assert process.stdout.readline() == "started\n"
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=30)
+        _, said = stopped(process)
     assert (process.returncode, said) == (130, "workbench: stopped; no report was written.\n")
     assert not (tmp_path / "reports").exists()
 
@@ -203,8 +202,7 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
     ) as process:
         assert process.stdout.readline() == "started\n"
         time.sleep(4)  # well into the run, which takes minutes
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=30)
+        _, said = stopped(process)
     kept = "workbench: stopped; 0 chunks are kept in 'reports/long'. The same command goes on from there."
     assert (process.returncode, said.splitlines()[-1]) == (130, kept)
     assert not (tmp_path / "reports" / "long" / "index.html").exists()

@@ -1,7 +1,6 @@
 """Ctrl-C ends a study within a second, whatever an item of a work is doing, and says what is kept."""
 
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from stops import stopped
 
 import workbench as wb
 from workbench.simulate.job import look_to
@@ -60,8 +60,7 @@ def test_ctrl_c_ends_an_item_within_a_second_and_says_what_is_kept(tmp_path, nam
             break
     time.sleep(0.3)
     begin = time.monotonic()
-    process.send_signal(signal.SIGINT)
-    _, error = process.communicate(timeout=60)
+    _, error = stopped(process)
     took = time.monotonic() - begin
     assert process.returncode == 130
     assert error.endswith("chunks are kept in 'out'. The same command goes on from there.\n")

@@ -13,6 +13,7 @@ import pytest
 from compilers import ARITHMETIC, SLOW
 from samples import made_sample
 from scipy.io import loadmat
+from stops import stopped
 
 from workbench.cli.script import load
 from workbench.simulate.arithmetic import signature
@@ -195,8 +196,7 @@ def test_ctrl_c_says_what_is_kept_and_loses_nothing(command, swept, tmp_path, st
     with subprocess.Popen(call, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         while not (line := process.stdout.readline()).startswith("ACK "):
             assert line
-        process.send_signal(stop)
-        out, said = process.communicate(timeout=60)
+        out, said = stopped(process, stop)
     got = acknowledged(line + out)
     assert process.returncode == 130
     last = said.splitlines()[-1]

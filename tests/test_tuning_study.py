@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from stops import stopped
 from sweeps import sweep
 from tunings import tuning
 
@@ -167,8 +168,7 @@ def test_a_search_that_was_killed_and_stopped_goes_on_and_ends_as_if_it_had_not_
     for sign, status in ((signal.SIGKILL, -signal.SIGKILL), (signal.SIGINT, 130)):
         with subprocess.Popen(call, cwd=tmp_path, **pipes) as process:
             lines = [process.stdout.readline() for _ in range(4)]  # "started", and three generations
-            process.send_signal(sign)
-            out, said = process.communicate(timeout=60)
+            out, said = stopped(process, sign)
         found = acknowledged("".join(lines) + out)
         assert process.returncode == status
         assert not got.keys() & found.keys()
