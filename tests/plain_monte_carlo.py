@@ -27,11 +27,12 @@ class Arm:
         c, s = np.cos(q[:, 1]), np.sin(q[:, 1])
         cross, turn = m2 * (l2**2 + l1 * l2 * c), m2 * l1 * l2 * s
         first = m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * c)
-        M = np.stack([np.stack([first, cross], -1), np.stack([cross, m2 * l2**2], -1)], -2)
-        above = np.stack([-turn * qd[:, 1], -turn * (qd[:, 0] + qd[:, 1])], -1)
-        C = np.stack([above, np.stack([turn * qd[:, 0], 0 * turn], -1)], -2)
         hand = m2 * GRAVITY * l2 * np.sin(q[:, 0] + q[:, 1])
-        G = np.stack([(m1 + m2) * GRAVITY * l1 * np.sin(q[:, 0]) + hand, hand], -1)
+        M, C, G = np.empty((len(q), 2, 2)), np.empty((len(q), 2, 2)), np.empty((len(q), 2))
+        M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1] = first, cross, cross, m2 * l2**2
+        C[:, 0, 0], C[:, 0, 1] = -turn * qd[:, 1], -turn * (qd[:, 0] + qd[:, 1])
+        C[:, 1, 0], C[:, 1, 1] = turn * qd[:, 0], 0.0
+        G[:, 0], G[:, 1] = (m1 + m2) * GRAVITY * l1 * np.sin(q[:, 0]) + hand, hand
         return M, C, G
 
     def acceleration(self, q, qd, torque):
@@ -41,11 +42,14 @@ class Arm:
 
 def times(M, v):
     """Matrices (B, 2, 2) by columns (B, 2)."""
-    return (M @ v[..., None])[..., 0]
+    return M[:, :, 0] * v[:, :1] + M[:, :, 1] * v[:, 1:]
 
 
 def solved(M, v):
-    return np.linalg.solve(M, v[..., None])[..., 0]
+    """M^-1 v by Cramer's rule."""
+    (a, b), (c, d) = M.transpose(1, 2, 0)
+    x, y = v.T
+    return np.stack([d * x - b * y, a * y - c * x], -1) / (a * d - b * c)[:, None]
 
 
 def wanted(t):

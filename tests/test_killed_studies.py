@@ -10,7 +10,7 @@ def test_a_killed_study_resumes_to_the_same_bits_and_computes_nothing_twice(tmp_
 
 
 @pytest.mark.heavy
-def test_thirty_kills_at_random_moments_change_no_bit(tmp_path):
-    tally = kills.survive(tmp_path, 30, seed=2030)  # two hundred: `python tests/kills.py 200`
+def test_twelve_kills_at_random_moments_change_no_bit(tmp_path):
+    tally = kills.survive(tmp_path, 12, seed=2030)  # two hundred: `python tests/kills.py 200`
     assert not tally.faults, str(tally)
-    assert tally.kills == 30
+    assert tally.kills == 12

@@ -19,7 +19,7 @@ from workbench.loop import AbstractController, AbstractObserver, AbstractPlant
 from workbench.simulate.arithmetic import FUSED
 
 NUMBERS = range(62)  # of random loops, of which 60 stay finite at least
-UNITS = range(60)  # of those that become an FMU
+UNITS = range(0, 60, 3)  # of those that become an FMU, whose equations are the same text in C
 
 IMPORTER = """
 import json, os, sys

@@ -273,7 +273,7 @@ def test_c_and_numpy_have_the_same_floats_in_every_function(tmp_path):
     np.testing.assert_array_equal(results.view(np.uint32), single_precision(law, k, none, y).u.view(np.uint32))
 
 
-STRIDE = 31  # of the floats of a domain; 1 was run too, and takes six minutes
+STRIDE = 127  # of the floats of a domain; 1 was run too, and takes six minutes
 EVERYWHERE = """
 #include <math.h>
 #include <stdbool.h>
