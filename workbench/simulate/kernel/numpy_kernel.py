@@ -6,7 +6,7 @@ It serves where nothing can be compiled, with the bits of the compiled march, wh
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -84,9 +84,10 @@ def _advance(job: Job, lot: Any, x: Array, piece: Piece) -> None:
     timed = {node: np.broadcast_to(value, len(steps)) for node, value in per_step.items()}
     moving = {node: nodes[node] for node in loop.sources if nodes[node].op in ("x", "w", "k")}
     state = np.ascontiguousarray(x[lot, piece.start].T)
-    noise = _noise(part, steps) if job.step.noises else itertools.repeat(np.empty((0, len(lot))))
+    none = np.empty((0, len(lot)))
+    noise: Iterable[Array] = _noise(part, steps) if job.step.noises else itertools.repeat(none, len(steps))
     with np.errstate(all="ignore"):
-        for step, (k, w) in enumerate(zip(steps, noise, strict=False)):
+        for step, (k, w) in enumerate(zip(steps, noise, strict=True)):
             now: dict[str, Any] = {"x": state, "w": w, "k": {0: np.float64(k)}}
             values = per_run | {node: row[step : step + 1] for node, row in timed.items()}
             values |= {node: now[source.op][source.entry] for node, source in moving.items()}
