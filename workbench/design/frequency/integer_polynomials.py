@@ -112,11 +112,15 @@ def remainder(p: Polynomial, q: Polynomial) -> Polynomial:
 def common_divisor(p: Polynomial, q: Polynomial) -> Polynomial:
     """The greatest common divisor without a common factor of its coefficients (Euclid)."""
     p, q = primitive(trim(p)), primitive(trim(q))
-    if p and q and _coprime_modulo(p, q):
-        return [1]
+    if not (p and q):
+        return p or q
+    i, j = (next(k for k, a in enumerate(f) if a) for f in (p, q))
+    p, q, zeros = p[i:], q[j:], [0] * min(i, j)  # roots at zero are seen without a division
+    if _coprime_modulo(p, q):
+        return [*zeros, 1]
     while q:
         p, q = q, remainder(p, q) if len(p) >= len(q) else p
-    return p
+    return [*zeros, *p]
 
 
 def square_free_factors(p: Polynomial) -> list[tuple[Polynomial, int]]:
