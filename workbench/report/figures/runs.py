@@ -111,7 +111,7 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
 
 
 def _drawstyle(step: Step, name: str, place: int) -> str:
-    """How matplotlib draws a number of a signal: one that changes by jumps alone as steps."""
+    """The style in which matplotlib draws a number of a signal: steps, if it changes by jumps alone."""
     return "steps-post" if is_held(step.flow, name, place) else "default"
 
 
