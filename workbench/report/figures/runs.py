@@ -110,8 +110,8 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
     ax.grid(True, color="#dddddd", linewidth=0.4)
 
 
-    """The style in which matplotlib draws a number of a signal: steps if it changes by jumps alone."""
-    """How matplotlib draws a number of a signal: one that changes by jumps alone as steps."""
+def _drawstyle(step: Step, name: str, place: int) -> str:
+    """The style in which matplotlib draws a number of a signal: steps, if it changes by jumps alone."""
     return "steps-post" if is_held(step.flow, name, place) else "default"
 
 
