@@ -42,8 +42,8 @@ def root_locus_figure(
     Raises
     ------
     ValueError
-        If there are fewer than two values, they do not rise or fall, there are no poles for each of them, or the reach is
-        not positive.
+        If there are fewer than two values, they do not rise or fall, there are no poles for each of them, or the reach
+        is not positive.
     """
     at = numbers("root_locus_figure(values=...)", values, 1)
     if len(at) < 2 or not np.isfinite(at).all() or not ((np.diff(at) > 0).all() or (np.diff(at) < 0).all()):
