@@ -12,7 +12,7 @@ from workbench.study.document.figure import Arrows, Figure, Label, Mark, Points,
 from workbench.study.document.phrases import Cell, Column, Phrase, Table
 from workbench.study.loop_pictures.frequency_curves import Complex, captioned, complexes, joined, number
 from workbench.study.loop_pictures.pole_maps import grid_remarks, root_panel
-from workbench.validation.refusals import Array, numbers, refusal, seconds
+from workbench.validation.refusals import Array, numbers, positive, refusal, seconds
 from workbench.validation.signatures import door
 
 NAMED = 4  # crossings with a name
@@ -42,7 +42,8 @@ def root_locus_figure(
     Raises
     ------
     ValueError
-        If there are fewer than two values, they do not rise or fall, or there are no poles for each of them.
+        If there are fewer than two values, they do not rise or fall, there are no poles for each of them, or the reach
+        is not positive.
     """
     at = numbers("root_locus_figure(values=...)", values, 1)
     if len(at) < 2 or not np.isfinite(at).all() or not ((np.diff(at) > 0).all() or (np.diff(at) < 0).all()):
@@ -118,7 +119,7 @@ def stability_crossings(values: Array, paths: Complex, period: float | None) -> 
 def _window(paths: Complex, zeros: Complex, period: float | None, reach: float | None) -> float:
     """The distance from zero within which branches are drawn."""
     if reach is not None:
-        return reach
+        return positive("root_locus_figure(reach=...)", reach)
     known = paths[np.isfinite(paths)]
     if period is not None:
         return max(1.5, float(np.abs(zeros).max(initial=0.0)))
