@@ -140,8 +140,8 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
         numbers, _ = whole(np.concatenate([numerator, denominator]))
         return trim(numbers[: len(numerator)].tolist()), trim(numbers[len(numerator) :].tolist())
     transfer = TransferPolynomials.of(*state_space(call, loop), discrete=False)
-    denominator = scale(transfer.in_variable(transfer.denominator), transfer.constant)
-    return trim(transfer.in_variable(transfer.numerators[0][0])), trim(denominator)
+    poles = scale(transfer.in_variable(transfer.denominator), transfer.constant)
+    return trim(transfer.in_variable(transfer.numerators[0][0])), trim(poles)
 
 
 def refuse_odd_loop(call: str, loop: Any) -> None:

@@ -166,10 +166,10 @@ class _Axis:
     def _answers(self, places: Array) -> list[tuple[float, complex, complex, float]]:
         """omega, L, its slope by omega, and the error of L, at each place on the axis."""
         if self.period is None:
-            return _with_errors(self.given, places, 1j * places, np.full(len(places), 1j))
+            return _with_errors(self.given, places, np.asarray(1j * places), np.full(len(places), 1j))
         with np.errstate(invalid="ignore"):
             z = np.where(np.isinf(places), -1.0, (1 + 1j * places) / (1 - 1j * places))
-            return _with_errors(self.given, places, z, 2j / (1 - 1j * places) ** 2)
+            return _with_errors(self.given, places, np.asarray(z), np.asarray(2j / (1 - 1j * places) ** 2))
 
 
 def _margins(

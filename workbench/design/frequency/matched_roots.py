@@ -23,9 +23,14 @@ Roots = tuple[Complex, Complex, float]
 
 def matched_polynomials(num: Array, den: Array, h: float) -> tuple[Array, Array]:
     """Numerator and denominator in z of a transfer function whose denominator is monic."""
-    zeros, poles, gain = _matched(np.roots(num), np.roots(den), float(num[0]), h)
+    zeros, poles, gain = _matched(_roots(num), _roots(den), float(num[0]), h)
     with np.errstate(all="ignore"):
         return np.atleast_1d((gain * np.poly(1 + zeros)).real), np.atleast_1d(np.poly(1 + poles).real)
+
+
+def _roots(p: Array) -> Complex:
+    """The roots of a polynomial, highest power first."""
+    return np.asarray(np.roots(p), dtype=complex)
 
 
 def matched_space(system: control.StateSpace, h: float) -> tuple[Array, Array, Array, Array]:
