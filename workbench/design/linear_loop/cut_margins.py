@@ -55,4 +55,5 @@ def _on_the_axis(call: str, L: LoopModel) -> LoopModel:
         raise Refused(f"`{call}`: the loop gain has a pole at z = -1, Nyquist's frequency, where it is infinite.")
     inverse, root = np.linalg.inv(A + eye), math.sqrt(2.0)
     matrices = (inverse @ (A - eye), root * inverse @ B, root * Cy @ inverse, D - Cy @ inverse @ B)
-    return LoopModel(*(M[np.newaxis] for M in matrices), L.states, L.inputs, L.outputs)
+    A, B, Cy, D = (np.asarray(M)[np.newaxis] for M in matrices)
+    return LoopModel(A, B, Cy, D, L.states, L.inputs, L.outputs)

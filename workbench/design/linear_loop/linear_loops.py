@@ -38,8 +38,7 @@ def linear_loop(
 ) -> LinearLoop:
     """The linear answers of a loop about the state at which it rests, by exact Jacobians.
 
-    In a computer the map of the period is that of the step which runs: jump, hold, and waiting commands. Blocks with
-    periods of their own are lifted over the common one.
+    In a computer the map of the period is that of the step which runs; several periods are lifted.
 
     Parameters
     ----------
@@ -67,8 +66,7 @@ def linear_loop(
     LookupError
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
-        If `loop` is none of these, a value is out of its bounds, a Jacobian that counts has a corner, or blocks of a
-        computer have no common period.
+        If `loop` is none of these, a value is out of its bounds, a Jacobian has a corner, or periods none in common.
     Refused
         If the loop does not rest: what moves is named.
 
@@ -82,8 +80,6 @@ def linear_loop(
     >>> linear.response([1.0, 10.0], "closed", "omega_ref", "omega").bode().decibels.ravel().round(2)
     array([0.03, 3.01])
     """
-    if substeps is not None:
-        whole(f"{CALL}(substeps=...)", substeps)
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
     instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
     return about(rest_point(equations, instant, values or {}, at_rest, side, substeps))
@@ -98,6 +94,8 @@ def rest_point(
     substeps: int | None,
 ) -> LoopPoint:
     """The point at which a loop rests, or at which it starts; a loop that should rest and does not is refused."""
+    if substeps is not None:
+        whole(f"{CALL}(substeps=...)", substeps)
     closed = equations.closed
     rows, parameters, fixed = split_values(CALL, closed, values)
     if len(rows) > 1:
