@@ -158,7 +158,7 @@ class CutModels:
         else:
             size, channels = len(self.channels), list(self.channels)
             answer = -turn[:, channels, np.newaxis] * answer[:, :, channels, :size]
-            eye = np.broadcast_to(np.eye(size), answer.shape)
+            eye = np.broadcast_to(np.eye(size, dtype=complex), answer.shape)
             if of != "L":
                 S = _solved(eye + answer, eye)
                 answer = S if of == "S" else answer @ S
@@ -176,11 +176,11 @@ def feedback(L: LoopModel, of: str) -> LoopModel:
     """S = (I + L)^-1 or T = L (I + L)^-1 of a square model L."""
     eye = np.eye(L.D.shape[-1])
     with np.errstate(all="ignore"):
-        E = np.linalg.inv(eye + L.D)
+        E = np.asarray(np.linalg.inv(eye + L.D), dtype=float)
     model = replace(L, A=L.A - L.B @ E @ L.Cy, B=L.B @ E)
     if of == "S":
         return replace(model, Cy=-E @ L.Cy, D=E)
-    return replace(model, Cy=E @ L.Cy, D=eye - E)
+    return replace(model, Cy=E @ L.Cy, D=np.asarray(eye - E))
 
 
 def _places(
@@ -201,7 +201,7 @@ def _solved(matrices: Complex, right: Complex) -> Complex:
     """The solutions of (N, m) linear systems; NaN where one is singular or no number."""
     solution = np.full(np.broadcast_shapes(matrices.shape[:-1] + (1,), right.shape), np.nan, complex)
     right = np.broadcast_to(right, solution.shape)
-    sound = np.isfinite(matrices).all(axis=(-2, -1))
+    sound = np.asarray(np.isfinite(matrices).all(axis=(-2, -1)))
     with np.errstate(all="ignore"):
         sound &= np.abs(np.linalg.det(np.where(sound[..., np.newaxis, np.newaxis], matrices, 0))) > 0
     solution[sound] = np.linalg.solve(matrices[sound], right[sound])

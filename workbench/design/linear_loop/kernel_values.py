@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Rule, Step, rk4, with_sensitivity
-from workbench.design.linear.corners import REACH, Corners
+from workbench.design.linear.corners import REACH, Corners, Mask
 from workbench.design.linear.linear_path import freeze
 from workbench.design.linear.linear_period import CONVERGED, FEWEST, MOST_STEPS
 from workbench.design.linear.operating_point import places_of
@@ -29,7 +29,7 @@ class KernelJacobian:
 
     ode: Ode
 
-    def __call__(self, t: float, x: Array, p: Array) -> tuple[Array, Array, Array]:
+    def __call__(self, t: float, x: Array, p: Array) -> tuple[Array, Array, Mask]:
         """Rates and outputs (N, nx + ny), Jacobians (N, nx + ny, nx + nu) and the mask of cornered rows (N,)."""
         sizes, slopes, step = self._step
         values = _evaluated(step, self.ode.states.size, t, x, p)
@@ -102,7 +102,7 @@ class KernelFlow:
         )
         used = [name for name in rest if ca.depends_on(alone.rate, ode.x[ode.states.slice(name)])]
         columns = [i for name in (*self._moving, *used) for i in ode.states.indices(name)]
-        driven = {name: [] for name in ode.inputs}
+        driven: dict[str, list[int]] = {name: [] for name in ode.inputs}
         for k, place in enumerate(places_of(ode)):
             driven[next(name for name in driven if place in ode.parameters.indices(name))].append(n + k)
         acting = [name for name in driven if ca.depends_on(alone.rate, ode.p[ode.parameters.slice(name)])]

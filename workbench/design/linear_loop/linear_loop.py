@@ -17,9 +17,9 @@ from workbench.design.frequency import (
     StabilityMargins,
     h2_norm,
     hinf_norm,
-    stability_margins,
 )
-from workbench.design.linear import DiskMargin, Pole, disk_margin, poles
+from workbench.design.linear import DiskMargin, Pole, poles
+from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
 from workbench.design.linear_loop.frequency_answers import (
     CutModels,
     FrequencyResponse,
@@ -27,7 +27,6 @@ from workbench.design.linear_loop.frequency_answers import (
     refuse_pole,
 )
 from workbench.design.linear_loop.gang_of_six import gang
-from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.loop_point import LoopPoint
 from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
@@ -50,6 +49,7 @@ class LinearLoop:
 
     point: LoopPoint
     models: CutModels
+    bent: tuple[str, ...] = ()  # signals with a corner or a jump at this state, and so without a linear answer
 
     @property
     def x0(self) -> Array:
@@ -85,11 +85,6 @@ class LinearLoop:
     def outputs(self) -> tuple[str, ...]:
         """The signals that answer."""
         return self.models.closed.outputs
-
-    @property
-    def bent(self) -> tuple[str, ...]:
-        """The signals that have a corner or a jump at this state, and so no linear answer."""
-        return self.point.bent
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -215,31 +210,13 @@ class LinearLoop:
         Refused
             As `stability_margins`.
         """
-        call, models = "LinearLoop.margins()", self.models
-        self._refuse_rates(call)
-        opened, found = models.open_drives(call), {}
-        for i, name in zip(models.channels, self.channels, strict=True):
-            others = [k for k in range(len(models.delays)) if k != i]
-            if models.delays[others].any():
-                raise ValueError(
-                    f"`{call}` of '{name}' needs a loop without delays elsewhere; there is one of "
-                    f"{models.delays[others].max():g} s. Take `response`, or a `PadeDelay` of `Equipped` there."
-                )
-            own = opened.closed_at(others).part([i], [0]).negative()
-            found[name] = stability_margins(own.system(), float(models.delays[i]))
-        return found
+        return channel_margins("LinearLoop.margins()", self.models, self.channels)
 
     @property
     def disk_margin(self) -> DiskMargin:
         """The disk margin of all channels of the cut at once; refused if the closed loop is not stable."""
-        call = "LinearLoop.disk_margin"
-        self._refuse_delay(call)
-        self._refuse_rates(call)
-        L, h = self.models.kind(call, "L"), self.period
-        if h is None:
-            return disk_margin(L.system())
-        found = disk_margin(_on_the_axis(call, L).system())
-        return DiskMargin(found.alpha, found.alpha_above, 2 / h * math.atan(found.frequency))
+        self._refuse_delay("LinearLoop.disk_margin")
+        return common_margin("LinearLoop.disk_margin", self.models)
 
     @door
     def hinf_norm(
@@ -276,7 +253,7 @@ class LinearLoop:
         ValueError
             If the values have different numbers of rows, or no row has an answer.
         """
-        return linear_rows(self.point, values)
+        return linear_rows(self.point, self.bent, values)
 
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""
@@ -300,13 +277,6 @@ class LinearLoop:
                 ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
             )
 
-    def _refuse_rates(self, call: str) -> None:
-        if self.models.closed.count > 1:
-            raise ValueError(
-                f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant differs "
-                "from that at the next. `poles`, `response` and the norms are those of the lifted loop."
-            )
-
     def _refuse_bent(self, call: str, outputs: str | tuple[str, ...] | None) -> None:
         for name in _names(outputs) or ():
             if name in self.bent:
@@ -318,13 +288,3 @@ class LinearLoop:
 
 def _names(names: str | tuple[str, ...] | None) -> tuple[str, ...] | None:
     return (names,) if isinstance(names, str) else names
-
-
-def _on_the_axis(call: str, L: LoopModel) -> LoopModel:
-    """The continuous model with the values of a discrete one: z = (1 + s) / (1 - s)."""
-    A, B, Cy, D, eye = L.A[0], L.B[0], L.Cy[0], L.D[0], np.eye(len(L.states))
-    if np.linalg.cond(A + eye) > 1e14:
-        raise Refused(f"`{call}`: the loop gain has a pole at z = -1, Nyquist's frequency, where it is infinite.")
-    inverse, root = np.linalg.inv(A + eye), math.sqrt(2.0)
-    matrices = (inverse @ (A - eye), root * inverse @ B, root * Cy @ inverse, D - Cy @ inverse @ B)
-    return LoopModel(*(M[np.newaxis] for M in matrices), L.states, L.inputs, L.outputs)

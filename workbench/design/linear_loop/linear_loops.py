@@ -9,6 +9,7 @@ import numpy as np
 
 from workbench.core import Sampled
 from workbench.core.point import AT_REST
+from workbench.design.linear.corners import Sides
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import LoopEquations, split_values
@@ -35,47 +36,39 @@ def linear_loop(
     side: Any = None,
     substeps: int | None = None,
 ) -> LinearLoop:
-    """The linear answers of a loop, by exact Jacobians, about the state at which it rests.
+    """The linear answers of a loop about the state at which it rests, by exact Jacobians.
 
-    A loop in a computer is not approximated: the map of its period is the exact Jacobian of the jump (readings, law,
-    queue of commands, updates of all memories) and of the flow of the plant behind the hold. If blocks run at several
-    periods, the maps over their common one are lifted.
+    In a computer the map of the period is that of the step which runs; several periods are lifted.
 
     Parameters
     ----------
     loop
-        A `ClosedLoop`, or a `DigitalLoop` for one in its computer. Equations (an `Ode` or a `Sampled` with inputs) are
-        taken too, and answer of="closed" alone.
+        A `ClosedLoop` or a `DigitalLoop`; or equations with inputs, which answer of="closed" alone.
     at
-        Inputs or outputs of the plant at which the loop is cut, as names or single numbers such as `tau[0]`; all
-        inputs if not given.
+        Inputs or outputs of the plant at which it is cut, or single numbers (`tau[0]`); all inputs if not given.
     values
-        Parameters and states by name, in the place of their own values. The rest state is sought from the initial
-        state, and states that are named keep their values.
+        Parameters and states by name. Newton's method keeps these states, and seeks the others from the initial state.
     t
         The time in s of references and disturbances, a multiple of the period of a computer.
     freeze
         States that are held, as an adapting gain is: parameters take their places.
     delays
-        Delays in s by port, after which a signal acts on the plant or is read, exact at every frequency. A computer has
-        its own: `DigitalLoop(delay=...)`.
+        Delays in s by port of a loop in continuous time, exact at every frequency. Loads act behind them.
     at_rest
         False if the loop need not rest: it is then frozen where it starts.
     side
         The side of a corner, as of `linearize`.
     substeps
-        Of a computer, the number of Runge-Kutta steps in which a run takes each period, if the Jacobian is to be that
-        of the run's own step; without it the flow is exact.
+        The Runge-Kutta steps in which a run takes a computer's period; without it the flow is exact.
 
     Raises
     ------
     LookupError
         If `at` or `delays` names no port, `values` no parameter or state, or `freeze` no state.
     ValueError
-        If `loop` is none of these, a value is out of its bounds, the reference or a disturbance moves in time, a
-        Jacobian that counts has a corner, or blocks of a computer have no common period.
+        If `loop` is none of these, a value is out of its bounds, a Jacobian has a corner, or periods none in common.
     Refused
-        If no rest state is found: what still moves is named.
+        If the loop does not rest: what moves is named.
 
     Examples
     --------
@@ -87,33 +80,46 @@ def linear_loop(
     >>> linear.response([1.0, 10.0], "closed", "omega_ref", "omega").bode().decibels.ravel().round(2)
     array([0.03, 3.01])
     """
+    equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
+    instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
+    return about(rest_point(equations, instant, values or {}, at_rest, side, substeps))
+
+
+def rest_point(
+    equations: LoopEquations,
+    instant: Instant,
+    values: Mapping[str, Any],
+    at_rest: bool,
+    side: Sides,
+    substeps: int | None,
+) -> LoopPoint:
+    """The point at which a loop rests, or at which it starts; a loop that should rest and does not is refused."""
     if substeps is not None:
         whole(f"{CALL}(substeps=...)", substeps)
-    equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
     closed = equations.closed
-    rows, parameters, fixed = split_values(CALL, closed, values or {})
+    rows, parameters, fixed = split_values(CALL, closed, values)
     if len(rows) > 1:
         raise ValueError(
             f"`{CALL}(values=...)` takes one value for each name; got {len(rows)} rows. Make the loop linear once, and "
             "take `linear_loop(...).rows(values)`."
         )
-    instant = Instant.of(CALL, closed, finite(f"{CALL}(t=...)", t, " of seconds"))
     must = resting_states(closed, equations.ports)
     kept = fixed if at_rest else list(range(closed.states.size))
     motion = motion_of(CALL, closed, instant, substeps)
     start = start_of(closed, instant, rows, parameters, kept)
-    rows, share = find_rest(motion, start, parameters, must, kept, isinstance(closed, Sampled))
-    x, p = rows[0], parameters[0]
-    (moving,) = unrest(CALL, closed, instant, rows, parameters, share, must) if at_rest else ("",)
+    found, share = find_rest(motion, start, parameters, must, kept, isinstance(closed, Sampled))
+    (moving,) = unrest(CALL, closed, instant, found, parameters, share, must) if at_rest else ("",)
     if moving:
         raise Refused(moving)
-    closed_model, opened_model = point_models(CALL, equations, instant, x, p, side, substeps)
-    bent = tuple(dict.fromkeys((*closed_model.bent, *(opened_model.bent if opened_model else ()))))
-    models = CutModels(
-        straight(closed_model.model, bent),
-        None if opened_model is None else straight(opened_model.model, bent),
-        equations.channels,
-        np.array(equations.delays),
-    )
     resting = bool((share <= AT_REST).all())
-    return LinearLoop(LoopPoint(equations, instant, x, p, bent, resting, side, substeps), models)
+    return LoopPoint(equations, instant, found[0], parameters[0], resting, side, substeps)
+
+
+def about(point: LoopPoint) -> LinearLoop:
+    """The linear loop about a point, without the outputs that have a corner there."""
+    closed, opened = point_models(CALL, point, point.x, point.p)
+    bent = tuple(dict.fromkeys((*closed.bent, *(opened.bent if opened else ()))))
+    cut = None if opened is None else straight(opened.model, bent)
+    delays = np.array(point.equations.delays)
+    models = CutModels(straight(closed.model, bent), cut, point.equations.channels, delays)
+    return LinearLoop(point, models, bent)

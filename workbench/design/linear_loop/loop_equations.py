@@ -71,8 +71,8 @@ class LoopEquations:
                 "periods: give them to `DigitalLoop(delay=...)`."
             )
         channels = tuple(dict.fromkeys(i for name in names for i in places_of_names(drive, name)))
-        both = (_frozen(call, one, frozen) for one in (closed, opened))
-        return LoopEquations(*both, drive, channels, tuple(times.tolist()))
+        closed, opened = _frozen(call, closed, frozen), _frozen(call, opened, frozen)
+        return LoopEquations(closed, opened, drive, channels, tuple(times.tolist()))
 
     @property
     def ports(self) -> tuple[str, ...]:
@@ -189,7 +189,8 @@ def split_values(call: str, closed: Equations, values: Mapping[str, Any]) -> tup
     if {len(x), len(p)} - {1, count}:
         raise ValueError(f"`{call}(...)` must have one number of rows; got {len(x)} of states, {len(p)} of parameters.")
     fixed = sorted({place for name in states for place in closed.states.indices(name)})
-    return (*(np.repeat(rows, count // len(rows), axis=0) for rows in (x, p)), fixed)
+    x, p = (np.repeat(rows, count // len(rows), axis=0) for rows in (x, p))
+    return x, p, fixed
 
 
 def _in(layout: Layout, name: object) -> bool:

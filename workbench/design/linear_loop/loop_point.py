@@ -17,29 +17,26 @@ from workbench.validation.refusals import Array
 class LoopPoint:
     """A state x (nx,) and parameters p (np,) of the closed loop at an instant, at rest or not.
 
-    The outputs `bent` have a corner there. `side` is the one of a corner that was asked for, and `substeps` are those
-    of a run, see `linear_loop`.
+    `side` is the one of a corner that was asked for, and `substeps` are those of a run, see `linear_loop`.
     """
 
     equations: LoopEquations
     instant: Instant
     x: Array
     p: Array
-    bent: tuple[str, ...] = ()
     resting: bool = True
     side: Sides = None
     substeps: int | None = None
 
 
-def point_models(
-    call: str, equations: LoopEquations, instant: Instant, x: Array, p: Array, side: Sides, substeps: int | None
-) -> tuple[PointModel, PointModel | None]:
-    """The models at a state (nx,) and parameters (np,) of the closed loop: closed, and cut."""
-    closed = point_model(call, equations.closed, instant, x, p, equations.ports, side, substeps)
+def point_models(call: str, point: LoopPoint, x: Array, p: Array) -> tuple[PointModel, PointModel | None]:
+    """The models, closed and cut, as of a point but at a state (nx,) and parameters (np,) of the closed loop."""
+    equations, how = point.equations, (point.equations.ports, point.side, point.substeps)
+    closed = point_model(call, equations.closed, point.instant, x, p, *how)
     if equations.opened is None:
         return closed, None
     row = opened_rows(equations, p[np.newaxis], closed.output[np.newaxis])[0]
-    return closed, point_model(call, equations.opened, instant, x, row, equations.ports, side, substeps)
+    return closed, point_model(call, equations.opened, point.instant, x, row, *how)
 
 
 def opened_rows(equations: LoopEquations, p: Array, output: Array) -> Array:

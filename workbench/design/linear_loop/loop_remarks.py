@@ -17,12 +17,12 @@ DEAD = 1e-9  # a pole z of this size decays within a period, so that nothing of 
 
 
 def decay_of(pole: Pole, discrete: bool) -> float:
-    """How far a pole is from instability, to the left of the axis in 1/s or inside of the unit circle."""
+    """The distance of a pole from instability, to the left of the axis in 1/s or inside of the unit circle."""
     return 1 - abs(pole.value) if discrete else -pole.value.real
 
 
 def doubt_of(pole: Pole, size: float, count: int) -> float:
-    """How far rounding may have moved a pole of a matrix of this norm and so many rows, to first order."""
+    """The distance by which rounding may have moved a pole of a matrix of this norm and number of rows."""
     return float(count * EPS * size * min(pole.condition, 1 / EPS))
 
 

@@ -93,7 +93,7 @@ class LinearRows:
         return poles, stable
 
 
-def linear_rows(point: LoopPoint, values: Mapping[str, Any]) -> LinearRows:
+def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, Any]) -> LinearRows:
     """The linear loops at rows of values by name, each at its own rest if the point is one."""
     equations, closed = point.equations, point.equations.closed
     x, p, fixed, reasons = _rows(closed, values, point)
@@ -114,7 +114,7 @@ def linear_rows(point: LoopPoint, values: Mapping[str, Any]) -> LinearRows:
         cornered = cornered | also
     pair = (closed_model, opened_model)
     _put_pieces(point, x[sound], p[sound], np.flatnonzero(cornered).tolist(), pair, sound, reasons)
-    full = [None if model is None else _spread(straight(model, point.bent), sound, len(x), reasons) for model in pair]
+    full = [None if model is None else _spread(straight(model, bent), sound, len(x), reasons) for model in pair]
     assert full[0] is not None
     models = CutModels(full[0], full[1], equations.channels, np.array(equations.delays))
     return LinearRows(x, p, models, dict(sorted(reasons.items())))
@@ -186,7 +186,7 @@ def _put_pieces(
     """Put the models of rows on a corner, one by one, in the place of those that the kernel made of no piece."""
     for i in cornered:
         try:
-            own = point_models(CALL, point.equations, point.instant, x[i], p[i], point.side, point.substeps)
+            own = point_models(CALL, point, x[i], p[i])
         except ValueError as error:
             reasons[places[i]] = str(error)
             continue

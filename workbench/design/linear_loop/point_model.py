@@ -89,7 +89,8 @@ def point_model(
         for k in range(at.count):
             t = at.t + k * equations.period
             one = one_period(call, equations, t, state, p, side, used, substeps=substeps, lifted=at.count > 1)
-            maps.append(tuple(M[np.newaxis] for M in one.matrices))
+            A, B, Cy, D = one.matrices
+            maps.append((A[np.newaxis], B[np.newaxis], Cy[np.newaxis], D[np.newaxis]))
             odd, state = odd | one.odd, one.end
             output = one.output if output is None else output
         rows = list(lifted(maps))
@@ -98,7 +99,8 @@ def point_model(
     for i in np.flatnonzero(np.tile(odd, at.count)):
         rows[2][:, i], rows[3][:, i] = np.nan, np.nan
     bent = tuple(names[2][i] for i in np.flatnonzero(odd))
-    return PointModel(LoopModel(*rows, *names, period, at.count), output, bent)
+    A, B, Cy, D = rows
+    return PointModel(LoopModel(A, B, Cy, D, *names, period, at.count), output, bent)
 
 
 def input_labels(flow: Ode) -> tuple[str, ...]:

@@ -119,7 +119,7 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
 
 
 def _shares(change: Array, slope: Array, x: Array, must: Mask, discrete: bool) -> Array:
-    """How much each state moves, as a share of what could have moved it; infinite where that is no number."""
+    """The motion of each state, as a share of what could have moved it; infinite where that is no number."""
     with np.errstate(all="ignore"):
         if discrete:
             read = (slope + np.eye(x.shape[1]) != 0).any(axis=1)
