@@ -135,4 +135,4 @@ def test_modes_that_the_cut_does_not_see_and_poles_on_the_axis_are_named():
     pulled = linear_loop(wb.ClosedLoop(Pendulum(), controller=Push(d=-1.0)))
     assert any("not stable" in remark for remark in pulled.remarks)
     assert pulled.margins()["u"].margins is None
-    assert np.isinf(free.hinf_norm("closed", "u_load", "q").value)
+    assert np.isinf(free.hinf_norm("closed", "u_load", "q").gain.value)

@@ -13,11 +13,12 @@ import numpy as np
 from workbench.core import Layout
 from workbench.design.frequency import (
     MeanGain,
-    PeakGain,
+    Peak,
     StabilityMargins,
     h2_norm,
     hinf_norm,
 )
+from workbench.design.frequency.certified_values import enclosure
 from workbench.design.linear import DiskMargin, Pole, poles
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
 from workbench.design.linear_loop.frequency_answers import (
@@ -224,7 +225,7 @@ class LinearLoop:
         of: str = "closed",
         inputs: str | tuple[str, ...] | None = None,
         outputs: str | tuple[str, ...] | None = None,
-    ) -> PeakGain:
+    ) -> Peak:
         """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
         return hinf_norm(self.system(of, inputs, outputs))
 
@@ -237,7 +238,9 @@ class LinearLoop:
     ) -> MeanGain:
         """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
         norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed.count)
-        return norm if share == 1 else MeanGain(norm.value / share, norm.error / share, norm.reason)
+        if share == 1 or math.isinf(norm.gain.value):
+            return norm
+        return MeanGain(enclosure(norm.gain.low / share, norm.gain.high / share, steps=2), norm.reason)
 
     @door
     def rows(self, values: Mapping[str, Any]) -> LinearRows:
