@@ -87,7 +87,7 @@ class FrequencyCurve:
 def rising(call: str, frequencies: Array, period: float | None) -> Array:
     """Frequencies (m,) in rad/s: two or more, finite, in rising order from zero, and up to Nyquist's of a period."""
     omega = numbers(call, frequencies, 1)
-    if len(omega) < 2 or not np.isfinite(omega).all() or omega[0] < 0 or (np.diff(omega) <= 0).any():
+    if len(omega) < 2 or not np.isfinite(omega).all() or omega[0] < 0 or (omega[1:] <= omega[:-1]).any():
         raise refusal(call, "two or more frequencies in rad/s, finite, not negative and in rising order", frequencies)
     if period is not None:
         top = math.pi / seconds(f"{call.partition('(')[0]}(period=...)", period)
