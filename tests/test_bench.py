@@ -183,8 +183,8 @@ def test_a_reader_who_closes_the_bench_has_the_whole_width(page):
 
 @pytest.fixture(scope="module")
 def slow(tmp_path_factory):
-    """The page of a run of a million steps."""
-    return wb.live(loop(), until=50.0, h=5e-5).write(tmp_path_factory.mktemp("slow") / "slow.html")
+    """The page of a run of five million steps."""
+    return wb.live(loop(), until=50.0, h=1e-5).write(tmp_path_factory.mktemp("slow") / "slow.html")
 
 
 def test_a_run_of_many_steps_has_a_coarse_picture_first_and_then_the_exact_one(slow, browser):
@@ -201,7 +201,7 @@ def test_a_run_of_many_steps_has_a_coarse_picture_first_and_then_the_exact_one(s
         (first, *others) = page.value("heard")
         phase, done, h, status, silent, rough = first
         assert (phase, done, silent) == ("coarse", True, True)
-        assert h > 5e-5
+        assert h > 1e-5
         assert status.startswith("Coarse picture, of steps up to ")
         whole = [one for one in others if one[0] == "whole"]
         assert [one[1] for one in whole] == [True]  # it does not grow over the coarse picture

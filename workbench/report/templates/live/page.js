@@ -76,6 +76,7 @@ class LivePage {
       return this.fail(error);
     }
     this.turn(this.state);
+    this.movedAt = -Infinity; // to open a page is no step of a knob
     whenIdle(() => this.warm());
   }
 
@@ -156,8 +157,8 @@ class LivePage {
   turn(state) {
     if (this.failed) return;
     this.state = copiedState(state);
-    const isFirst = !(performance.now() - this.turnedAt < REST);
-    this.turnedAt = performance.now();
+    const isFirst = !(performance.now() - this.movedAt < REST);
+    this.turnedAt = this.movedAt = performance.now();
     if (isFirst) this.begun();
     clearTimeout(this.writing);
     this.writing = setTimeout(() => writeAddress(addressOfState(this.state, this.data)), SETTLED);
