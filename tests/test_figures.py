@@ -169,7 +169,7 @@ def test_what_a_panel_is_titled_needs_no_legend(monkeypatch):
 def test_a_drawn_panel_spans_its_limits_or_all_that_it_shows_with_a_margin(series, more, spans, monkeypatch):
     found = []
     around = Ruler.around
-    monkeypatch.setattr(Ruler, "around", lambda *given: found.append(around(*given)) or found[-1])
+    monkeypatch.setattr(Ruler, "around", lambda *given, **named: found.append(around(*given, **named)) or found[-1])
     draw(figure(series, **more))
     assert [(ruler.low, ruler.high) for ruler in found] == [pytest.approx(span, rel=1e-6) for span in spans]
 
