@@ -36,6 +36,14 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.path not in heavy)
 
 
+@pytest.fixture(autouse=True)
+def usual_precision():
+    """Give Arb its usual 53 bits again after a test that has raised them for its whole process."""
+    yield
+    if flint := sys.modules.get("flint"):
+        flint.ctx.prec = 53
+
+
 @pytest.fixture
 def command(tmp_path, monkeypatch):
     """Call the command line within this process, in an empty folder."""
