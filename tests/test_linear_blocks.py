@@ -143,7 +143,7 @@ REFUSED = [
     (lambda: LinearPlant(one(outputs=None)), r"'y\[0\]' of 'one' is python-control's own. Give outputs=\[...\]"),
     (lambda: LinearSystem.of(one(), inputs=["a", "b"]), r"of\(inputs=...\)` must be 1 names.*got \('a', 'b'\)"),
     (lambda: LinearLaw(one(dt=True)), r"must be the period in s of 'one', a discrete system that says none"),
-    (lambda: LinearSystem.of(one(), dt=0.1), r"'one' is continuous: sample it by `control.c2d\(system, dt\)`; got 0.1"),
+    (lambda: LinearSystem.of(one(), dt=0.1), r"'one' is continuous: sample it by `wb.c2d\(system, dt\)`; got 0.1"),
     (lambda: LinearSystem.of(one(dt=0.2), dt=0.1), "'one' has 0.2 s"),
     (
         lambda: LinearPlant(control.ss(np.inf, 1, 1, 0, name="odd", inputs="v", outputs="w")),
