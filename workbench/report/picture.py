@@ -16,6 +16,7 @@ from workbench.validation.refusals import one_of
 from workbench.validation.signatures import door
 
 KINDS = (".svg", ".pdf", ".png")
+MOST_LETTERS = 80  # of a caption in the line that stands for a picture
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class Picture:
         return plain(self.figure.caption)
 
     def __repr__(self) -> str:
-        return f"<picture '{self.figure.name}': {self.caption} `savefig(path)` puts it into a file>"
+        caption = self.caption if len(self.caption) <= MOST_LETTERS else f"{self.caption[:MOST_LETTERS].rstrip()} ..."
+        return f"<picture '{self.figure.name}': {caption} `savefig(path)` puts it into a file>"
 
     def _repr_html_(self) -> str:
         return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(Markup(self.svg), escape(self.caption))
