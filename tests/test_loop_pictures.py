@@ -279,10 +279,10 @@ def test_the_same_picture_has_the_same_bytes_and_numbers(make):
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda: FrequencyCurve("L", [2.0, 1.0], [1.0, 1.0]), "rising order"),
-        (lambda: FrequencyCurve("L", [], []), "two or more frequencies"),
-        (lambda: FrequencyCurve("L", [-1.0, 1.0], [1.0, 1.0]), "not negative"),
-        (lambda: FrequencyCurve("L", [1.0, 40.0], [1.0, 1.0], 0.1), "Nyquist's frequency, 31.4159 rad/s"),
+        (lambda: FrequencyCurve("L", [2.0, 1.0], [1.0, 1.0]), "falls"),
+        (lambda: FrequencyCurve("L", [], []), "at least one frequency|two or more frequencies"),
+        (lambda: FrequencyCurve("L", [-1.0, 1.0], [1.0, 1.0]), "from zero on"),
+        (lambda: FrequencyCurve("L", [1.0, 40.0], [1.0, 1.0], 0.1), "Nyquist's frequency pi / h = 31.4159 rad/s"),
         (lambda: FrequencyCurve("L", [1.0, 2.0], [1.0]), "an answer for each of 2 frequencies"),
         (lambda: FrequencyCurve("L", [1.0, 2.0], [1.0, np.inf]), "NaN for a gap"),
         (lambda: bode_figure("b", "", []), "at least one curve"),

@@ -66,7 +66,7 @@ def test_a_root_locus_has_python_controls_poles():
         (lambda: wb.bode(TWO), "singular_values"),
         (lambda: wb.bode(3.0), "python-control"),
         (lambda: wb.bode({}), "a mapping"),
-        (lambda: wb.nyquist(LOOP, [2.0, 1.0]), "rising order"),
+        (lambda: wb.nyquist(LOOP, [2.0, 1.0]), "falls"),
         (lambda: wb.root_locus(s), "no more zeros than poles"),
         (lambda: wb.step_response(LOOP, until=-1.0), "until"),
         (lambda: wb.bode(LOOP).savefig("x.jpg"), "ending"),

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from workbench.design.frequency.frequency_axis import phases
 from workbench.design.linear_loop.loop_equations import chosen
 from workbench.design.linear_loop.loop_model import LoopModel
-from workbench.design.matrices import EPS, Complex, Refused
+from workbench.design.matrices import Complex, Refused
 from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, numbers, one_of, refusal
+from workbench.validation.refusals import Array, one_of, refusal
 
 KINDS = ("L", "S", "T", "closed", "open")
 
@@ -21,7 +21,8 @@ KINDS = ("L", "S", "T", "closed", "open")
 class BodeData(NamedTuple):
     """Frequencies (m,) in rad/s, and of each answer the magnitude, the same in dB, and the unwrapped phase in degrees.
 
-    The phase of the first frequency lies in (-180, 180]; from each frequency to the next it changes by the least angle.
+    The first phase is the one of a Bode plot, near 90 degrees times the slope of the gain, so -90 for an integrator;
+    from each frequency to the next the phase changes by the least angle. It is NaN where an answer is zero or NaN.
     """
 
     frequencies: Array
@@ -63,27 +64,8 @@ class FrequencyResponse:
         magnitude = np.abs(self.values)
         with np.errstate(divide="ignore", invalid="ignore"):
             decibels = 20 * np.log10(magnitude)
-            phase = np.degrees(np.unwrap(np.angle(self.values), axis=-3))
+        phase = np.apply_along_axis(lambda values: phases(self.frequencies, values), -3, self.values)
         return BodeData(self.frequencies, magnitude, decibels, phase)
-
-
-def checked_frequencies(call: str, frequencies: Any, period: float | None) -> Array:
-    """Frequencies (m,) in rad/s that rise from zero on, up to Nyquist's in a computer."""
-    omega = numbers(call, frequencies, 1)
-    if not omega.size:
-        raise ValueError(f"`{call}` must have at least one frequency in rad/s; got an empty range.")
-    if not np.isfinite(omega).all() or omega.min() < 0:
-        raise ValueError(f"`{call}` must be finite frequencies in rad/s, from zero on; got {omega.min():g} among them.")
-    if (np.diff(omega) < 0).any():
-        raise ValueError(
-            f"`{call}` must rise, in rad/s; got a range that falls, from {omega[0]:g} to {omega[-1]:g}: turn it round."
-        )
-    if period is not None and omega[-1] > math.pi / period * (1 + 4 * EPS):
-        raise ValueError(
-            f"`{call}` must not exceed Nyquist's frequency pi / h = {math.pi / period:.6g} rad/s of the period "
-            f"{period:g} s, above which samples repeat what they are below it; got {omega[-1]:.6g} rad/s."
-        )
-    return omega
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,12 +19,12 @@ from workbench.design.frequency import (
     hinf_norm,
 )
 from workbench.design.frequency.certified_values import enclosure
+from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear import DiskMargin, Pole, poles
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
 from workbench.design.linear_loop.frequency_answers import (
     CutModels,
     FrequencyResponse,
-    checked_frequencies,
     refuse_pole,
 )
 from workbench.design.linear_loop.gang_of_six import gang

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Sampled
-from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, checked_frequencies
+from workbench.design.frequency.frequency_axis import checked_frequencies
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
 from workbench.design.linear_loop.loop_equations import Equations, split_values
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.loop_point import LoopPoint, opened_rows, point_models, straight

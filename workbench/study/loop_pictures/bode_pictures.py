@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.design.frequency import Crossover
+from workbench.design.frequency.frequency_axis import phases
 from workbench.study.document.figure import Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.phrases import Cell, Column, Phrase, Table
 from workbench.study.loop_pictures.asymptotes import gain_asymptote, phase_asymptote
@@ -18,7 +19,6 @@ from workbench.study.loop_pictures.frequency_curves import (
     decibels,
     doubts,
     number,
-    phases,
     styles,
 )
 from workbench.study.loop_pictures.gain_bounds import GainBound, shaded_bounds

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.study.loop_pictures.frequency_curves import Complex, complexes, low_slope, number, rising
+from workbench.design.frequency.frequency_axis import low_slope
+from workbench.study.loop_pictures.frequency_curves import Complex, complexes, number, rising
 from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.design.frequency.frequency_axis import phases
 from workbench.study.document.figure import Band, Figure, Label, Mark, Panel, Series
 from workbench.study.document.phrases import Column, Phrase, Table, raised
 from workbench.study.loop_pictures.bode_pictures import DECIBELS, DEEPEST, DEGREES, FREQUENCY, limits_of, nyquist_lines
@@ -16,7 +17,6 @@ from workbench.study.loop_pictures.frequency_curves import (
     complexes,
     decibels,
     joined,
-    phases,
     rising,
 )
 from workbench.study.loop_pictures.gain_bounds import GainBound, shaded_bounds

@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 
 from workbench.design.frequency import CertifiedValue, StabilityMargins
+from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.study.document.figure import STYLES, Label, Style
 from workbench.study.document.phrases import Phrase
-from workbench.validation.refusals import Array, numbers, refusal, seconds
+from workbench.validation.refusals import Array, refusal, seconds
 from workbench.validation.signatures import door
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
-TIE = 10.0  # degrees below 180, from which on a first phase is taken as -180
 DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction of a turn is not certain
-ROUNDING = 1e-9  # of a turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,17 +84,12 @@ class FrequencyCurve:
 
 
 def rising(call: str, frequencies: Array, period: float | None) -> Array:
-    """Frequencies (m,) in rad/s: two or more, finite, in rising order from zero, and up to Nyquist's of a period."""
-    omega = numbers(call, frequencies, 1)
-    if len(omega) < 2 or not np.isfinite(omega).all() or omega[0] < 0 or (omega[1:] <= omega[:-1]).any():
-        raise refusal(call, "two or more frequencies in rad/s, finite, not negative and in rising order", frequencies)
+    """Frequencies (m,) of a picture in rad/s: two or more, each above the one before, up to Nyquist's of a period."""
     if period is not None:
-        top = math.pi / seconds(f"{call.partition('(')[0]}(period=...)", period)
-        if omega[-1] > top * (1 + ROUNDING):
-            raise ValueError(
-                f"`{call}` of a period of {period:g} s must not lie above Nyquist's frequency, {top:.6g} rad/s, beyond "
-                f"which the answers repeat; got {omega[-1]:.6g} rad/s."
-            )
+        seconds(f"{call.partition('(')[0]}(period=...)", period)
+    omega = checked_frequencies(call, frequencies, period)
+    if len(omega) < 2 or (omega[1:] == omega[:-1]).any():
+        raise refusal(call, "two or more frequencies in rad/s, each above the one before", frequencies)
     return omega
 
 
@@ -125,26 +119,6 @@ def decibels(values: Complex) -> Array:
     sizes = np.abs(values)
     with np.errstate(divide="ignore"):
         return np.where(sizes > 0, 20 * np.log10(sizes), np.nan)
-
-
-def low_slope(omega: Array, values: Complex) -> int:
-    """The slope of the gain at the lowest frequencies, in decades per decade: -1 for an integrator."""
-    held = np.flatnonzero(np.isfinite(values) & (values != 0) & (omega > 0))[:2]
-    if len(held) < 2:
-        return 0
-    (w0, w1), (v0, v1) = omega[held], np.abs(values[held])
-    return round(math.log(v1 / v0) / math.log(w1 / w0))
-
-
-def phases(omega: Array, values: Complex) -> Array:
-    """The phase in degrees without jumps; the first lies from 190 below to 170 above 90 times the slope of the gain."""
-    held = np.isfinite(values) & (values != 0)
-    found = np.full(len(values), np.nan)
-    if held.any():
-        angles = np.degrees(np.unwrap(np.angle(values[held])))
-        turns = math.floor((angles[0] - 90 * low_slope(omega, values) + 180 + TIE) / 360)
-        found[held] = angles - 360 * turns
-    return found
 
 
 def doubts(curve: FrequencyCurve) -> list[Phrase]:

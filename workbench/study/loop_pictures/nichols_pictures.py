@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.design.frequency.frequency_axis import phases
 from workbench.study.document.figure import Figure, Guides, Mark, Panel, Points, Series
 from workbench.study.document.phrases import Phrase
 from workbench.study.loop_pictures.bode_pictures import DECIBELS, DEGREES, check_curves, limits_of, numbers_of_curves
@@ -16,7 +17,6 @@ from workbench.study.loop_pictures.frequency_curves import (
     captioned,
     decibels,
     doubts,
-    phases,
     styles,
 )
 from workbench.study.loop_pictures.margin_words import margin_remarks
