@@ -60,6 +60,22 @@ def test_a_root_locus_has_python_controls_poles():
         assert np.allclose(ours, theirs, atol=1e-6)
 
 
+def test_the_root_locus_of_many_poles_begins_at_them():
+    poles = -np.arange(1.0, 25.0)  # whose multiplied-out polynomial has roots that are wrong by more than one
+    chain = control.ss(np.diag(poles), np.ones((24, 1)), np.ones((1, 24)), 0.0)
+    rows = wb.root_locus(chain, [0.0, 1.0]).figure.numbers.rows
+    found = np.sort([row[2] for row in rows if row[0] == 0])
+    np.testing.assert_allclose(found, poles[::-1], rtol=1e-10)
+    assert np.abs(np.sort(np.roots(np.poly(poles)).real) - poles[::-1]).max() > 1e-3
+
+
+@pytest.mark.parametrize("draw", [wb.nyquist, wb.nichols, lambda system: wb.bode(system, margins=True)])
+def test_margins_that_are_refused_are_said_to_be(draw):
+    caption = draw((1 - s) / (s + 2)).caption  # 1 + L is zero at infinity
+    assert "No margins of L: " in caption
+    assert "infinity" in caption
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [

@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 
 from workbench.design.frequency import StabilityMargins, stability_margins
-from workbench.design.linear.system_answers import lti, period_of, step_answers, system_answers, system_roots
+from workbench.design.linear.system_answers import (
+    feedback_poles,
+    lti,
+    period_of,
+    step_answers,
+    system_answers,
+    system_roots,
+)
 from workbench.design.matrices import Refused
 from workbench.report.picture import Picture
 from workbench.study.loop_pictures import (
@@ -66,8 +73,8 @@ def bode(
     >>> picture.caption
     'Gain margin 6.02 dB upwards, phase margin 27.1 degrees, delay margin 0.384 s, Ms 3, disk margin 0.378.'
     """
-    curves = [_curve("bode", label, one, frequencies, margins, asymptotes) for label, one in _named(systems)]
-    return Picture(bode_figure("bode", "", curves, asymptotes, bounds))
+    curves, refused = _curves("bode", systems, frequencies, margins, asymptotes)
+    return Picture(bode_figure("bode", refused, curves, asymptotes, bounds))
 
 
 @door
@@ -92,11 +99,11 @@ def nyquist(
     'The closed curve encircles −1 once, anticlockwise'
     """
     held = _named(systems)
-    curves = [_curve("nyquist", label, one, frequencies, margins, False) for label, one in held]
+    curves, refused = _curves("nyquist", systems, frequencies, margins)
     unstable = None
     if len(held) == 1 and not isinstance(held[0][1], FrequencyCurve):
         unstable = _unstable_poles(held[0][1])
-    return Picture(nyquist_figure("nyquist", "", curves, unstable, reach=reach))
+    return Picture(nyquist_figure("nyquist", refused, curves, unstable, reach=reach))
 
 
 @door
@@ -116,8 +123,8 @@ def nichols(systems: Any, frequencies: Array | None = None, margins: bool = True
     >>> wb.nichols(control.tf([4], [1, 3, 3, 1])).figure.name
     'nichols'
     """
-    curves = [_curve("nichols", label, one, frequencies, margins, False) for label, one in _named(systems)]
-    return Picture(nichols_figure("nichols", "", curves))
+    curves, refused = _curves("nichols", systems, frequencies, margins)
+    return Picture(nichols_figure("nichols", refused, curves))
 
 
 @door
@@ -188,15 +195,9 @@ def root_locus(system: Any, gains: Array | None = None, marked: tuple[float, ...
     values = numbers("root_locus(gains=...)", values, 1)
     if not np.isfinite(values).all():
         raise refusal("root_locus(gains=...)", "finite numbers", gains)
-    top = (roots.gain or 0.0) * np.atleast_1d(np.real(np.poly(roots.zeros)))
-    bottom = np.atleast_1d(np.real(np.poly(roots.poles)))
-    if len(top) > len(bottom) or len(bottom) == 1:
+    if not len(roots.poles) or len(roots.zeros) > len(roots.poles):
         raise refusal("root_locus(system)", "a system with poles, and no more zeros than poles", system)
-    padded = np.concatenate([np.zeros(len(bottom) - len(top)), top])
-    poles = np.full((len(values), len(bottom) - 1), np.nan, complex)
-    for row, k in zip(poles, values, strict=True):
-        found = np.roots(bottom + k * padded)
-        row[: len(found)] = found
+    poles = feedback_poles(plant, values)
     figure = root_locus_figure("root_locus", "", "k", values, poles, "", marked, roots.zeros, roots.period, grid=grid)
     return Picture(figure)
 
@@ -252,30 +253,38 @@ def _one_channel(call: str, system: Any) -> Any:
     return system
 
 
+def _curves(
+    call: str, systems: Any, frequencies: Array | None, margins: bool, asymptotes: bool = False
+) -> tuple[list[FrequencyCurve], str]:
+    """The answers of systems with what is asked to be drawn beside them, and why some have no margins."""
+    pairs = [_curve(call, label, one, frequencies, margins, asymptotes) for label, one in _named(systems)]
+    return [curve for curve, _ in pairs], " ".join(reason for _, reason in pairs if reason)
+
+
 def _curve(
     call: str, label: str, system: Any, frequencies: Array | None, margins: bool, asymptotes: bool
-) -> FrequencyCurve:
-    """The answers of a system with what is asked to be drawn beside them."""
+) -> tuple[FrequencyCurve, str]:
+    """The answers of a system, and the sentence that refuses its margins if it has none."""
     if isinstance(system, FrequencyCurve):
-        return system
+        return system, ""
     held = _one_channel(call, lti(call, system))
     found = system_answers(held, frequencies)
     corners = None
     if asymptotes:
         roots = system_roots(held)
         corners = None if roots.gain is None else Corners(roots.poles, roots.zeros, roots.gain)
-    known = _margins(held) if margins else None
-    return FrequencyCurve(
-        label or "L" * margins, found.frequencies, found.values[:, 0, 0], found.period, margins=known, corners=corners
-    )
+    known, refused = _margins(held) if margins else (None, "")
+    name = label or "L" * margins
+    curve = FrequencyCurve(name, found.frequencies, found.values[:, 0, 0], found.period, margins=known, corners=corners)
+    return curve, f"No margins of {name}: {refused}" if refused else ""
 
 
-def _margins(system: Any) -> StabilityMargins | None:
-    """The certified margins of a loop gain, None where they are refused."""
+def _margins(system: Any) -> tuple[StabilityMargins | None, str]:
+    """The certified margins of a loop gain, or none and the sentence that refuses them."""
     try:
-        return stability_margins(system)
-    except Refused:
-        return None
+        return stability_margins(system), ""
+    except Refused as refusal:
+        return None, str(refusal)
 
 
 def _unstable_poles(system: Any) -> int:

@@ -83,6 +83,22 @@ def system_roots(system: control.StateSpace | control.TransferFunction) -> Syste
     return SystemRoots(poles, zeros[np.isfinite(zeros)], gain, period_of(held))
 
 
+def feedback_poles(system: control.StateSpace | control.TransferFunction, gains: Array) -> Complex:
+    """The poles (N, nx) of the negative feedback of k G for N gains, as eigenvalues of A - B k C / (1 + k D).
+
+    A row is NaN where 1 + k D is zero. Eigenvalues keep the digits that multiplied-out polynomials would lose.
+    """
+    import control
+
+    space = control.ss(system)
+    A, BC, D = np.asarray(space.A), np.asarray(space.B @ space.C), float(space.D[0, 0])
+    poles = np.full((len(gains), len(A)), np.nan, complex)
+    for row, k in zip(poles, gains, strict=True):
+        if 1 + k * D:
+            row[:] = np.linalg.eigvals(A - k / (1 + k * D) * BC)
+    return poles
+
+
 def fitting_frequencies(roots: SystemRoots) -> Array:
     """Frequencies in rad/s that show a system: whole decades about its roots, closer where a root is lightly damped."""
     both = np.concatenate([roots.poles, roots.zeros])
