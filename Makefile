@@ -17,7 +17,8 @@ ALL = $(basename $(notdir $(wildcard studies/[ab][0-9]_*)))
 LONGEST = a8_fair_comparison a7_sensitivity a6_unstated_choices
 TIMED = b0_robots b2_sobol_cost# these measure time, and run alone
 CODE = workbench studies tests docs
-# A worker a thread of the processor; the files in the order of tests/conftest.py, which xdist would sort by their counts.
+# One worker for each thread of the processor. Files run in the order of tests/conftest.py; xdist would begin with those that
+# hold the most tests.
 WORKERS = -n logical --maxprocesses 4 --dist loadfile --no-loadscope-reorder
 RUN = .venv/bin/python
 PIP = -m pip -qq --disable-pip-version-check install --no-compile --constraint constraints.txt
