@@ -108,4 +108,4 @@ def test_the_answer_gives_the_range_over_all_chains_and_not_the_largest_ratio(mo
     short = measurements.Chain(2, 0.004, (0.08, 0.13), (0.1, 0.15), 1e-16)
     long = measurements.Chain(6, 0.03, (0.6, 7.0), (3.1, 9.8), 4e-16)
     monkeypatch.setattr(study, "chains", lambda: (short, long))
-    assert "25 to 103 times as fast as SymPy; all 2 arms agree with MuJoCo to 5e-16" in study.answer()
+    assert "derived 25 to 103 times as fast as by SymPy; all 2 arms agree with MuJoCo to 5e-16" in study.answer()

@@ -51,7 +51,7 @@ def seven() -> Robot:
 def answer() -> str:
     """The page in one line."""
     beside = span([ratio for _, ratio in ratios()])
-    faster = f", which for planar chains is {beside} times as fast as SymPy" if beside else ""
+    faster = f"; those of planar chains are derived {beside} times as fast as by SymPy" if beside else ""
     engine = max((one.by_mujoco for one in robots() if one.by_mujoco is not None), default=None)
     agree = "" if engine is None else f"; all {len(robots())} arms agree with MuJoCo to {engine:.0e}"
     return (
