@@ -175,6 +175,8 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
 @contextmanager
 def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any]:
     """A client of the cluster, which has at least one worker."""
+    from distributed.comm.addressing import resolve_address
+
     local: dict[str, Any] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     for name in ("distributed", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "asyncio"):  # each has a level of its own
@@ -185,6 +187,8 @@ def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any
             if address == LOCAL:
                 made = distributed.LocalCluster(n_workers=workers or threads(), threads_per_worker=1, **local)
                 cluster = stack.enter_context(made)
+            else:
+                resolve_address(address)  # a name that is none is refused before a thread is started for it
             client = stack.enter_context(distributed.Client(cluster, timeout=PATIENCE))
         except (OSError, ValueError, TypeError, ImportError) as error:  # the last three: what it makes of odd addresses
             raise ClusterError(
