@@ -137,7 +137,7 @@ class LinearLoop:
         if self.models.delays.any():
             return self._stable_with_delay()
         discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed.A[0], 2))
-        return all(decay_of(pole, discrete) > doubt_of(pole, size, len(self.poles)) for pole in self.poles)
+        return all(decay_of(pole, discrete) > doubt_of(pole.condition, size, len(self.poles)) for pole in self.poles)
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,16 +21,16 @@ def decay_of(pole: Pole, discrete: bool) -> float:
     return 1 - abs(pole.value) if discrete else -pole.value.real
 
 
-def doubt_of(pole: Pole, size: float, count: int) -> float:
-    """The distance by which rounding may have moved a pole of a matrix of this norm and number of rows."""
-    return float(count * EPS * size * min(pole.condition, 1 / EPS))
+def doubt_of(condition: Any, size: float, count: int) -> Any:
+    """The distance by which rounding may have moved poles of these conditions, of a matrix of this norm and rows."""
+    return count * EPS * size * np.minimum(condition, 1 / EPS)
 
 
 def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: bool) -> tuple[str, ...]:
     """A sentence for each pole of the closed loop that grows, or that doubles cannot tell from one that does."""
     unit, sentences = "" if discrete else " 1/s", []
     for pole in (pole for pole in poles if pole.value.imag >= 0):
-        decay, doubt = decay_of(pole, discrete), doubt_of(pole, size, len(poles))
+        decay, doubt = decay_of(pole, discrete), doubt_of(pole.condition, size, len(poles))
         where = f"the mode {pole_text(pole.value)}{unit} of {', '.join(pole.states)}"
         if decay < -doubt:
             sentences.append(f"The closed loop is not stable: {where} grows.")

@@ -15,6 +15,7 @@ from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyR
 from workbench.design.linear_loop.loop_equations import Equations, split_values
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.loop_point import LoopPoint, opened_rows, point_models, straight
+from workbench.design.linear_loop.loop_remarks import doubt_of
 from workbench.design.linear_loop.rest_state import Mask, find_rest, resting_states, unrest
 from workbench.design.linear_loop.row_models import RowModels
 from workbench.design.matrices import EPS, Complex, Refused
@@ -89,8 +90,7 @@ class LinearRows:
                 condition = np.linalg.norm(np.linalg.inv(right), axis=1)
             except np.linalg.LinAlgError:  # a defective pole
                 condition = np.full(n, 1 / EPS)
-            doubt = n * EPS * np.linalg.norm(A[i], 2) * np.minimum(condition, 1 / EPS)
-            stable[i] = (growth < -doubt).all()
+            stable[i] = (growth < -doubt_of(condition, float(np.linalg.norm(A[i], 2)), n)).all()
         return poles, stable
 
 
