@@ -29,7 +29,7 @@ FEW = 0.01  # of the runs
 
 @dataclass(frozen=True, eq=False)
 class Strays:
-    """The runs of a law beyond a bound from 3 to 5 s, and those of them that are so from 8 to 10 s, too."""
+    """The runs of a law beyond a bound from `LATE` to `UNTIL`, and those of them that still are from `FROM` to `TO`."""
 
     runs: int
     first: int
