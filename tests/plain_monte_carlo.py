@@ -22,34 +22,39 @@ class Arm:
     m: np.ndarray
     l: np.ndarray
 
-    def matrices(self, q, qd):
+    def entries(self, q):
+        """M_11, M_12 = M_21, M_22, m2 l1 l2 sin q2, G_1 and G_2."""
         m1, m2, l1, l2 = *self.m.T, *self.l.T
-        c, s = np.cos(q[:, 1]), np.sin(q[:, 1])
-        cross, turn = m2 * (l2**2 + l1 * l2 * c), m2 * l1 * l2 * s
-        first = m1 * l1**2 + m2 * (l1**2 + l2**2 + 2 * l1 * l2 * c)
-        hand = m2 * GRAVITY * l2 * np.sin(q[:, 0] + q[:, 1])
+        q1, q2 = q.T
+        near, far = m2 * l2, m2 * l1 * l2
+        last, coupled = near * l2, far * np.cos(q2)
+        hand = GRAVITY * near * np.sin(q1 + q2)
+        shoulder = (m1 + m2) * l1
+        first = shoulder * l1 + last + 2 * coupled
+        return first, last + coupled, last, far * np.sin(q2), GRAVITY * shoulder * np.sin(q1) + hand, hand
+
+    def matrices(self, q, qd):
+        first, cross, last, turn, *gravity = self.entries(q)
         M, C, G = np.empty((len(q), 2, 2)), np.empty((len(q), 2, 2)), np.empty((len(q), 2))
-        M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1] = first, cross, cross, m2 * l2**2
+        M[:, 0, 0], M[:, 0, 1], M[:, 1, 0], M[:, 1, 1] = first, cross, cross, last
         C[:, 0, 0], C[:, 0, 1] = -turn * qd[:, 1], -turn * (qd[:, 0] + qd[:, 1])
         C[:, 1, 0], C[:, 1, 1] = turn * qd[:, 0], 0.0
-        G[:, 0], G[:, 1] = (m1 + m2) * GRAVITY * l1 * np.sin(q[:, 0]) + hand, hand
+        G[:, 0], G[:, 1] = gravity
         return M, C, G
 
     def acceleration(self, q, qd, torque):
-        M, C, G = self.matrices(q, qd)
-        return solved(M, torque - times(C, qd) - G)
+        """M^-1 (torque - C qd - G) by Cramer's rule."""
+        first, cross, last, turn, upper, lower = self.entries(q)
+        (one, two), (u, v) = qd.T, torque.T
+        u, v = u + turn * two * (2 * one + two) - upper, v - turn * one**2 - lower
+        found = np.empty(q.shape)
+        found[:, 0], found[:, 1] = last * u - cross * v, first * v - cross * u
+        return found / (first * last - cross**2)[:, None]
 
 
 def times(M, v):
     """Matrices (B, 2, 2) by columns (B, 2)."""
     return M[:, :, 0] * v[:, :1] + M[:, :, 1] * v[:, 1:]
-
-
-def solved(M, v):
-    """M^-1 v by Cramer's rule."""
-    (a, b), (c, d) = M.transpose(1, 2, 0)
-    x, y = v.T
-    return np.stack([d * x - b * y, a * y - c * x], -1) / (a * d - b * c)[:, None]
 
 
 def wanted(t):
