@@ -1,8 +1,10 @@
 """What all tests share: repeatable random examples, and the command line as a user meets it."""
 
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import hypothesis
@@ -11,6 +13,12 @@ from click.testing import CliRunner
 
 # Compiled kernels stay in the project's folder, never in the user's own cache; what runs below inherits it.
 os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
+
+# What tests write goes to memory where there is room and programs may run: a disk takes its time over each file.
+MEMORY, ROOM = Path("/dev/shm"), 4 * 2**30  # bytes; a run of all tests leaves less than one
+if MEMORY.is_dir() and os.access(MEMORY, os.W_OK | os.X_OK) and shutil.disk_usage(MEMORY).free > ROOM:
+    runs_programs = not os.statvfs(MEMORY).f_flag & os.ST_NOEXEC
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY if runs_programs else Path(tempfile.gettempdir())))
 
 # The same examples in every run: a test that fails fails again. No deadline: machines differ.
 hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=50)
