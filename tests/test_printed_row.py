@@ -31,11 +31,11 @@ def sign(x):
 
 
 def arm(q1, q2, v1, v2):
-    """M11, M12, M22, and C v + G, of two point masses of 1 kg on links of 1 m."""
+    """M11, M12, M22, C v + G, sin q2, and both parts of G, of two point masses of 1 kg on links of 1 m."""
     c, s = cos(q2), sin(q2)
     second = 9.81 * sin(q1 + q2)
-    first = -s * v2 * v1 - s * (v1 + v2) * v2 + 19.62 * sin(q1) + second
-    return 3 + 2 * c, 1 + c, 1.0, first, s * v1 * v1 + second
+    first = 19.62 * sin(q1) + second
+    return 3 + 2 * c, 1 + c, 1.0, first - s * v1 * v2 - s * (v1 + v2) * v2, second + s * v1 * v1, s, first, second
 
 
 def solved(m11, m12, m22, b1, b2):
@@ -55,27 +55,31 @@ def growth(shape, p, s1, s2):
     return p11 * abs(s1), p12 * abs(s2), p21 * abs(s1), p22 * abs(s2)
 
 
-def rate(t, x, shape, Q, R=1.0, other=False):
+def motion(t):
+    """The sines and cosines of the time that the wanted motion and the disturbance are made of."""
+    return sin(2 * t), cos(2 * t), sin(3 * t), cos(3 * t), cos(4 * t)
+
+
+def rate(sines, x, shape, Q, R=1.0, other=False):
     """The paper's equations with C of (3) repaired and (24) as printed.
 
     The velocity of (28) is repaired and the minus of (33) printed, or the other way round.
     """
     q1, q2, v1, v2, a1, a2, b1, b2, eta1, eta2, d1, d2, k11, k12, k21, k22, p11, p12, p21, p22 = x
-    D1, D2 = 0.5 * sin(3 * t), 0.4 * cos(4 * t)
-    e1, e2 = a1 - sin(2 * t), a2 - 0.5 * sin(3 * t)
-    ed1, ed2 = b1 - 2 * cos(2 * t), b2 - 1.5 * cos(3 * t)
+    sin2, cos2, sin3, cos3, cos4 = sines
+    D1, D2 = 0.5 * sin3, 0.4 * cos4
+    e1, e2 = a1 - sin2, a2 - 0.5 * sin3
+    ed1, ed2 = b1 - 2 * cos2, b2 - 1.5 * cos3
     s1, s2 = ed1 + 6 * e1, ed2 + 6 * e2  # (26)
     back = 0.0 if other else 6.0
-    r1, r2 = 2 * cos(2 * t) - back * e1, 1.5 * cos(3 * t) - back * e2  # qd_r, or qd_d
-    rr1, rr2 = -4 * sin(2 * t) - back * ed1, -4.5 * sin(3 * t) - back * ed2
-    m11, m12, m22, bias1, bias2 = arm(a1, a2, b1, b2)
-    s = sin(a2)
-    gravity2 = 9.81 * sin(a1 + a2)
-    equal1 = m11 * rr1 + m12 * rr2 - s * b2 * r1 - s * (b1 + b2) * r2 + 19.62 * sin(a1) + gravity2 + d1
+    r1, r2 = 2 * cos2 - back * e1, 1.5 * cos3 - back * e2  # qd_r, or qd_d
+    rr1, rr2 = -4 * sin2 - back * ed1, -4.5 * sin3 - back * ed2
+    m11, m12, m22, bias1, bias2, s, gravity1, gravity2 = arm(a1, a2, b1, b2)
+    equal1 = m11 * rr1 + m12 * rr2 - s * b2 * r1 - s * (b1 + b2) * r2 + gravity1 + d1
     equal2 = m12 * rr1 + m22 * rr2 + s * b1 * r1 + gravity2 + d2  # (28)
     w1, w2 = sat(s1 / 0.01), sat(s2 / 0.01)
     tau1, tau2 = equal1 - k11 * w1 - k12 * w2, equal2 - k21 * w1 - k22 * w2  # (27), (29)
-    M11, M12, M22, true1, true2 = arm(q1, q2, v1, v2)
+    M11, M12, M22, true1, true2, *_ = arm(q1, q2, v1, v2)
     acc1, acc2 = solved(M11, M12, M22, tau1 - true1 - D1, tau2 - true2 - D2)  # (1)
     seen1, seen2 = solved(m11, m12, m22, tau1 - bias1, tau2 - bias2)
     y1, y2 = q1 - a1, q2 - a2
@@ -101,18 +105,19 @@ def rate(t, x, shape, Q, R=1.0, other=False):
 def rmse(shape, Q, horizon, H=H, **changes):
     """(43) of both joints by the classical Runge-Kutta method."""
     x = [pi, -pi, *[0.0] * 10, 5.0, 0.0, 0.0, 5.0, 10.0, 0.0, 0.0, 10.0]
-    squares, steps = [0.0, 0.0], round(horizon / H)
+    squares, steps, every, begin = [0.0, 0.0], round(horizon / H), round(0.01 / H), motion(0.0)
     for k in range(steps + 1):
-        t = k * H
-        if k % round(0.01 / H) == 0:
-            squares[0] += (x[0] - sin(2 * t)) ** 2
-            squares[1] += (x[1] - 0.5 * sin(3 * t)) ** 2
-        k1 = rate(t, x, shape, Q, **changes)
-        k2 = rate(t + H / 2, [a + H / 2 * b for a, b in zip(x, k1, strict=True)], shape, Q, **changes)
-        k3 = rate(t + H / 2, [a + H / 2 * b for a, b in zip(x, k2, strict=True)], shape, Q, **changes)
-        k4 = rate(t + H, [a + H * b for a, b in zip(x, k3, strict=True)], shape, Q, **changes)
-        x = [a + H / 6 * (b + 2 * c + 2 * d + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)]
-    return [sqrt(part / (steps // round(0.01 / H) + 1)) for part in squares]
+        if k % every == 0:
+            squares[0] += (x[0] - begin[0]) ** 2
+            squares[1] += (x[1] - 0.5 * begin[2]) ** 2
+        middle, end = motion((k + 0.5) * H), motion((k + 1) * H)
+        k1 = rate(begin, x, shape, Q, **changes)
+        k2 = rate(middle, [a + H / 2 * b for a, b in zip(x, k1, strict=True)], shape, Q, **changes)
+        k3 = rate(middle, [a + H / 2 * b for a, b in zip(x, k2, strict=True)], shape, Q, **changes)
+        k4 = rate(end, [a + H * b for a, b in zip(x, k3, strict=True)], shape, Q, **changes)
+        x = [a + H / 6 * (b + 2 * (c + d) + e) for a, b, c, d, e in zip(x, k1, k2, k3, k4, strict=True)]
+        begin = end
+    return [sqrt(part / (steps // every + 1)) for part in squares]
 
 
 @pytest.mark.parametrize(
