@@ -92,7 +92,8 @@ def test_a_number_reaches_the_loop_as_the_search_sets_it(entrant, equations):
 
 @pytest.mark.parametrize("scenario", [*TRAINING, *HELD_OUT], ids=lambda one: one.name)
 def test_all_laws_face_the_same_arm_and_the_same_instruments(scenario):
-    loops = [entrant.loop(scenario) for entrant in ALL]
+    some = [entrants[k] for entrants in ENTRANTS.values() for k in (0, -1)]  # a scenario does not ask for a law's name
+    loops = [entrant.loop(scenario) for entrant in (ALL if scenario is PAPER else some)]
     arms = [lift(loop.loop.plant).layout.default for loop in loops]
     instruments = [lift(loop.instruments).layout.default for loop in loops]
     for loop, arm, reading in zip(loops, arms, instruments, strict=True):
