@@ -54,7 +54,7 @@ def test_c_and_simulation_have_the_same_bits(name, tmp_path):
 def test_every_law_of_the_gallery_has_its_bits_from_every_compiler(tmp_path):
     for number, name in enumerate(gallery()):
         sampled, law = digital(name)
-        y, r, u, z = recorded(sampled, law, 1000)
+        y, r, u, z = recorded(sampled, law, 400)
         code = c_code(law, "law")
         # each level for a fourth, the last for all
         for way in itertools.product(COMPILERS, {OPTIONS[number % len(OPTIONS)], OPTIONS[-1]}):
