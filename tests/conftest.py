@@ -52,6 +52,15 @@ def usual_precision():
         flint.ctx.prec = 53
 
 
+@pytest.fixture(scope="session")
+def browser():
+    """One Chromium for the pages of all tests of a process."""
+    from studies.performance.chromium import open_browser
+
+    with open_browser() as found:
+        yield found
+
+
 @pytest.fixture
 def command(tmp_path, monkeypatch):
     """Call the command line within this process, in an empty folder."""

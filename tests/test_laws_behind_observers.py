@@ -67,7 +67,7 @@ OBSERVERS = STATES | {
 }
 INSTRUMENTS = arm_instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once
-# All pairs are built below. A third of them is run: each law behind two or three observers, each observer for seven laws.
+# All pairs are built below. A third is run: each law behind two or three observers, each observer for seven laws.
 PAIRS = [(law, observer) for i, law in enumerate(LAWS) for j, observer in enumerate(OBSERVERS) if (i + j) % 3 == 0]
 
 
