@@ -82,7 +82,7 @@ def sampled(law, observer):
 def test_a_law_runs_behind_an_observer(law, observer):
     loop = sampled(law, observer)
     x0 = np.tile(loop.states.default, (3, 1))
-    run = simulate(loop.step(), until=0.25, x0=x0, seed=4, every=0.01)
+    run = simulate(loop.step(2), until=0.25, x0=x0, seed=4, every=0.01)
     assert np.isfinite(run.x).all()
     # noise, three draws of it, is the least that tells runs apart; from 0.8 rad none goes astray
     assert np.ptp(run["e"][:, -1], axis=0).min() > 0
