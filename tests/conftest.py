@@ -1,5 +1,6 @@
 """What all tests share: repeatable random examples, and the command line as a user meets it."""
 
+import gc
 import os
 import shutil
 import subprocess
@@ -13,6 +14,10 @@ from click.testing import CliRunner
 
 # Compiled kernels stay in the project's folder, never in the user's own cache; what runs below inherits it.
 os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
+
+# One thread of linear algebra for each worker, and for what it starts: threads that wait for each other spin, and take the
+# time of the other worker. NumPy asks once, when it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # What tests write goes to memory where there is room and programs may run: a disk takes its time over each file.
 MEMORY, ROOM = Path("/dev/shm"), 4 * 2**30  # bytes; a run of all tests leaves less than one
@@ -36,6 +41,12 @@ study = Study(
     sections=sections, headlines=lambda results: ["It runs."],
 )
 """
+
+
+def pytest_collection_finish():
+    """Leave ten thousand tests and their modules out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_collection_modifyitems(items):
