@@ -15,7 +15,7 @@ from click.testing import CliRunner
 # Compiled kernels stay in the project's folder, never in the user's own cache; what runs below inherits it.
 os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
 
-# One thread of linear algebra for each worker, and for what it starts: threads that wait for each other spin, and take the
+# One thread of linear algebra for each worker and what it starts: threads that wait for each other spin, and take the
 # time of the other worker. NumPy asks once, when it is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 

@@ -83,9 +83,7 @@ def test_a_ledger_of_another_version_is_said_to_be_one_and_computed_again(comman
     for record in (tmp_path / "out" / "ledger").glob("*.record"):
         record.write_bytes(record.read_bytes().replace(b"workbench record 2", b"workbench record 1", 1))
     for verb in ("status", "results"):
-        assert "its head is damaged or of another version: a study has one as soon as" in sentence(
-            command(verb, "out")
-        )
+        assert "its head is damaged or of another version: a study has one as soon as" in sentence(command(verb, "out"))
     done = command("run", "study.py", "--out", "out")
     assert done.exit_code == 0
     assert "or another version of the workbench has written them" in done.stderr
