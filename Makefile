@@ -40,8 +40,10 @@ test: export PYTHONDONTWRITEBYTECODE = # else each process that a test starts wo
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
-	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest $(WORKERS) $(MARKED)
+	@echo "mypy, and beside it pytest with the architecture test"; \
+	$(RUN) -m mypy --strict --no-error-summary & types=$$!; \
+	$(RUN) -m pytest $(WORKERS) $(MARKED); tests=$$?; \
+	wait $$types && exit $$tests
 
 test-all: MARKED = -m ""
 test-all: test
