@@ -70,10 +70,12 @@ env: .venv/.dev
 	@$(RUN) $(PIP) --editable .
 	@touch $@
 
-.venv/.dev: .venv/.runtime
-	@echo "Installing what the tests need: about half a minute ..."
+.venv/.dev: pyproject.toml constraints.txt # at once, as two calls of pip build the project twice
+	@$(MAKE) --no-print-directory python
+	@echo "Making .venv and installing what the workbench and its tests need: about a minute ..."
+	@$(PYTHON) -m venv --clear .venv
 	@$(RUN) $(PIP) --editable '.[dev]'
-	@touch $@
+	@touch .venv/.runtime $@
 
 .venv/.docs: .venv/.runtime
 	@echo "Installing what the site needs ..."
