@@ -219,7 +219,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
     q = [0.1] * n
     closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
     for step in (
-        closed.digital(1e-3).step(),
+        closed.digital(1e-3).step(2),
         closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
     ):
         run = simulate(step, until=0.02)
@@ -309,5 +309,5 @@ def test_a_law_with_compensation_steps_as_the_law_does():
         "memory of the controller: exact step of W, K by explicit Euler"
         in loop(WithCompensation(law), behind).digital(1e-3).methods
     )
-    alone, summed = (simulate(loop(one).digital(4e-3).step(), until=0.1)["tau"] for one in (law, WithCompensation(law)))
+    alone, summed = (simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, WithCompensation(law)))
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0
