@@ -309,5 +309,7 @@ def test_a_law_with_compensation_steps_as_the_law_does():
         "memory of the controller: exact step of W, K by explicit Euler"
         in loop(WithCompensation(law), behind).digital(1e-3).methods
     )
-    alone, summed = (simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, WithCompensation(law)))
+    alone, summed = (
+        simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, WithCompensation(law))
+    )
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0
