@@ -113,8 +113,8 @@ def refuse_inputs_of_recursion(loop: Blocks, outside: Outside) -> None:
     if outside.added.get("inputs"):
         raise ValueError(
             "`linear_loop(loop)`, and `inputs=True`, add signals to the inputs of a plant at any time, and "
-            f"`{name}` moves in discrete time, at its instants alone. Give the plant in continuous time, and the law to "
-            "its computer; where both are discrete systems P and C, ask python-control's P * C by "
+            f"`{name}` moves in discrete time, at its instants alone. Give the plant in continuous time, and the law "
+            "to its computer; where both are discrete systems P and C, ask python-control's P * C by "
             "`wb.stability_margins`, `wb.bode` and `wb.step_info`."
         )
     raise ValueError(
