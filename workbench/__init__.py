@@ -37,6 +37,7 @@ _ROOMS = {
     "Work side_by_side sobol sobol_bars",
     "study.evidence": "LoopLimits largest_setting",
     "study.live.turned": "turned",
+    "study.pictures.loop_gain_pictures": "loop_gain_pictures",
     "cli.script": "load",
     "report.figures.runs": "plot",
     "handover.c99.c_code": "c_code",

@@ -38,7 +38,7 @@ class LivePage:
 
 def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     """The live part of a page from the data of its study and the plates of its figures."""
-    shown = {link["figure"] for link in (*live["curves"], *live["marks"])}
+    shown = {link["figure"] for link in (*live["curves"], *live["marks"], *live["linear_marks"])}
     data = json.dumps(
         {**live, "plates": {name: _painted(plate) for name, plate in plates.items() if name in shown}},
         allow_nan=False,

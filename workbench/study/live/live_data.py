@@ -15,7 +15,7 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
-from workbench.study.live.links import Curve, LiveCell, LiveMark, links
+from workbench.study.live.links import Curve, LinearCell, LinearMark, LiveCell, LiveMark, links
 from workbench.study.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
@@ -78,13 +78,16 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "loops": loops,
         "modules": list(modules.packed.values()),
         "curves": [asdict(curve) for curve in live_curves],
-        "cells": _told(found, LiveCell, live_places),
+        "cells": [*_told(found, LiveCell, live_places), *_told(found, LinearCell, live_places)],
         "marks": _told(found, LiveMark, live_places),
+        "linear_marks": _told(found, LinearMark, live_places),
         "refused": refused,
     }
 
 
-def _told(found: Sequence[object], kind: type[LiveCell | LiveMark], places: Mapping[int, int]) -> list[dict[str, Any]]:
+def _told(
+    found: Sequence[object], kind: type[LiveCell | LiveMark | LinearCell | LinearMark], places: Mapping[int, int]
+) -> list[dict[str, Any]]:
     """The links of a kind whose loops are live, with the places of these."""
     mine = (link for link in found if isinstance(link, kind))
     return [asdict(link) | {"loop": places[link.loop]} for link in mine if link.loop in places]
