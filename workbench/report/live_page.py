@@ -17,8 +17,8 @@ from workbench.report.figures.dark_colors import variable
 
 # in the order in which they need each other
 SCRIPTS = (
-    *("curves", "rulers", "marks", "figures", "tables", "animation", "address", "knobs", "holds", "pictures", "pool"),
-    *("motion", "page"),
+    *("curves", "rulers", "marks", "planes", "figures", "tables", "animation", "address", "knobs", "answers", "holds"),
+    *("pictures", "pool", "motion", "page"),
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")

@@ -11,7 +11,7 @@ import numpy as np
 from workbench.core import Step
 from workbench.study.document.document import Bars, Document, Points, Series
 from workbench.study.document.figure import Mark
-from workbench.study.document.phrases import Measured, raised, source_of
+from workbench.study.document.phrases import Measured, Missing, bare, raised, source_of
 from workbench.study.document.plane_marks import Arrows
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
@@ -78,7 +78,7 @@ class LinearMark:
 
 @dataclass(frozen=True)
 class LinearCell:
-    """A cell of a table that shows a number of the linear answers of a loop at a channel, and this number, if any."""
+    """A cell of a table that shows a number of the linear answers of a loop at a channel: this number, or the words."""
 
     table: str
     row: int
@@ -89,6 +89,7 @@ class LinearCell:
     label: str
     unit: str
     printed: float | None
+    words: str
 
 
 Link: TypeAlias = Curve | LiveCell | LiveMark | LinearMark | LinearCell
@@ -155,9 +156,11 @@ def linear_cells(document: Document, loops: Mapping[Run, int]) -> Iterator[Linea
                 source = source_of(cell)
                 if source is None or source.kind != "linear" or (loop := _loop(source, loops)) is None:
                     continue
-                number = cell.value if isinstance(cell, Measured) else None
+                shown = bare(cell)
+                number = shown.value if isinstance(shown, Measured) else None
+                words = shown.words if isinstance(shown, Missing) else ""
                 about = source.name, source.place, source.label, raised(source.unit)
-                yield LinearCell(table.name, i, j, loop, *about, number)
+                yield LinearCell(table.name, i, j, loop, *about, number, words)
 
 
 def _linear_source(mark: Mark) -> Source | None:

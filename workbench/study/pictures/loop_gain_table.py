@@ -9,6 +9,7 @@ import numpy as np
 from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.study.document.phrases import Cell, Column, Measured, Missing, Phrase, Table, raised
 from workbench.study.loop_pictures.margin_words import in_decibels
+from workbench.study.document.source import Source
 from workbench.study.outcome import Outcome
 from workbench.study.pictures.loop_gains import LoopGain, linear_source
 
@@ -35,13 +36,13 @@ def margin_table(name: str, caption: Phrase, outcome: Outcome, gain: LoopGain) -
     rows: list[tuple[Cell, ...]] = []
     for quantity, unit in OF_CHANNELS.items():
         cells = (
-            _cell(_value(margins, quantity), _reason(margins), outcome, (quantity, unit), i)
-            for i, margins in enumerate(gain.margins)
+            _cell(_value(margins, quantity), _reason(margins), linear_source(outcome, quantity, i, channel, unit))
+            for i, (channel, margins) in enumerate(zip(gain.channels, gain.margins, strict=True))
         )
         rows.append((quantity, raised(unit), *cells, *([""] if several else [])))
     for quantity, unit, value in _common(gain):
         reason = UNSTABLE if quantity == "disk margin" else "none"
-        cell = _cell(value, reason, outcome, (quantity, unit), 0)
+        cell = _cell(value, reason, linear_source(outcome, quantity, unit=unit))
         rows.append((quantity, raised(unit), *([""] * len(gain.channels) if several else []), cell))
     heads = [*gain.channels, "all at once"] if several else ["value"]
     columns = Column("linear answer"), Column("unit"), *(Column(head, align="right") for head in heads)
@@ -103,9 +104,8 @@ def _rounded(value: float, size: float) -> CertifiedValue | None:
     return CertifiedValue(float(value), float(value) - doubt, float(value) + doubt)
 
 
-def _cell(value: CertifiedValue | None, reason: str, outcome: Outcome, what: tuple[str, str], channel: int) -> Cell:
-    quantity, unit = what
-    source = linear_source(outcome, quantity, channel, "", unit)
+def _cell(value: CertifiedValue | None, reason: str, source: Source) -> Cell:
+    """The cell of a number, or of the words in its place."""
     if value is None:
         return Missing(reason, source)
     if math.isinf(value.value):

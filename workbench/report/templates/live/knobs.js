@@ -319,11 +319,11 @@ class Bench {
     this.results.replaceChildren();
     this.results.hidden = !lines.length;
     if (!lines.length) return;
-    const several = new Set(lines.map((line) => line.scenario)).size > 1;
-    const rows = lines.flatMap(({ scenario, label, now, held, baseline, rough }, i) => {
+    const several = new Set(lines.filter((line) => !line.linear).map((line) => line.scenario)).size > 1;
+    const rows = lines.flatMap(({ scenario, label, now, held, baseline, rough, linear }, i) => {
       const row = part("tr", rough ? { class: "rough" } : {},
         part("th", { scope: "row", title: label }, label), ...[now, ...held, baseline].map((text) => part("td", {}, text)));
-      if (!several || (i && lines[i - 1].scenario === scenario)) return [row];
+      if (!(several || linear) || (i && lines[i - 1].scenario === scenario)) return [row];
       return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3 + names.length, class: "bench-scenario" }, scenario)), row];
     });
     const heads = [head, "now", ...names, "baseline"].map((text) => part("th", { scope: "col", title: text }, text));
