@@ -320,14 +320,14 @@ function linearDrawing(links, plate, shown) {
 }
 
 function addMark(drawing, link, links, plate, answer, kind, label) {
-  const { panel, series, loop } = link, beside = links.filter((one) => one.panel === panel && one.loop === loop);
+  const { figure, panel, series, loop } = link, beside = links.filter((one) => one.panel === panel && one.loop === loop);
   const channels = [...new Set(beside.map((one) => one.channel))], { look } = plate.panels[panel].series[series];
   if (kind !== "now" && !(PALE_QUANTITIES.has(link.quantity) && link.scale > 0)) return;
-  const numbers = answer.once(`${panel} ${series}`, () => answer.numbers(link, look, channels));
+  const numbers = answer.once(`${figure} ${panel} ${series}`, () => answer.numbers(link, look, channels));
   const mark = { panel, series, kind, label, ...numbers };
   if (["points", "arrows"].includes(look)) drawing.sets.push(mark);
   else drawing[kind === "now" ? "curves" : "pale"].push(mark);
   const ranges = drawing.planes.get(panel) ?? { ranges: new Set(), period: answer.period, poles: link.quantity.startsWith("poles") };
-  ranges.ranges.add(answer.once(`range ${panel}`, () => answer.range(beside.map((one) => one.quantity), channels)));
+  ranges.ranges.add(answer.once(`range ${figure} ${panel}`, () => answer.range(beside.map((one) => one.quantity), channels)));
   drawing.planes.set(panel, ranges);
 }

@@ -201,7 +201,7 @@ class Bench {
     this.restore = part("button", { type: "button", disabled: true, onclick: () => this.undo() }, "Undo");
     this.restore.setAttribute("aria-label", "Undo: the numbers as they were before All to baseline");
     const copies = [this.copyButton("Copy link", () => this.link())];
-    if (data.python) copies.push(this.copyButton("Copy as Python", () => this.python()));
+    if (data.python || data.loops.some((loop) => loop?.linear)) copies.push(this.copyButton("Copy as Python", () => this.python()));
     const pairs = [[this.back, this.restore], copies].map((pair) => part("div", {}, ...pair));
     const buttons = part("div", { class: "bench-buttons" }, ...pairs);
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
@@ -337,20 +337,24 @@ class Bench {
   // The lines that compute the same in Python: those that name a case stand there for each loop that is turned.
   python() {
     const { data, state } = this, turned = (knob) => !Object.is(state.values[knob], data.knobs[knob].value);
-    const cases = data.loops.filter((loop) => loop && isAsked(loop, state)).map((loop) => {
+    const places = [...data.loops.keys()].filter((place) => data.loops[place] && isAsked(data.loops[place], state));
+    const cases = places.map((place) => {
+      const loop = data.loops[place];
       const items = loop.moves.map((move) => move.knob).filter(turned)
         .map((knob) => `${JSON.stringify(data.knobs[knob].name)}: ${state.values[knob]}`);
       const seed = isReseeded(loop, state, printedState(data)) ? state.seed : "None";
-      return { case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
+      return { place, case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
     });
     const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
     const chosen = moved.length ? moved : cases, several = chosen.length > 1;
+    const linear = linearLines(data, state, chosen.map((one) => one.place), Boolean(data.python));
+    if (!data.python) return `import workbench as wb\n\n${linear}`;
     const written = (line, one) => line.replace(/^scores\b/, several ? `scores[${one.case}]` : "scores")
       .replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
     return data.python.split("\n").flatMap((line) => {
       if (!line.includes("{case}")) return [line];
       return [...(several ? ["scores = {}"] : []), ...chosen.map((one) => written(line, one))];
-    }).join("\n");
+    }).join("\n") + linear;
   }
 
   // The address of this page with all that is turned.
@@ -378,6 +382,36 @@ class Bench {
       this.copied.select();
     }
   }
+}
+
+// The lines that make loops linear in Python as they are here; the loop of a page without a study is named `loop`.
+function linearLines(data, state, places, isStudy) {
+  const lines = places.filter((place) => data.loops[place].linear).map((place) => {
+    const loop = data.loops[place], { rests, held, period } = loop.linear;
+    const name = JSON.stringify(`${loop.scenario}: ${loop.law}`);
+    const given = isStudy ? `next(case.run.loop for case in study.cases if case.name == ${name})` : "loop";
+    const options = [`values={${turnedNumbers(data, state, loop).join(", ")}}`];
+    if (held.length) options.push(`freeze=(${held.map((one) => JSON.stringify(one)).join(", ")},)`);
+    if (!rests) options.push("at_rest=False");
+    if (period !== null) options.push(`substeps=${Math.round(period / loop.whole.h)}`);
+    return `linear = wb.linear_loop(${given}, ${options.join(", ")})\n`;
+  });
+  if (!isStudy && lines.length) lines.unshift("# loop: the one of which this page was made\n");
+  return lines.join("");
+}
+
+// The numbers of a loop that are turned, each by its name in Python; states only where the loop does not seek its rest.
+function turnedNumbers(data, state, loop) {
+  const { rests, held } = loop.linear;
+  return loop.moves.flatMap(({ knob, p, x, names }) => {
+    const value = state.values[knob], { share, value: baseline } = data.knobs[knob];
+    if (Object.is(value, baseline)) return [];
+    const own = [...p.map((place) => loop.p[place]), ...x.map((place) => loop.x0[place])];
+    const items = names.map((name, i) => [name, share ? own[i] * value : value, i >= p.length]);
+    const isHeld = (name) => held.some((one) => name === one || name.startsWith(`${one}[`));
+    return items.filter(([name, , isState]) => !isState || !rests || isHeld(name))
+      .map(([name, number]) => `${JSON.stringify(name)}: ${number}`);
+  });
 }
 
 function inScenario(loop, state) {
