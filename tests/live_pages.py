@@ -15,6 +15,7 @@ import numpy as np
 from workbench import metrics
 from workbench.core import Entry, Layout, Step
 from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.report.live_page import WORKER
 from workbench.simulate import simulate
 from workbench.simulate.kernel.plan import Plan
 
@@ -187,7 +188,7 @@ def write_page(folder: Path, data: Any, body: str = "") -> Path:
         "</figure>"
         for name in data["plates"]
     )
-    worker = (TEMPLATES / "live" / "worker.js").read_text("utf-8")
+    worker = "\n".join((TEMPLATES / "live" / f"{name}.js").read_text("utf-8") for name in WORKER)
     text = json.dumps(data).replace("<", "\\u003c")
     path = folder / "live.html"
     path.write_text(

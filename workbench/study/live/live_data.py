@@ -15,6 +15,7 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
+from workbench.study.live.linear_data import linear_data
 from workbench.study.live.links import Curve, LiveCell, LiveMark, links
 from workbench.study.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
@@ -150,6 +151,7 @@ def _loop(
         "scores": [
             [plain(score.pair) for score in outcome.measurement.scores_of(name)] for name in outcome.measurement.names
         ],
+        **linear_data(outcome, modules),
     }
 
     def among_wanted(axis: Any) -> Any:

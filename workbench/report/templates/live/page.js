@@ -203,6 +203,7 @@ class LivePage {
   hear(view) {
     const { flight } = this, place = view.loop;
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
+    if (view.phase === "linear") return;
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
     const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
