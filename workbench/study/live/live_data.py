@@ -15,6 +15,7 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
+from workbench.study.live.linear_data import linear_data
 from workbench.study.live.links import Curve, LinearCell, LinearMark, LiveCell, LiveMark, links
 from workbench.study.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
@@ -59,7 +60,8 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
-            made, shown = _loop(outcome, knobs, mine, modules)
+            linear = any(isinstance(link, LinearMark | LinearCell) and link.loop == k for link in found)
+            made, shown = _loop(outcome, knobs, mine, modules, linear)
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
             return None
         except ValueError as error:
@@ -114,9 +116,12 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _loop(
-    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules
+    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules, linear: bool
 ) -> tuple[dict[str, Any], list[Curve]]:
-    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there."""
+    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there.
+
+    With `linear`, where the page shows linear answers of it, these are made there, too.
+    """
     case, run = outcome.case, outcome.measurement.trajectories
     whole, half = whole_and_half(outcome)
     every = case.run.every or whole.h
@@ -153,6 +158,7 @@ def _loop(
         "scores": [
             [plain(score.pair) for score in outcome.measurement.scores_of(name)] for name in outcome.measurement.names
         ],
+        **(linear_data(outcome, modules) if linear else {"linear": None, "linear_refused": ""}),
     }
 
     def among_wanted(axis: Any) -> Any:

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from workbench.core import Sampled
 from workbench.design.frequency import StabilityMargins
 from workbench.design.linear import DiskMargin
-from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.design.matrices import Refused
+from workbench.design.linear_loop import LinearLoop
 from workbench.study.document.source import Source
+from workbench.study.live.linear_data import Baseline, grid
 from workbench.study.outcome import Outcome
 from workbench.validation.refusals import Array
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
-BEYOND = 30.0  # times the fastest pole, and as much below the slowest: the range of frequencies
-COUNT = 200  # frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,8 +46,8 @@ class LoopGain:
 def loop_gain(outcome: Outcome) -> LoopGain | str:
     """The loop gain of an outcome at its own numbers, or a sentence that says why there is none."""
     try:
-        linear, about = _linear_loop(outcome)
-        omega = _frequencies(linear)
+        baseline = Baseline.of(outcome.case.run.loop, outcome.measurement.trajectories.step)
+        linear, about, omega = baseline.linear, baseline.sentence, grid(baseline.linear)
         gains = channel_gains(linear.response(omega, "L").values)
         poles, cut_poles = [pole.value for pole in linear.poles], linear.L.poles()
     except (ValueError, LookupError) as error:
@@ -81,27 +77,6 @@ def linear_source(outcome: Outcome, quantity: str, channel: int = 0, label: str 
     return Source(
         case.law, case.scenario, "linear", quantity, channel, label, unit, outcome.digest, None, 1.0, *about
     )
-
-
-def _linear_loop(outcome: Outcome) -> tuple[LinearLoop, str]:
-    """The linear loop of an outcome where it rests, or else frozen where it starts, and a sentence on that point."""
-    loop, step = outcome.case.run.loop, outcome.measurement.trajectories.step
-    sampled = outcome.ode if isinstance(outcome.ode, Sampled) else None
-    substeps = None if sampled is None else round(sampled.period / step.h)
-    try:
-        return linear_loop(loop, substeps=substeps), "At rest at the reference at t = 0 s."
-    except Refused:
-        return linear_loop(loop, substeps=substeps, at_rest=False), "Frozen at the start, where the loop does not rest."
-
-
-def _frequencies(linear: LinearLoop) -> Array:
-    """Frequencies (m,) in rad/s around those of all poles, up to Nyquist's in a computer."""
-    sizes = np.array([pole.frequency for pole in linear.poles])
-    sizes = sizes[np.isfinite(sizes) & (sizes > 1e-9 * sizes.max(initial=1.0))]
-    low, high = (sizes.min() / BEYOND, sizes.max() * BEYOND) if sizes.size else (1.0 / BEYOND, BEYOND)
-    if linear.period is not None:
-        high = math.pi / linear.period
-    return np.geomspace(min(low, high / BEYOND), high, COUNT)
 
 
 def _margins(linear: LinearLoop) -> tuple[StabilityMargins | None, ...]:

@@ -274,7 +274,7 @@ class LivePage {
     if (!view) this.tables.clear(place);
     else if (view.done) this.tables.show(place, view.scores, view.divergedAt);
     if (!view || view.done) this.motion.load(place);
-    this.tables.showLinear(place, this.answers.get(place)?.answer ?? null);
+    this.tables.showLinear(place, this.answerOf(place));
   }
 
   // A fault ends all that is live.
@@ -320,11 +320,18 @@ class LivePage {
     figure.refuse?.(linear.refused);
   }
 
+  // The linear answer of a loop now: none at the baseline, and a refusal where a page cannot make the loop linear.
+  answerOf(place) {
+    const { linear, linear_refused: reason } = this.data.loops[place];
+    if (linear) return this.answers.get(place)?.answer ?? null;
+    return reason && this.wanted.has(place) ? new LoopAnswer({ rests: false, reason }, { channels: [], period: null }) : null;
+  }
+
   // What a figure shows of linear answers: those of now, and pale ones of the last step and of held settings.
   linearOf(name) {
     const { loops, plates, linear_marks: all } = this.data;
     const links = all.filter(({ figure, loop }) => figure === name && isAsked(loops[loop], this.state));
-    const now = { answers: answersOf(this.answers), kind: "now", label: "" };
+    const now = { answers: new Map(links.map(({ loop }) => [loop, this.answerOf(loop)])), kind: "now", label: "" };
     return linearDrawing(links, plates[name], links.length ? [now, ...this.holds.answers] : []);
   }
 

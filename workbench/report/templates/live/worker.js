@@ -221,7 +221,17 @@ function take({ place, loop, modules }) {
     if (march) kernels[name] = new Kernel(modules[march.module], march, steps, name === "whole" ? loop.coarse : []);
   }
   if (loop.coarse.length) kernels.whole.measure(loop.p, loop.x0);
-  loops.set(place, { loop, kernels });
+  const linear = loop.linear ? new LinearAnswers(loop.linear, modules) : null;
+  if (linear) linear.answer(Float64Array.from(loop.p), Float64Array.from(loop.x0)); // after which its code is warm
+  loops.set(place, { loop, kernels, linear });
+}
+
+// The linear answer of a run, where its loop has one, before its march.
+function answerLinear(ticket, { loop: place, printed, p, x }) {
+  const { linear } = loops.get(place);
+  if (!linear) return;
+  const began = performance.now(), answer = linear.answer(p, x);
+  postMessage({ ticket, loop: place, printed, phase: "linear", linear: answer, milliseconds: performance.now() - began });
 }
 
 // What the page is told: of a run under way copies, of a run that is done the arrays themselves.
@@ -299,6 +309,11 @@ async function serve({ ticket, runs }) {
   newest = ticket;
   await pause();
   if (ticket !== newest) return;
+  for (const run of runs) {
+    answerLinear(ticket, run);
+    await pause();
+    if (ticket !== newest) return;
+  }
   const drawn = await sketch(ticket, runs);
   if (!drawn) return;
   for (const phase of ["whole", "half"]) {
