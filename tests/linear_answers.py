@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 
-RECEIVE = """(() => {{ const answer = {answer}, arrays = (one) => ({{re: Float64Array.from(one.re), im: Float64Array.from(one.im)}});
+RECEIVE = """(() => {{ const answer = {answer}, numbers = (list) => Float64Array.from(list);
+  const arrays = ({{re, im}}) => ({{re: numbers(re), im: numbers(im)}});
   if (answer.rests) {{
-    answer.omega = Float64Array.from(answer.omega);
+    answer.omega = numbers(answer.omega);
     for (const name of ["L", "poles", "openPoles"]) answer[name] = arrays(answer[name]);
   }}
   livePage.hear({{ticket: livePage.pool.ticket, loop: 0, printed: false, phase: "linear", linear: answer}}); }})()"""
@@ -42,7 +43,7 @@ def _parts(numbers):
 
 def _margins(found):
     held = found.margins
-    numbers = {name: None for name in ("phaseMargin", "delayMargin", "Ms", "Mt")}
+    numbers = dict.fromkeys(("phaseMargin", "delayMargin", "Ms", "Mt"))
     gains = {"low": None, "high": None}
     if held is not None:
         numbers = {

@@ -20,7 +20,10 @@ from workbench.simulate import simulate
 from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
-SCRIPTS = ("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion", "page")
+SCRIPTS = (
+    *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
+    "page",
+)
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"

@@ -1,4 +1,4 @@
-"""Linear answers on a page: decibels, phases, gains of single channels and planes by the rules of the printed pictures."""
+"""Linear answers on a page: decibels, phases, gains of channels and planes by the rules of the printed pictures."""
 
 import json
 import subprocess
@@ -25,9 +25,9 @@ OMEGA = np.geomspace(0.1, 300.0, 200)
 def said(body, given=None):
     """What a script returns that finds `given` under this name, and `answerOf`, which makes an answer of plain data."""
     program = "\n".join((ROOM / f"{name}.js").read_text("utf-8") for name in FILES)
-    make = """const answerOf = ([plain, about]) => { const arrays = (one) => ({re: numbers(one.re), im: numbers(one.im)});
-      return new LoopAnswer({...plain, omega: numbers(plain.omega), L: arrays(plain.L), poles: arrays(plain.poles),
-        openPoles: arrays(plain.openPoles)}, about); };"""
+    make = """const arrays = (one) => ({re: numbers(one.re), im: numbers(one.im)});
+      const answerOf = ([plain, about]) => new LoopAnswer({...plain, omega: numbers(plain.omega), L: arrays(plain.L),
+        poles: arrays(plain.poles), openPoles: arrays(plain.openPoles)}, about);"""
     program += f"\n{NUMBERS}\n{make}\nconst given = {json.dumps(given)};\n"
     program += f"console.log(JSON.stringify((() => {{ {body} }})()));"
     done = subprocess.run([NODE, "-"], input=program, capture_output=True, text=True, timeout=60, check=False)
@@ -75,7 +75,8 @@ def test_the_phase_has_no_jumps_and_begins_where_the_printed_one_does():
 def test_the_gain_of_a_channel_is_that_with_the_others_closed(name, request):
     linear = request.getfixturevalue(name)
     count = len(linear.channels)
-    body = "const a = answerOf(given); return [...Array(a.count).keys()].map((i) => [[...a.gain(i).re], [...a.gain(i).im]]);"
+    body = """const a = answerOf(given);
+      return [...Array(a.count).keys()].map((i) => [[...a.gain(i).re], [...a.gain(i).im]]);"""
     told = np.array(said(body, given_of(linear)))
     found = told[:, 0] + 1j * told[:, 1]
     L, S = (linear.response(OMEGA, kind).values for kind in ("L", "S"))
@@ -104,7 +105,8 @@ def test_crossovers_are_marked_on_the_curves_that_are_drawn(arm):
 
 
 def test_a_nyquist_plane_and_a_map_of_poles_have_the_printed_limits(motor):
-    told = said('const a = answerOf(given); return [a.range(["imaginary part"], [0]), a.range(["poles of"], [0])];', given_of(motor))
+    body = 'const a = answerOf(given); return ["imaginary part", "poles of"].map((one) => a.range([one], [0]));'
+    told = said(body, given_of(motor))
     curve = FrequencyCurve("L", OMEGA, motor.response(OMEGA, "L").values[:, 0, 0])
     poles = np.array([pole.value for pole in motor.poles])
     sets = [PoleZeroSet("closed", poles), PoleZeroSet("cut", motor.L.poles())]

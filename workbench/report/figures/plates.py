@@ -51,11 +51,11 @@ def plate_of(
 def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> dict[str, Any]:
     still = any(isinstance(mark, Tiles) for mark in panel.series)
     linear, equal = any(map(_is_linear, panel.series)), panel.aspect == "equal"  # whose limits are those of what moves
-    fixed = still or (panel.xlim is not None and not (linear and equal)), still or (panel.ylim is not None and not linear)
+    across = still or (panel.xlim is not None and not (linear and equal))
     return {
         "box": [float(length) for length in (box.left, box.bottom, box.width, box.height)],
-        "x": _ruler(x, ticks[0], fixed[0]) | {"time": plain(panel.xlabel).startswith(TIME)},
-        "y": _ruler(y, ticks[1], fixed[1]),
+        "x": _ruler(x, ticks[0], across) | {"time": plain(panel.xlabel).startswith(TIME)},
+        "y": _ruler(y, ticks[1], still or (panel.ylim is not None and not linear)),
         "equal": equal,
         "series": [_series(mark) for mark in panel.series],
     }

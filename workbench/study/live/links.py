@@ -65,7 +65,7 @@ class LiveMark:
 
 @dataclass(frozen=True)
 class LinearMark:
-    """A series, points or arrows of a panel, all of which show a linear answer of a loop at a channel, times a scale."""
+    """A series, points or arrows of a panel that show a linear answer of a loop at a channel, times a scale."""
 
     figure: str
     panel: int
@@ -78,7 +78,7 @@ class LinearMark:
 
 @dataclass(frozen=True)
 class LinearCell:
-    """A cell of a table that shows a number of the linear answers of a loop at a channel: this number, or the words."""
+    """A cell of a table that shows a number of the linear answers of a loop at a channel, or words."""
 
     table: str
     row: int

@@ -229,7 +229,7 @@ def _phase_margins(one: FrequencyCurve, style: Style, named: bool) -> list[Mark]
 def _dropped(
     one: FrequencyCurve, kind: str, ends: tuple[Array, Array, Array], names: tuple[Label, ...], style: Style
 ) -> list[Mark]:
-    """Dashed lines at x from their bases up to y, with points there; of a curve with a source even if there are none."""
+    """Dashed lines at x from their bases to y, with points there; of a curve with a source even if there are none."""
     x, y, base = ends
     held = np.isfinite(y)
     x, y, base = x[held], y[held], base[held]

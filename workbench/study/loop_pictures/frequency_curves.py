@@ -88,7 +88,7 @@ class FrequencyCurve:
 
     @door
     def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
-        """The sources of a series of its linear answers, by the names of the abscissa and of `scale` times the ordinate."""
+        """The sources of a series of its linear answers, by the names of the ordinate and of the abscissa."""
         if self.source is None:
             return None
         return self.source.named(across), self.source.named(up).times(scale)

@@ -184,10 +184,10 @@ def _live_circles(one: FrequencyCurve, held: StableMargins | None) -> list[Mark]
     if alpha < 2:
         ends = -(2 + alpha) / (2 - alpha), -(2 - alpha) / (2 + alpha)
         disk = _closed(Disk("", sum(ends) / 2, (ends[1] - ends[0]) / 2).edge)
-    circles = (("|S| = Ms", sensitivity, "bound", "circle of Ms"), ("disk margin", disk, 7, "circle of the disk margin"))
+    shown = one.sources("circle of Ms", "real part"), one.sources("circle of the disk margin", "real part")
     return [
-        Series(label, edge.real, edge.imag, style, sources=one.sources(name, "real part"))
-        for label, edge, style, name in circles
+        Series("|S| = Ms", sensitivity.real, sensitivity.imag, "bound", sources=shown[0]),
+        Series("disk margin", disk.real, disk.imag, 7, sources=shown[1]),
     ]
 
 

@@ -17,8 +17,8 @@ from workbench.study.loop_pictures.bode_pictures import (
     FREQUENCY,
     frequency_limits,
     limits_of,
-    nyquist_lines,
     numbers_of_curves,
+    nyquist_lines,
 )
 from workbench.study.loop_pictures.frequency_curves import decibels, joined
 from workbench.study.outcome import Outcome
@@ -116,8 +116,8 @@ def _nyquist(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
 def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
     """The magnitudes of S = 1 / (1 + L) and T = L / (1 + L) of each channel."""
     caption = (
-        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) at {_inputs(gain)}; their peaks are "
-        f"Ms and Mt. {gain.about}"
+        f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) at {_inputs(gain)}; their peaks "
+        f"are Ms and Mt. {gain.about}"
     )
     several, curves, marks = len(gain.channels) > 1, [], []
     for i, channel in enumerate(gain.channels):

@@ -8,8 +8,8 @@ import numpy as np
 
 from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.study.document.phrases import Cell, Column, Measured, Missing, Phrase, Table, raised
-from workbench.study.loop_pictures.margin_words import in_decibels
 from workbench.study.document.source import Source
+from workbench.study.loop_pictures.margin_words import in_decibels
 from workbench.study.outcome import Outcome
 from workbench.study.pictures.loop_gains import LoopGain, linear_source
 
@@ -25,8 +25,8 @@ OF_CHANNELS = {  # quantities and their units
     "Mt": "1",
 }
 SEVERAL = (
-    "The margins of one channel hold while the loops of all others are closed and stay as they are. Only the disk margin "
-    "allows for changes of all at once."
+    "The margins of one channel hold while the loops of all others are closed and stay as they are. Only the disk "
+    "margin allows for changes of all at once."
 )
 
 
@@ -55,7 +55,7 @@ def _value(found: StabilityMargins | None, quantity: str) -> CertifiedValue | No
     if held is None:
         return None
     if quantity == "gain margin downwards":
-        return in_decibels(held.gain_low) if held.gain_low.value > 0 else CertifiedValue(-math.inf, -math.inf, -math.inf)
+        return in_decibels(held.gain_low)
     if quantity == "gain margin upwards":
         return in_decibels(held.gain_high)
     values = {
@@ -88,7 +88,7 @@ def _common(gain: LoopGain) -> list[tuple[str, str, CertifiedValue | None]]:
 
 
 def least_damping(poles: np.ndarray, period: float | None) -> float:
-    """The least -Re(s) / |s| of poles s, of those of a computer after s = log(z) / period; infinite if there is none."""
+    """The least -Re(s) / |s| of poles s, in a computer of s = log(z) / period; infinite if there is none."""
     with np.errstate(divide="ignore", invalid="ignore"):
         s = poles if period is None else np.log(poles[poles != 0]) / period
         damping = -s.real / np.abs(s)

@@ -1,4 +1,4 @@
-"""The loop gain of an outcome: its answers over frequency, margins and poles, of which pictures and a table are made."""
+"""The loop gain of an outcome: answers over frequency, margins and poles, for pictures and a table of them."""
 
 from __future__ import annotations
 
@@ -53,9 +53,7 @@ def loop_gain(outcome: Outcome) -> LoopGain | str:
     except (ValueError, LookupError) as error:
         return str(error)
     roots = np.array(poles), np.asarray(cut_poles, dtype=complex)
-    return LoopGain(
-        linear.channels, about, linear.period, omega, gains, *roots, _margins(linear), _disk_margin(linear)
-    )
+    return LoopGain(linear.channels, about, linear.period, omega, gains, *roots, _margins(linear), _disk_margin(linear))
 
 
 def channel_gains(L: Complex) -> Complex:
@@ -74,9 +72,7 @@ def linear_source(outcome: Outcome, quantity: str, channel: int = 0, label: str 
     """The source of a linear answer of an outcome at a channel."""
     about = (outcome.label, outcome.notes)
     case = outcome.case
-    return Source(
-        case.law, case.scenario, "linear", quantity, channel, label, unit, outcome.digest, None, 1.0, *about
-    )
+    return Source(case.law, case.scenario, "linear", quantity, channel, label, unit, outcome.digest, None, 1.0, *about)
 
 
 def _margins(linear: LinearLoop) -> tuple[StabilityMargins | None, ...]:
