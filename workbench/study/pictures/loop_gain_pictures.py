@@ -119,9 +119,10 @@ def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
         f"Sensitivity S = 1 / (1 + L) and complementary sensitivity T = L / (1 + L) at {_inputs(gain)}; their peaks "
         f"are Ms and Mt. {gain.about}"
     )
-    several, curves, marks = len(gain.channels) > 1, [], []
+    curves: list[FrequencyCurve] = []
+    marks: list[Series] = []
     for i, channel in enumerate(gain.channels):
-        S, at = gain.sensitivities[:, i], f" at {channel}" if several else ""
+        S, at = gain.sensitivities[:, i], f" at {channel}" if len(gain.channels) > 1 else ""
         for k, (label, values) in enumerate((("S", S), ("T", gain.gains[:, i] * S))):
             source = linear_source(outcome, "loop gain", i, channel)
             curve = FrequencyCurve(f"{label}{at}", gain.frequencies, values, gain.period, source=source)

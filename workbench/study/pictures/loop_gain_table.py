@@ -11,7 +11,7 @@ from workbench.study.document.phrases import Cell, Column, Measured, Missing, Ph
 from workbench.study.document.source import Source
 from workbench.study.loop_pictures.margin_words import in_decibels
 from workbench.study.outcome import Outcome
-from workbench.study.pictures.loop_gains import LoopGain, linear_source
+from workbench.study.pictures.loop_gains import Complex, LoopGain, linear_source
 
 UNSTABLE = "unstable"  # in place of a margin, where the closed loop has none
 BOUNDLESS = "no limit"  # in place of a margin that nothing limits
@@ -87,7 +87,7 @@ def _common(gain: LoopGain) -> list[tuple[str, str, CertifiedValue | None]]:
     ]
 
 
-def least_damping(poles: np.ndarray, period: float | None) -> float:
+def least_damping(poles: Complex, period: float | None) -> float:
     """The least -Re(s) / |s| of poles s, in a computer of s = log(z) / period; infinite if there is none."""
     with np.errstate(divide="ignore", invalid="ignore"):
         s = poles if period is None else np.log(poles[poles != 0]) / period
