@@ -77,9 +77,9 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
 
 def _inputs(gain: LoopGain) -> str:
     """The channels in words."""
-    several = len(gain.channels) > 1
-    closed = ", at one after the other, while it stays closed at the rest" if several else ""
-    return f"the input{'s' if several else ''} {joined(gain.channels)} of the plant{closed}"
+    count = len(gain.channels)
+    closed = f", each while the loop stays closed at the other{'s' if count > 2 else ''}" if count > 1 else ""
+    return f"the input{'s' if count > 1 else ''} {joined(gain.channels)} of the plant{closed}"
 
 
 def _curves(outcome: Outcome, gain: LoopGain) -> list[FrequencyCurve]:

@@ -17,9 +17,9 @@ UNSTABLE = "unstable"  # in place of a margin, where the closed loop has none
 BOUNDLESS = "no limit"  # in place of a margin that nothing limits
 EPS = float(np.finfo(float).eps)
 OF_CHANNELS = {  # quantities and their units
+    "phase margin": "degrees",
     "gain margin upwards": "dB",
     "gain margin downwards": "dB",
-    "phase margin": "degrees",
     "delay margin": "s",
     "Ms": "1",
     "Mt": "1",

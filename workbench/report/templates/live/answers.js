@@ -194,15 +194,18 @@ class LoopAnswer {
     return heads;
   }
 
-  // The numbers of a mark: a curve {x, y}, points {x, y}, or arrows {x, y, u, v}; `channels` share its panel.
-  numbers({ quantity, channel, scale }, look, channels) {
+  // The numbers of a mark: a curve {x, y}, points {x, y}, or arrows {x, y, u, v}; `channels` share its `panel`.
+  numbers({ quantity, channel, scale }, look, channels, panel) {
     const { omega } = this;
     if (quantity === "magnitude") return { x: omega, y: this.magnitude(channel, "L") };
     if (quantity === "magnitude of S" || quantity === "magnitude of T") {
       return { x: omega, y: this.magnitude(channel, quantity.at(-1)) };
     }
     if (quantity === "phase") return { x: omega, y: this.phase(channel) };
-    if (quantity === "imaginary part") return this.nyquist(channel, scale, this.reach(channels));
+    if (quantity === "imaginary part") {
+      const { x, y } = panel, printed = Math.max(...[x.low, x.high, y.low, y.high].map(Math.abs)); // may show more
+      return this.nyquist(channel, scale, Math.max(this.reach(channels), printed));
+    }
     if (quantity === "arrowheads") return this.heads(channel, scale, this.reach(channels));
     if (quantity.startsWith("circle")) return this.circle(quantity);
     if (quantity.startsWith("poles")) {
@@ -322,8 +325,9 @@ function linearDrawing(links, plate, shown) {
 function addMark(drawing, link, links, plate, answer, kind, label) {
   const { figure, panel, series, loop } = link, beside = links.filter((one) => one.panel === panel && one.loop === loop);
   const channels = [...new Set(beside.map((one) => one.channel))], { look } = plate.panels[panel].series[series];
+  const make = () => answer.numbers(link, look, channels, plate.panels[panel]);
   if (kind !== "now" && !(PALE_QUANTITIES.has(link.quantity) && link.scale > 0)) return;
-  const numbers = answer.once(`${figure} ${panel} ${series}`, () => answer.numbers(link, look, channels));
+  const numbers = answer.once(`${figure} ${panel} ${series}`, make);
   const mark = { panel, series, kind, label, ...numbers };
   if (["points", "arrows"].includes(look)) drawing.sets.push(mark);
   else drawing[kind === "now" ? "curves" : "pale"].push(mark);
