@@ -93,7 +93,7 @@ from workbench.study.document.finding import Finding, Variation
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
-from workbench.study.live.turned import turned
+from workbench.study.live.turned import turned, turned_linear
 from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
 from workbench.study.study import Case, Study
@@ -238,4 +238,5 @@ __all__ = [
     "step_response",
     "total_variation",
     "turned",
+    "turned_linear",
 ]
