@@ -22,7 +22,7 @@ SCRIPTS = (
 )
 WORKER = (
     *("linear_matrices", "linear_eigenvalues", "linear_roots", "linear_response", "linear_model", "linear_rest"),
-    *("linear_poles", "linear_margins", "linear_disk", "linear_answer", "worker"),
+    *("linear_corners", "linear_poles", "linear_margins", "linear_disk", "linear_answer", "worker"),
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")

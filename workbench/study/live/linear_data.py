@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import casadi as ca
@@ -12,6 +12,7 @@ from workbench.core import Layout, Ode, Sampled, Step
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.linear_loop import LinearLoop, linear_loop
+from workbench.design.linear_loop.linear_loops import about, rest_point
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.study.live.linear_marches import computer_marches, continuous_marches
@@ -21,6 +22,7 @@ from workbench.validation.refusals import Array
 
 FREQUENCIES, BEYOND = 200, 30.0  # frequencies of an answer, and how far they go beyond the slowest and fastest pole
 MOST_DECADES = 8.0
+MOST_OPERATIONS = 100_000  # of a Jacobian, which take seconds to compile
 INTEGRATOR = 1e-9  # of the size of the fastest pole: a slower one sets no frequency
 
 
@@ -62,6 +64,7 @@ class Baseline:
                 f"'{loop.name}' is equations alone, which do not say where they can be cut: give the page the "
                 "`ClosedLoop` or the `DigitalLoop` itself."
             )
+        refuse_large(step)
         substeps = step.substeps if getattr(loop, "period", None) else None
         gains = adapting_states(loop)
         ways = [(True, ()), *([(True, gains)] if gains else []), (False, gains)]
@@ -90,6 +93,46 @@ class Baseline:
             return f"Frozen at the start, where the loop does not rest{held}."
         follows = flow_of(self.linear.point.equations.closed).follows
         return f"At rest{' at the reference' if follows else ''} at {t}{held}."
+
+
+def linear_at(loop: Any, step: Step, row: Array) -> LinearLoop:
+    """The linear loop of a page at other parameters, then first states (np + nx,), of its step.
+
+    Raises
+    ------
+    ValueError
+        If the loop has no linear answer at its baseline or there.
+    """
+    baseline = Baseline.of(loop, step)
+    point = baseline.linear.point
+    closed = point.equations.closed
+    p, x = (_taken(layout, step, row) for layout in (closed.parameters, closed.states))
+    values = {name: value[0] for name, value in closed.parameters.unpack(p[np.newaxis]).items()}
+    starts = tuple(
+        replace(entry, default=value[0])
+        for entry, value in zip(closed.states.entries, closed.states.unpack(x[np.newaxis]).values(), strict=True)
+    )
+    flow = replace(flow_of(closed), states=Layout(starts))
+    moved = replace(closed, flow=flow) if isinstance(closed, Sampled) else flow
+    equations = replace(point.equations, closed=moved)
+    return about(rest_point(equations, point.instant, values, baseline.rests, None, point.substeps))
+
+
+def _taken(layout: Layout, step: Step, row: Array) -> Array:
+    """The numbers of a layout by their names from parameters, then states, of a step, else its defaults."""
+    places, default = _places(layout, step)
+    spots = np.array(places, dtype=int)
+    return np.where(spots < 0, default, row[spots])
+
+
+def refuse_large(step: Step) -> None:
+    """Refuse a loop whose Jacobians take too long to compile: about as many operations as its step, for each state."""
+    operations = step.operations * step.flow.states.size
+    if operations > MOST_OPERATIONS:
+        raise ValueError(
+            f"The Jacobians of this loop have about {operations:,} operations, more than the {MOST_OPERATIONS:,} that "
+            "its page holds; `wb.linear_loop` has its pictures in frequency."
+        )
 
 
 def adapting_states(loop: Any) -> tuple[str, ...]:

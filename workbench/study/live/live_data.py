@@ -30,6 +30,8 @@ PYTHON = """import workbench as wb
 study = wb.load({script!r})
 found = wb.turned(study, {{case}}, {{values}}, seed={{seed}})
 """
+# and the line that gives the linear answer of the same case behind them
+PYTHON_LINEAR = "linear = wb.turned_linear(study, {case}, {values})\n"
 
 
 @door
@@ -76,6 +78,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "version": document.colophon.version,
         "fingerprint": hashlib.sha256("".join(outcome.digest for outcome in outcomes).encode()).hexdigest()[:16],
         "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
+        "python_linear": "" if callable(study.cases) or not script else PYTHON_LINEAR,
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,
         "modules": list(modules.packed.values()),

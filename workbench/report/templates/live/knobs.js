@@ -347,14 +347,16 @@ class Bench {
     });
     const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
     const chosen = moved.length ? moved : cases, several = chosen.length > 1;
-    const linear = linearLines(data, state, chosen.map((one) => one.place), Boolean(data.python));
-    if (!data.python) return `import workbench as wb\n\n${linear}`;
+    if (!data.python) return `import workbench as wb\n\n${linearLines(data, state, places)}`;
     const written = (line, one) => line.replace(/^scores\b/, several ? `scores[${one.case}]` : "scores")
       .replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
+    const linear = chosen.filter((one) => data.loops[one.place].linear)
+      .map((one) => written(data.python_linear, one).replace(/^linear\b/, several ? `linear[${one.case}]` : "linear"));
+    if (several && linear.length) linear.unshift("linear = {}\n");
     return data.python.split("\n").flatMap((line) => {
       if (!line.includes("{case}")) return [line];
       return [...(several ? ["scores = {}"] : []), ...chosen.map((one) => written(line, one))];
-    }).join("\n") + linear;
+    }).join("\n") + linear.join("");
   }
 
   // The address of this page with all that is turned.
@@ -384,20 +386,17 @@ class Bench {
   }
 }
 
-// The lines that make loops linear in Python as they are here; the loop of a page without a study is named `loop`.
-function linearLines(data, state, places, isStudy) {
+// The lines that make the loop of a page without a study linear in Python as it is here; it is named `loop` there.
+function linearLines(data, state, places) {
   const lines = places.filter((place) => data.loops[place].linear).map((place) => {
     const loop = data.loops[place], { rests, held, period } = loop.linear;
-    const name = JSON.stringify(`${loop.scenario}: ${loop.law}`);
-    const given = isStudy ? `next(case.run.loop for case in study.cases if case.name == ${name})` : "loop";
     const options = [`values={${turnedNumbers(data, state, loop).join(", ")}}`];
     if (held.length) options.push(`freeze=(${held.map((one) => JSON.stringify(one)).join(", ")},)`);
     if (!rests) options.push("at_rest=False");
     if (period !== null) options.push(`substeps=${Math.round(period / loop.whole.h)}`);
-    return `linear = wb.linear_loop(${given}, ${options.join(", ")})\n`;
+    return `linear = wb.linear_loop(loop, ${options.join(", ")})\n`;
   });
-  if (!isStudy && lines.length) lines.unshift("# loop: the one of which this page was made\n");
-  return lines.join("");
+  return ["# loop: the one of which this page was made\n", ...lines].join("");
 }
 
 // The numbers of a loop that are turned, each by its name in Python; states only where the loop does not seek its rest.

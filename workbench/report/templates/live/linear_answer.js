@@ -4,6 +4,7 @@
 
 const CORNERED = "The loop is on a corner at this point, where a law or its plant switches, and has no linear answer there.";
 const NOT_FINITE = "The Jacobians of the loop are not finite at this point.";
+const NO_NUMBER = "A number of the loop is not finite.";
 const NO_POLES = "The poles of the loop could not be computed.";
 
 class LinearAnswers {
@@ -16,14 +17,14 @@ class LinearAnswers {
   // The answer at parameters and first states of the page; one that fails says why and has nothing else.
   answer(p, x0) {
     const { model, linear } = this, { m, n } = model;
-    if (!allFinite(p, 0, p.length) || !allFinite(x0, 0, x0.length)) return { rests: false, reason: NOT_FINITE };
+    if (!allFinite(p, 0, p.length) || !allFinite(x0, 0, x0.length)) return { rests: false, reason: NO_NUMBER };
     model.take(p, x0);
     const { x, reason } = findRest(model);
     if (reason) return { rests: false, reason };
     if (![model.A, model.B, model.C, model.D, model.closed].every((M) => allFinite(M, 0, M.length))) {
       return { rests: false, reason: NOT_FINITE };
     }
-    if (model.isCornered) return { rests: false, reason: CORNERED };
+    if (model.isCornered && !isStraightAt(model, x)) return { rests: false, reason: CORNERED };
     const [whole, cut] = linear.read.map((read) => reduced(model, read));
     const poles = polesOf(whole.closed, whole.n, linear.period), openPoles = polesOf(cut.A, cut.n, linear.period);
     if (!poles || !openPoles) return { rests: false, reason: NO_POLES };

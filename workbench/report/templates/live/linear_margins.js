@@ -95,7 +95,8 @@ function searchGrid(omega, roots, period) {
   for (let w = omega[omega.length - 1] * STEP; w < high; w *= STEP) numbers.push(w);
   if (period) numbers.push(top);
   for (const { around } of hints) numbers.push(...around);
-  return Float64Array.from(numbers.filter((w) => w > 0 && w <= top)).sort().filter((w, i, all) => i === 0 || w > all[i - 1]);
+  const sorted = Float64Array.from(numbers).sort();
+  return sorted.filter((w, i) => w > 0 && w <= top && (i === 0 || w > sorted[i - 1]));
 }
 
 const logGain = (re, im) => Math.log(re * re + im * im);

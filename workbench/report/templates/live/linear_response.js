@@ -160,7 +160,7 @@ function reached(A, n, forwards, begins) {
     again = false;
     for (let i = 0; i < n; i++) {
       for (let j = 0; j < n; j++) {
-        const [from, to] = forwards ? [j, i] : [i, j];
+        const from = forwards ? j : i, to = forwards ? i : j;
         if (A[i * n + j] === 0 || !there[from] || there[to]) continue;
         there[to] = 1;
         again = true;

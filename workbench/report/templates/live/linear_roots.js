@@ -42,12 +42,13 @@ function rootBetween(f, a, b, fa = f(a), fb = f(b)) {
   return b;
 }
 
-// The x between a and b, both positive, at which f is largest, by golden sections of its logarithm.
-function peakBetween(f, a, b) {
+// The x between a and b, both positive, at which f is largest, by golden sections of its logarithm,
+// to `near` relative; what is largest is known to the square of that.
+function peakBetween(f, a, b, near) {
   const share = (Math.sqrt(5) - 1) / 2;
   let low = Math.log(a), high = Math.log(b), x = high - share * (high - low), y = low + share * (high - low);
   let fx = f(Math.exp(x)), fy = f(Math.exp(y));
-  for (let round = 0; round < 60 && high - low > 1e-9; round++) {
+  for (let round = 0; round < 60 && high - low > near; round++) {
     if (fx > fy) {
       [high, y, fy] = [y, x, fx];
       x = high - share * (high - low);

@@ -11,6 +11,7 @@ const GROWTH = 60; // ms between two views of a run that is under way
 const COARSE = 60; // ms that the coarse pictures of all loops of this worker shall take together
 const SLOWER = 1.25; // how much slower a call may make the pace, as a call that had to wait says nothing of it
 const TRIES = 3; // lengths of the step that a coarse picture may try, however long they take
+const WARM = 4; // linear answers after which a browser has compiled their code
 const TRIAL = 200; // steps by which the pace of a kernel is measured before its first run
 
 // The march of one module, at most so many steps at once, of its own or of other lengths: a memory with all its arrays,
@@ -222,7 +223,7 @@ function take({ place, loop, modules }) {
   }
   if (loop.coarse.length) kernels.whole.measure(loop.p, loop.x0);
   const linear = loop.linear ? new LinearAnswers(loop.linear, modules) : null;
-  if (linear) linear.answer(Float64Array.from(loop.p), Float64Array.from(loop.x0)); // after which its code is warm
+  for (let round = 0; linear && round < WARM; round++) linear.answer(Float64Array.from(loop.p), Float64Array.from(loop.x0));
   loops.set(place, { loop, kernels, linear });
 }
 
