@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -33,10 +34,16 @@ def linear_data(outcome: Outcome, modules: Modules) -> dict[str, Any]:
     """
     step = outcome.measurement.trajectories.step
     try:
-        baseline = Baseline.of(outcome.case.run.loop, step)
+        baseline = baseline_of(outcome)
         return {"linear": _plain(baseline, step, modules), "linear_refused": ""}
     except (ValueError, LookupError) as error:
         return {"linear": None, "linear_refused": str(error)}
+
+
+@lru_cache(maxsize=8)
+def baseline_of(outcome: Outcome) -> Baseline:
+    """The linear loop of an outcome, made once for its pictures and for the data of its page."""
+    return Baseline.of(outcome.case.run.loop, outcome.measurement.trajectories.step)
 
 
 @dataclass(frozen=True, eq=False)

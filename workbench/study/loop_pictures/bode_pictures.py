@@ -169,8 +169,10 @@ def magnitude(ylabel: Label, curves: Sequence[FrequencyCurve]) -> Label:
     return (*own, f" [dB of {unit}]" if unit not in ("", "1") else " [dB]")
 
 
-def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Table:
-    """The answers of all curves as a table."""
+def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Table | None:
+    """The answers of all curves as a table; None if their sources say in a file of their marks what these are."""
+    if all(one.source is not None for one in curves):
+        return None
     rows: list[tuple[Cell, ...]] = []
     for one in curves:
         omega, values = one.logarithmic

@@ -11,7 +11,7 @@ from workbench.design.frequency import StabilityMargins
 from workbench.design.linear import DiskMargin
 from workbench.design.linear_loop import LinearLoop
 from workbench.study.document.source import Source
-from workbench.study.live.linear_data import Baseline, grid
+from workbench.study.live.linear_data import baseline_of, grid
 from workbench.study.outcome import Outcome
 from workbench.validation.refusals import Array
 
@@ -46,7 +46,7 @@ class LoopGain:
 def loop_gain(outcome: Outcome) -> LoopGain | str:
     """The loop gain of an outcome at its own numbers, or a sentence that says why there is none."""
     try:
-        baseline = Baseline.of(outcome.case.run.loop, outcome.measurement.trajectories.step)
+        baseline = baseline_of(outcome)
         linear, about, omega = baseline.linear, baseline.sentence, grid(baseline.linear)
         gains = channel_gains(linear.response(omega, "L").values)
         poles, cut_poles = [pole.value for pole in linear.poles], linear.L.poles()
