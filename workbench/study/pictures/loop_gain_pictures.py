@@ -17,7 +17,6 @@ from workbench.study.loop_pictures.bode_pictures import (
     FREQUENCY,
     frequency_limits,
     limits_of,
-    numbers_of_curves,
     nyquist_lines,
 )
 from workbench.study.loop_pictures.frequency_curves import decibels, joined
@@ -129,9 +128,7 @@ def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
             shown = curve.sources(f"magnitude of {label}")
             marks.append(Series(curve.label, gain.frequencies, decibels(values), (2 * i + k) % 12, sources=shown))
             curves.append(curve)
-    return Figure(
-        name, caption, (_gains(curves, marks),), numbers=numbers_of_curves(name, caption, curves), title="S and T"
-    )
+    return Figure(name, caption, (_gains(curves, marks),), title="S and T")
 
 
 def _gains(curves: Sequence[FrequencyCurve], marks: Sequence[Series]) -> Panel:
