@@ -145,7 +145,7 @@ def _loop(
         "rows": len(run.t) - 1,
         "p": plain(run.p[0]),
         "x0": plain(run.x[0, 0]),
-        "moves": _moves(knobs, whole, places),
+        "moves": _moves(knobs, whole, places, linear),
         "seed": str(case.run.seed),
         "normals": whole.noises,
         "switches": switches(outcome.ode),
@@ -194,15 +194,15 @@ def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[d
     return programs
 
 
-def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
-    """The places among the parameters and states of a step that each knob moves, and the names of those numbers."""
+def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[dict[str, Any]]:
+    """The places among the parameters and states of a step that each knob moves, with their names if these are asked."""
     size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [
         {
             "knob": i,
             "p": [k for k in here if k < size],
             "x": [k - size for k in here if k >= size],
-            "names": [labels[k] for k in sorted(here, key=lambda k: k >= size)],
+            "names": [labels[k] for k in sorted(here, key=lambda k: k >= size)] if named else [],
         }
         for i, here in enumerate(places)
         if here
