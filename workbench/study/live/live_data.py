@@ -195,7 +195,7 @@ def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[d
 
 
 def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[dict[str, Any]]:
-    """The places among the parameters and states of a step that each knob moves, with their names if these are asked."""
+    """The places among the parameters and states of a step that each knob moves, with their names if asked."""
     size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [
         {
