@@ -62,8 +62,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
-            linear = any(isinstance(link, LinearMark | LinearCell) and link.loop == k for link in found)
-            made, shown = _loop(outcome, knobs, mine, modules, linear)
+            made, shown = _loop(outcome, knobs, mine, modules, _is_linear(found, k))
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
             return None
         except ValueError as error:
@@ -83,10 +82,22 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "loops": loops,
         "modules": list(modules.packed.values()),
         "curves": [asdict(curve) for curve in live_curves],
-        "cells": [*_told(found, LiveCell, live_places), *_told(found, LinearCell, live_places)],
-        "marks": _told(found, LiveMark, live_places),
-        "linear_marks": _told(found, LinearMark, live_places),
+        **_told_links(found, live_places),
         "refused": refused,
+    }
+
+
+def _is_linear(found: Sequence[object], loop: int) -> bool:
+    """True if a page shows linear answers of a loop."""
+    return any(isinstance(link, LinearMark | LinearCell) and link.loop == loop for link in found)
+
+
+def _told_links(found: Sequence[object], places: Mapping[int, int]) -> dict[str, Any]:
+    """The cells and the marks of a page whose loops are live."""
+    return {
+        "cells": [*_told(found, LiveCell, places), *_told(found, LinearCell, places)],
+        "marks": _told(found, LiveMark, places),
+        "linear_marks": _told(found, LinearMark, places),
     }
 
 
