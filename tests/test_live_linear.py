@@ -19,7 +19,8 @@ from workbench.study.pictures.traces import loops_section
 pytestmark = [needs_node, needs_llvmlite]
 
 HEARS = """(() => { window.heard = []; const hear = livePage.hear.bind(livePage); livePage.hear = (view) => {
-  heard.push([view.phase, view.linear && [view.linear.margins[0].Ms, [...view.linear.poles.re]]]); hear(view); }; })()"""
+  heard.push([view.phase, view.linear && [view.linear.margins[0].Ms, [...view.linear.poles.re]]]);
+  hear(view); }; })()"""
 
 MOTOR = wb.DCMotor()
 LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0)

@@ -52,9 +52,9 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
     with opened(page_of_laws(), "mass") as page:
         seven = turned(page, "mass", 0.5, 2.0, TURNS[laws])
     with opened(page_at_rest(), "phi") as page:
-        linear = turned(page, "phi", 0.05, 0.5, TURNS[LINEAR])
+        linear = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
     with opened(page_at_rest(answers=False), "phi") as page:
-        without = turned(page, "phi", 0.05, 0.5, TURNS[LINEAR])
+        without = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
     said = f"median of {TURNS[w]} turns, until the pictures of all {HORIZON:g} s at {1e3 * H:g} ms are drawn"
     kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
     ratio = (
@@ -86,10 +86,10 @@ def page_of_laws() -> str:
 
 
 def page_at_rest(answers: bool = True) -> str:
-    """The repaired law of the paper at rest, cut at the torques, with its linear answers or with time responses alone."""
+    """The repaired law of the paper at rest, cut at the torques, with linear answers or with time responses alone."""
     closed = still(PROPOSED, POSES[LEVEL])
     case = Case("rest", PROPOSED, Run(closed, (rmse(),), HORIZON, EVERY, H))
-    return page_of((case,), Knob("phi", "controller.phi", 0.05, 0.5, log=True), "e", answers)
+    return page_of((case,), Knob("phi", "controller.phi", 0.002, 0.1, log=True), "e", answers)
 
 
 def page_of(cases: tuple[Case, ...], knob: Knob, signal: str, answers: bool = True) -> str:

@@ -159,14 +159,14 @@ def adapting_states(loop: Any) -> tuple[str, ...]:
         return ()
     by_states = ca.vec(ca.densify(ca.jacobian(commands, flow.x)))
     product = np.array(ca.DM(ca.jacobian_sparsity(by_states, flow.p[wanted]), 1), dtype=bool).any(axis=1)
-    bends = product.reshape((commands.numel(), flow.states.size), order="F").any(axis=0)
+    bends = np.asarray(product.reshape((commands.numel(), flow.states.size), order="F").any(axis=0))
     gains = {name for name in own if bends[flow.states.slice(name)].any()}
     steps = np.array(ca.DM(ca.jacobian_sparsity(ca.densify(flow.rate), flow.x), 1), dtype=bool)
     steps |= np.eye(len(steps), dtype=bool)
     kept = np.array([not any(i in flow.states.indices(name) for name in gains) for i in range(len(steps))])
     reach = closure(steps & kept[:, np.newaxis])
     seen = np.array(ca.DM(ca.jacobian_sparsity(commands, flow.x), 1), dtype=bool).any(axis=0) & kept
-    acting = reach[seen].any(axis=0)
+    acting = np.asarray(reach[seen].any(axis=0))
     return tuple(name for name in own if name in gains or (gains and not acting[flow.states.slice(name)].any()))
 
 
