@@ -98,8 +98,8 @@ Link: TypeAlias = Curve | LiveCell | LiveMark | LinearMark | LinearCell
 def links(document: Document, outcomes: Sequence[Outcome]) -> list[Link]:
     """All that is live in a document of these outcomes: each mark that was made of one of them."""
     loops = {(o.case.scenario, o.case.law, o.digest): k for k, o in enumerate(outcomes)}
-    measured = *curves(document, outcomes, loops), *cells(document, outcomes, loops), *marks(document, outcomes, loops)
-    return [*measured, *linear_marks(document, loops), *linear_cells(document, loops)]
+    found: list[Link] = [*curves(document, outcomes, loops), *cells(document, outcomes, loops)]
+    return [*found, *marks(document, outcomes, loops), *linear_marks(document, loops), *linear_cells(document, loops)]
 
 
 def curves(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[Curve]:
