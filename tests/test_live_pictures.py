@@ -282,3 +282,16 @@ def test_a_loop_of_two_channels_in_a_computer_draws_each_with_the_other_closed(t
             L = 1 / S[:, i, i] - 1
             np.testing.assert_allclose(drawn(page, "linear_bode", 0, i)[1], decibels(L), atol=1e-5)
         assert page.complaints == []
+
+
+@needs_chromium
+@needs_llvmlite
+def test_a_switch_that_does_not_act_at_rest_leaves_the_loop_its_answer(tmp_path, browser):
+    limits = {"low": -24.0, "high": 24.0}  # beyond which alone the integral, which is zero at rest, is clamped
+    path = wb.live(loop(**limits), until=0.5).write(tmp_path / "limits.html")
+    with open_page(path, browser=browser) as page:
+        page.until("Boolean(livePage.data && livePage.motion)")
+        turn(page, 350)
+        margins = wb.linear_loop(loop(Kp=350.0, **limits)).margins()["v"].margins
+        found = page.value("livePage.answers.get(0).answer.margins?.[0].phaseMargin")
+        assert found == pytest.approx(margins.phase_margin.value, rel=1e-9)

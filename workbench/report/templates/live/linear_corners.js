@@ -16,7 +16,8 @@ function isStraightAt(model, x) {
     const sign = side % 2 ? -1 : 1, k = side >> 1;
     for (let i = 0; i < n; i++) beside[i] = x[i] + sign * REACH * (1 + Math.abs(x[i])) * Math.cos((i + 1) * (k + 0.5));
     model.evaluate(beside);
-    const here = { change: model.change.slice(), A: model.A.slice(), B: model.B.slice(), C: model.C.slice(), D: model.D.slice() };
+    const here = {};
+    for (const name of ["change", "closed", "A", "B", "C", "D"]) here[name] = model[name].slice();
     first ||= here;
     if (shapes.some(([name, width]) => isApart(first[name], here[name], width))) return false;
     if (here.change.some((moved, i) => Math.abs(moved - first.change[i]) > jumpOf(here, i, x, n))) return false;
@@ -36,9 +37,9 @@ function isApart(M, N, width) {
   return M.some((value, k) => !(Math.abs(value - N[k]) <= ALIKE * (rows[Math.floor(k / width)] + columns[k % width])));
 }
 
-// What a smooth motion may change by between two sides, and a share of its size.
-function jumpOf({ change, A }, i, x, n) {
+// What a smooth motion may change by between two sides, by the slopes of the closed loop, and a share of its size.
+function jumpOf({ change, closed }, i, x, n) {
   let slopes = 1;
-  for (let j = 0; j < n; j++) slopes += Math.abs(A[i * n + j]) * (1 + Math.abs(x[j]));
+  for (let j = 0; j < n; j++) slopes += Math.abs(closed[i * n + j]) * (1 + Math.abs(x[j]));
   return 8 * REACH * slopes + JUMP * (1 + Math.abs(change[i]));
 }
