@@ -38,7 +38,8 @@ _ROOMS = {
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
     "Work side_by_side sobol sobol_bars",
     "study.evidence": "LoopLimits largest_setting",
-    "study.live.turned": "turned",
+    "study.live.turned": "turned turned_linear",
+    "study.pictures.loop_gain_pictures": "loop_gain_pictures",
     "cli.script": "load",
     "report.figures.runs": "plot",
     "handover.c99.c_code": "c_code",

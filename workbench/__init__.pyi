@@ -95,9 +95,10 @@ from workbench.study.document.finding import Finding, Variation
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
-from workbench.study.live.turned import turned
+from workbench.study.live.turned import turned, turned_linear
 from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
+from workbench.study.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
@@ -205,6 +206,7 @@ __all__ = [
     "linearize",
     "live",
     "load",
+    "loop_gain_pictures",
     "lqg",
     "lqr",
     "measure",
@@ -242,4 +244,5 @@ __all__ = [
     "step_response",
     "total_variation",
     "turned",
+    "turned_linear",
 ]
