@@ -96,6 +96,7 @@ from workbench.study.live.knob import Knob
 from workbench.study.live.turned import turned
 from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
+from workbench.study.specifications import Specification
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
@@ -167,6 +168,7 @@ __all__ = [
     "SingleTrackVehicle",
     "SlidingMode",
     "SobolDesign",
+    "Specification",
     "StateFeedback",
     "SteadyKalmanFilter",
     "Step",

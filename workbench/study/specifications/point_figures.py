@@ -1,0 +1,112 @@
+"""The figures of one linear loop, each with the bounds that are proved or the reason why there is none."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from workbench.design.frequency import CertifiedValue, Peak, StableMargins, hinf_norm
+from workbench.design.frequency.certified_values import enclosure, least
+from workbench.study.specifications.loop_systems import LoopSystems
+from workbench.study.specifications.time_figures import bandwidth_of, step_figure_of
+
+
+@dataclass(frozen=True)
+class LoopFigure:
+    """A figure between its bounds, None for the reason `why`; what it is `of`, and whether its bounds are `proved`."""
+
+    value: CertifiedValue | None
+    of: str = ""
+    why: str = ""
+    proved: bool = True
+
+
+def point_figure(name: str, systems: LoopSystems) -> LoopFigure:
+    """One figure of a stable loop; what refuses it is told as its reason."""
+    try:
+        return FIGURES[name](systems)
+    except ValueError as refused:
+        return LoopFigure(None, why=str(refused))
+
+
+def _margins(systems: LoopSystems) -> list[StableMargins]:
+    found = [one.margins for one in systems.margins]
+    if any(one is None for one in found):
+        raise ValueError("the closed loop is not stable")
+    return [one for one in found if one is not None]
+
+
+def _proved(systems: LoopSystems) -> bool:
+    """True if margins come from exact arithmetic, and not from eigenvalues of a large loop."""
+    return not any("estimate" in remark for one in systems.margins for remark in one.remarks)
+
+
+def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
+    """The peak of S or T: of several channels the largest singular value."""
+    if systems.channels == 1:
+        (own,) = _margins(systems)
+        peak: Peak = own.Ms if kind == "S" else own.Mt
+        return LoopFigure(peak.gain, f"at {peak.frequency:.4g} rad/s", proved=_proved(systems))
+    peak = hinf_norm(systems.system(kind))
+    return LoopFigure(peak.gain, f"of all channels, at {peak.frequency:.4g} rad/s")
+
+
+def _gain_margin(systems: LoopSystems) -> LoopFigure:
+    """The least factor by which a gain may grow or shrink."""
+    factors = []
+    for own in _margins(systems):
+        factors.append(own.gain_high)
+        if own.gain_low.low > 0:
+            factors.append(enclosure(1 / own.gain_low.high, 1 / own.gain_low.low))
+    return LoopFigure(least(factors), proved=_proved(systems))
+
+
+def _least_margin(name: str) -> Callable[[LoopSystems], LoopFigure]:
+    def figure(systems: LoopSystems) -> LoopFigure:
+        return LoopFigure(least(getattr(own, name) for own in _margins(systems)), proved=_proved(systems))
+
+    return figure
+
+
+def _disk_margin(systems: LoopSystems) -> LoopFigure:
+    if systems.channels == 1:
+        (own,) = _margins(systems)
+        return LoopFigure(own.disk_margin, f"at {own.disk_frequency:.4g} rad/s", proved=_proved(systems))
+    found = systems.disk_margin
+    middle = (found.alpha + found.alpha_above) / 2
+    return LoopFigure(CertifiedValue(middle, found.alpha, found.alpha_above), "of all channels at once", proved=False)
+
+
+def _noise_gain(systems: LoopSystems) -> LoopFigure:
+    peak = hinf_norm(systems.noise)
+    return LoopFigure(peak.gain, f"at {peak.frequency:.4g} rad/s")
+
+
+def _bandwidth(systems: LoopSystems) -> LoopFigure:
+    value, proved = bandwidth_of(systems.answering)
+    return LoopFigure(value, systems.answer_words, proved=proved)
+
+
+def _step(name: str) -> Callable[[LoopSystems], LoopFigure]:
+    def figure(systems: LoopSystems) -> LoopFigure:
+        value, proved = step_figure_of(systems.answering, name)
+        return LoopFigure(value, systems.answer_words, proved=proved)
+
+    return figure
+
+
+FIGURES: dict[str, Callable[[LoopSystems], LoopFigure]] = {
+    "Ms": lambda systems: _peak(systems, "S"),
+    "Mt": lambda systems: _peak(systems, "T"),
+    "bandwidth": _bandwidth,
+    "damping": lambda systems: LoopFigure(systems.poles.damping),
+    "decay": lambda systems: LoopFigure(systems.poles.decay),
+    "gain_margin": _gain_margin,
+    "phase_margin": _least_margin("phase_margin"),
+    "delay_margin": _least_margin("delay_margin"),
+    "disk_margin": _disk_margin,
+    "noise_gain": _noise_gain,
+    "overshoot": _step("overshoot"),
+    "settling_time": _step("settling_time"),
+    "rise_time": _step("rise_time"),
+}
