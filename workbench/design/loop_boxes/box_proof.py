@@ -12,11 +12,13 @@ import numpy as np
 
 from workbench.design.loop_boxes.loop_family import LoopFamily, Matrices, RestTube
 from workbench.design.loop_boxes.parameter_box import ParameterBox
-from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition
+from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition, form
 from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite, halved, whole
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import NoBound
 from workbench.validation.refusals import Array
+
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 MOST_BOXES = 1000  # some seconds for a loop of a few states
 SLACK = 1e-6  # by which the rest of a draw, as computed, may miss the states that are enclosed
@@ -60,20 +62,37 @@ def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, tube: 
             return BoxProof(False, count, f"the budget of {most} boxes was used up")
         count += len(todo.c)
         found = family.enclosed(todo.c, todo.r)
-        forms = [condition.certificate(family, M) for M in family.matrices(found.x, todo.c)]
-        lost = next((i for i, P in enumerate(forms) if P is None), None)
-        if lost is not None:
-            place = ", ".join(f"{name} = {v:.6g}" for name, v in zip(family.labels, todo.c[lost], strict=True))
-            return BoxProof(False, count, f"at {place} no quadratic form proves it")
-        P = np.array(forms)
-        holds = _holds(family, condition, found, P, todo.r) & tube.holds(todo.c, found.x, found.doubt)
+        holds, possible = _proved_parts(family, condition, found, todo)
+        if not possible.all():
+            place = todo.c[int(np.argmin(possible))]
+            words = ", ".join(f"{name} = {v:.6g}" for name, v in zip(family.labels, place, strict=True))
+            return BoxProof(False, count, f"no quadratic form proves it at {words}")
+        holds &= tube.holds(todo.c, found.x, found.doubt)
         failed = np.logical_not(holds)
-        blame = _blame(found, todo.r)
-        todo = halved(todo.c[failed], todo.r[failed], blame[failed])
+        todo = halved(todo.c[failed], todo.r[failed], _shares(found, todo.r)[failed])
     return BoxProof(True, count)
 
 
-def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P: Array, r: Array) -> Array:
+def _proved_parts(family: LoopFamily, condition: AbstractCondition, found: Matrices, todo: Boxes) -> tuple[Mask, Mask]:
+    """True (b,) for the parts that some form proves, and for those whose middle has a form."""
+    M = family.matrices(found.x, todo.c)
+    holds, possible = np.zeros(len(M), dtype=bool), np.zeros(len(M), dtype=bool)
+    for P in condition.candidates(family, M):
+        open_ = np.flatnonzero(~holds & np.isfinite(P).all(axis=(1, 2)))
+        if not open_.size:
+            continue
+        S = form(condition, family, P[open_], M[open_])
+        good = np.isfinite(S).all(axis=(1, 2)) & (np.linalg.eigvalsh(np.nan_to_num(S))[:, 0] > 0)
+        open_ = open_[good]
+        possible[open_] = True
+        own = Matrices(*(part[open_] for part in found))
+        holds[open_] = _holds(family, condition, own, P[open_], todo.r[open_])
+        if holds.all():
+            break
+    return holds, possible
+
+
+def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P: Array, r: Array) -> Mask:
     """True (b,) where P > 0 and S(M) > 0 are proved for all matrices of a box."""
     constant, doubt = condition.constant(family, P)
     start = constant + condition.linear(family, P, found.middle)
@@ -97,8 +116,7 @@ def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P:
     return np.asarray(corners_definite((turned + turned.swapaxes(1, 2)) / 2, moved, left) & definite(P))
 
 
-def _blame(found: Matrices, r: Array) -> Array:
-    """The share (b, d) of each number in the change of the matrices over a box."""
-    scale = np.abs(found.middle).max(axis=(1, 2), keepdims=True) + 1e-300
-    return np.asarray((np.abs(found.slopes) * r[:, :, np.newaxis, np.newaxis] / scale[:, np.newaxis]).sum(axis=(2, 3)))
-
+def _shares(found: Matrices, r: Array) -> Array:
+    """How far each number moves the matrices over a box (b, d), as a share of their size."""
+    moved = np.abs(found.slopes).sum(axis=(2, 3)) * r
+    return np.asarray(moved / (np.abs(found.middle).max(axis=(1, 2))[:, np.newaxis] + 1e-300))

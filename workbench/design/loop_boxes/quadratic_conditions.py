@@ -17,26 +17,27 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
 
 from workbench.design.loop_boxes.loop_family import LoopFamily
+from workbench.design.matrices import Complex
 from workbench.proofs.enclosures import UNIT
 from workbench.validation.refusals import Array
 
-DEFECTIVE = 1e7  # the condition of eigenvectors from which a Lyapunov equation serves better
-WEIGHTS = 10.0 ** np.arange(1.5, -6.1, -0.5)  # of the state in a Riccati equation, the heaviest first
-SLACKS = (0.1, 0.03, 0.01, 1e-3, 1e-4)  # shares of the level that are left free
+DEFECTIVE = 1e9  # the condition of eigenvectors beyond which they give no form
+WEIGHTS = 10.0 ** np.arange(1, -6, -1)  # of the states in a Riccati equation
+SLACKS = (0.05, 0.005, 0.0)  # shares of the level that are left free
 
 
 class AbstractCondition(ABC):
     """A condition on the matrices M = [A, B; C, D] of a loop family, as a form S(M) > 0 that is linear in M."""
 
     @abstractmethod
-    def certificate(self, family: LoopFamily, M: Array) -> Array | None:
-        """A symmetric P (n, n) with which the condition holds of one M (q, w), as computed; None if none is found."""
+    def candidates(self, family: LoopFamily, M: Array) -> Iterator[Array]:
+        """Symmetric forms P (b, n, n), as computed, with which the condition may hold of M (b, q, w); NaN for none."""
 
     @abstractmethod
     def constant(self, family: LoopFamily, P: Array) -> tuple[Array, Array]:
@@ -62,10 +63,9 @@ class PolesDecay(AbstractCondition):
 
     sigma: float
 
-    def certificate(self, family: LoopFamily, M: Array) -> Array | None:
-        """The form of the eigenvectors, in which each mode decays at its own rate."""
-        n = family.order
-        return _accepted(self, family, M, _modal_form(M[:n, :n] + self.sigma * np.eye(n)))
+    def candidates(self, family: LoopFamily, M: Array) -> Iterator[Array]:
+        """Forms of the eigenvectors, in which each mode decays at its own rate, with several weights of the modes."""
+        return _modal_forms(M[:, : family.order, : family.order], self.sigma)
 
     def constant(self, family: LoopFamily, P: Array) -> tuple[Array, Array]:
         """-2 sigma P."""
@@ -92,10 +92,9 @@ class PolesDamped(AbstractCondition):
         """The tangent of asin(zeta), rounded up."""
         return math.nextafter(self.zeta / math.sqrt((1 - self.zeta) * (1 + self.zeta)) * (1 + 8 * UNIT), math.inf)
 
-    def certificate(self, family: LoopFamily, M: Array) -> Array | None:
-        """The form of the eigenvectors, in which each mode turns and decays by itself."""
-        n = family.order
-        return _accepted(self, family, M, _modal_form(M[:n, :n]))
+    def candidates(self, family: LoopFamily, M: Array) -> Iterator[Array]:
+        """Forms of the eigenvectors, in which each mode turns and decays by itself, with several weights."""
+        return _modal_forms(M[:, : family.order, : family.order], 0.0)
 
     def constant(self, family: LoopFamily, P: Array) -> tuple[Array, Array]:
         """Nothing."""
@@ -129,24 +128,17 @@ class GainBelow(AbstractCondition):
     outputs: tuple[str, ...]
     shift: float = 0.0
 
-    def certificate(self, family: LoopFamily, M: Array) -> Array | None:
-        """A solution of the Riccati equation of the bounded real lemma, with weight on all states and room below."""
-        A, B, C, D = (part[0] for part in self._parts(family, M[np.newaxis]))
-        D = D + self._diagonal(D.shape)
-        if not len(A) or not np.isfinite(M).all() or np.linalg.norm(D, 2) >= self.level:
-            return None
-        V = _modal_form(A)
-        if V is None:
-            return None
-        Q = V * (np.trace(C.T @ C) / self.level / np.trace(V) + 1e-300)
-        for weight in WEIGHTS:
-            P = _accepted(self, family, M, _riccati(A, B, C, D, self.level, weight * Q))
-            if P is None:
-                continue
-            room = (_riccati(A, B, C, D, self.level * (1 - slack), weight / 3 * Q) for slack in SLACKS)
-            roomy = (_accepted(self, family, M, one) for one in room)
-            return next((one for one in roomy if one is not None), P)
-        return None
+    def candidates(self, family: LoopFamily, M: Array) -> Iterator[Array]:
+        """Solutions of the Riccati equation of the bounded real lemma, with more or less weight on all states."""
+        A, B, C, D = self._parts(family, M)
+        D = D + self._diagonal(D.shape[1:])
+        V = next(_modal_forms(A, 0.0), np.full_like(A, np.nan))
+        with np.errstate(all="ignore"):
+            size = np.trace(C.swapaxes(1, 2) @ C, axis1=1, axis2=2) / self.level / np.trace(V, axis1=1, axis2=2)
+        Q = V * size[:, np.newaxis, np.newaxis]
+        for slack in SLACKS:
+            for weight in WEIGHTS:
+                yield _riccati(A, B, C, D, self.level * (1 - slack), weight * Q)
 
     def constant(self, family: LoopFamily, P: Array) -> tuple[Array, Array]:
         """The level on the diagonals of inputs and outputs, less the shift."""
@@ -195,38 +187,51 @@ def _lyapunov(P: Array, A: Array) -> Array:
     return np.asarray(PA + PA.swapaxes(1, 2))
 
 
-def _modal_form(A: Array) -> Array | None:
-    """P = V^-H V^-1 of the eigenvectors V of A, or of a defective A the solution of A' P + P A = -I."""
-    if not len(A) or not np.isfinite(A).all():
-        return None
-    values, V = np.linalg.eig(A)
-    if values.real.max() >= 0:
-        return None
-    if np.linalg.cond(V) < DEFECTIVE:
-        W = np.linalg.inv(V)
-        P = np.real(W.conj().T @ W)
-    else:
-        P = scipy.linalg.solve_continuous_lyapunov(A.T, -np.eye(len(A)))
-    return np.asarray((P + P.T) / 2)
+def _modal_forms(A: Array, sigma: float) -> Iterator[Array]:
+    """P = V^-H W V^-1 of the eigenvectors V of A (b, n, n), with weights W of modes that decay faster than sigma."""
+    sound = np.isfinite(A).all(axis=(1, 2))
+    values, V = np.linalg.eig(np.where(sound[:, np.newaxis, np.newaxis], A, -np.eye(A.shape[1])))
+    decay = -values.real - sigma
+    sound &= (decay > 0).all(axis=1)
+    with np.errstate(all="ignore"):
+        sound &= np.linalg.cond(V) < DEFECTIVE
+        inverse = _inverted(V, sound)
+        for power in (0.0, 0.5, 1.0):
+            weights = np.where(sound[:, np.newaxis], decay, 1.0) ** -power
+            P = np.real(inverse.conj().swapaxes(1, 2) @ (weights[:, :, np.newaxis] * inverse))
+            yield _symmetric(P, sound)
 
 
-def _riccati(A: Array, B: Array, C: Array, D: Array, level: float, Q: Array) -> Array | None:
-    """The stabilising solution of the Riccati equation of a gain below a level, with Q more; None if there is none."""
-    R = D.T @ D / level - level * np.eye(D.shape[1])
-    if np.linalg.eigvalsh(R).max() >= 0:
-        return None
-    try:
-        with np.errstate(all="ignore"):
-            P = scipy.linalg.solve_continuous_are(A, B, C.T @ C / level + Q, R, s=C.T @ D / level)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    P = np.asarray((P + P.T) / 2)
-    return P if np.isfinite(P).all() and np.linalg.eigvalsh(P)[0] > 0 else None
+def _riccati(A: Array, B: Array, C: Array, D: Array, level: float, Q: Array) -> Array:
+    """The stabilising solutions (b, n, n) of the Riccati equation of a gain below a level, with Q more; NaN for none.
+
+    They are P = X2 X1^-1 of the stable subspace [X1; X2] of a Hamiltonian matrix. Their rounding is of no concern: a
+    form is put to the test, wherever it comes from.
+    """
+    n, turned = A.shape[1], [part.swapaxes(1, 2) for part in (A, B, C, D)]
+    R = level * np.eye(D.shape[2]) - turned[3] @ D / level
+    sound = (np.linalg.eigvalsh(R)[:, 0] > 0) & np.isfinite(Q).all(axis=(1, 2)) & np.isfinite(A).all(axis=(1, 2))
+    R = np.where(sound[:, np.newaxis, np.newaxis], R, np.eye(D.shape[2]))
+    by = np.linalg.solve(R, turned[1]), np.linalg.solve(R, turned[3] @ C) / level
+    moved = A + B @ by[1]
+    top = np.concatenate([moved, B @ by[0]], axis=2)
+    weight = Q + turned[2] @ C / level + turned[2] @ D @ by[1] / level
+    H = np.concatenate([top, np.concatenate([-weight, -moved.swapaxes(1, 2)], axis=2)], axis=1)
+    H = np.where(sound[:, np.newaxis, np.newaxis], H, np.diag(np.repeat([-1.0, 1.0], n)))
+    values, vectors = np.linalg.eig(H)
+    order = np.argsort(values.real, axis=1)[:, :n]
+    sound &= (values.real < 0).sum(axis=1) == n
+    X = np.take_along_axis(vectors, order[:, np.newaxis, :], axis=2)
+    return _symmetric(np.real(X[:, n:] @ _inverted(X[:, :n], sound)), sound)
 
 
-def _accepted(condition: AbstractCondition, family: LoopFamily, M: Array, P: Array | None) -> Array | None:
-    """P, if the condition holds with it at the one M (q, w), as computed."""
-    if P is None:
-        return None
-    S = form(condition, family, P[np.newaxis], M[np.newaxis])[0]
-    return P if np.isfinite(S).all() and np.linalg.eigvalsh(S)[0] > 0 else None
+def _inverted(matrices: Complex, sound: Array) -> Complex:
+    """The inverses (b, n, n) of the sound ones; the unit matrix for the others and for singular ones."""
+    held = np.where(sound[:, np.newaxis, np.newaxis], matrices, np.eye(matrices.shape[1]))
+    with np.errstate(all="ignore"):
+        singular = ~(np.abs(np.linalg.det(held)) > 0)
+    return np.asarray(np.linalg.inv(np.where(singular[:, np.newaxis, np.newaxis], np.eye(held.shape[1]), held)))
+
+
+def _symmetric(P: Array, sound: Array) -> Array:
+    return np.where(sound[:, np.newaxis, np.newaxis], (P + P.swapaxes(1, 2)) / 2, np.nan)

@@ -1,4 +1,4 @@
-"""Verdicts over a box: the worst draws of a search, looked at with proved bounds, and proofs of what they leave open."""
+"""Verdicts over a box: the worst draws of a search, with proved bounds, and proofs of what they leave open."""
 
 from __future__ import annotations
 
@@ -76,7 +76,9 @@ class BoxCheck:
         if judged == "fails":
             return LimitVerdict(limit, "refuted", figure, self._lost, values, count)
         if judged == "undecided":
-            return LimitVerdict(limit, "not checkable", figure, "Its bounds lie on both sides of the limit.", values, count)
+            return LimitVerdict(
+                limit, "not checkable", figure, "Its bounds lie on both sides of the limit.", values, count
+            )
         proof = self._proof(limit)
         if proof.proved:
             evidence = f"The worst of {count:,} draws; proved{by_intervals(proof.boxes).removeprefix(',')}."
@@ -110,7 +112,7 @@ class BoxCheck:
 
     @cached_property
     def _family(self) -> LoopFamily:
-        """The matrices of the closed loop, from what is added at the cut and to the readings, to what is cut and drives.
+        """The matrices of the closed loop, from what is added at the cut and to readings, to what is cut and drives.
 
         Raises
         ------
@@ -155,5 +157,3 @@ class BoxCheck:
         if name == "disk_margin":
             return GainBelow(math.nextafter(1 / limit.low, 0.0), *self._cut, 0.5)
         return GainBelow(limit.high, *self._cut, 1.0 if name == "Ms" else 0.0)
-
-

@@ -1,4 +1,4 @@
-"""Verdicts on limits: the figure with its bounds, the distance from the limit, the evidence, and a witness that runs."""
+"""Verdicts on limits: the figure with its bounds, its distance from the limit, the evidence, and a witness."""
 
 from __future__ import annotations
 
@@ -119,7 +119,13 @@ class SpecificationVerdicts:
     @door
     def table(self, name: str = "specification", caption: str = "") -> Table:
         """The verdicts as a table, a block of a section of a report."""
-        columns = (Column("limit"), Column("verdict"), Column("figure"), Column("margin"), Column("evidence and witness"))
+        columns = (
+            Column("limit"),
+            Column("verdict"),
+            Column("figure"),
+            Column("margin"),
+            Column("evidence and witness"),
+        )
         where = f" over {self.box}" if self.box else ""
         rows = tuple(_row(one) for one in self.verdicts)
         return Table(name, caption or f"The specification of {self.subject}{where}.", columns, rows)

@@ -6,18 +6,22 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from workbench.core import Layout
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.frequency.pole_figures import PoleFigures, closed_pole_figures, pole_figures
 from workbench.design.linear import DiskMargin, disk_margin
-from workbench.design.linear.feedback_loops import one_loop, sensitivity
 from workbench.design.linear.feedback_loops import complementary_sensitivity as complementary
+from workbench.design.linear.feedback_loops import one_loop, sensitivity
 from workbench.design.linear.system_answers import lti
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.validation.refusals import refusal
 
-LOOP = "a `LinearLoop`, as `linear_loop` makes it, or the loop gain L of negative feedback as a system of python-control"
+LOOP = (
+    "a `LinearLoop`, as `linear_loop` makes it, or the loop gain L of negative feedback as a system of python-control"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +57,9 @@ class LoopSystems:
         except ValueError:
             raise refusal(f"{call}", LOOP, loop) from None
         if inputs is not None or outputs is not None:
-            raise ValueError(f"`{call}` takes names of signals of a `LinearLoop`; a system of python-control has T alone.")
+            raise ValueError(
+                f"`{call}` takes names of signals of a `LinearLoop`; a system of python-control has T alone."
+            )
         return LoopSystems(loop, None)
 
     @property
@@ -99,9 +105,8 @@ class LoopSystems:
     def poles(self) -> PoleFigures:
         """The decay and the damping of the closed loop."""
         if isinstance(self.loop, LinearLoop):
-            self.loop.poles  # refuses a delay by name
-            closed = self.loop.models.closed
-            return pole_figures(closed.A[0], None if closed.period is None else closed.period * closed.count)
+            closed = self.loop.system("closed")
+            return pole_figures(np.asarray(closed.A, dtype=float), float(closed.dt) or None)
         if self.channels == 1:
             return closed_pole_figures(self.loop)
         return pole_figures(sensitivity(self.loop).A)

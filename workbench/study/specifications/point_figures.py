@@ -83,14 +83,12 @@ def _noise_gain(systems: LoopSystems) -> LoopFigure:
 
 
 def _bandwidth(systems: LoopSystems) -> LoopFigure:
-    value, proved = bandwidth_of(systems.answering)
-    return LoopFigure(value, systems.answer_words, proved=proved)
+    return LoopFigure(bandwidth_of(systems.answering), systems.answer_words)
 
 
 def _step(name: str) -> Callable[[LoopSystems], LoopFigure]:
     def figure(systems: LoopSystems) -> LoopFigure:
-        value, proved = step_figure_of(systems.answering, name)
-        return LoopFigure(value, systems.answer_words, proved=proved)
+        return LoopFigure(step_figure_of(systems.answering, name), systems.answer_words, proved=False)
 
     return figure
 

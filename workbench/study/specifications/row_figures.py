@@ -65,6 +65,8 @@ def row_figures(rows: LinearRows, names: Sequence[str], grid: RowGrid, linear: L
 
 def _largest(values: Complex) -> Array:
     """The largest singular value (N,) over frequencies of answers (N, m, ny, nu); NaN where one is no number."""
+    if values.shape[2:] == (1, 1):
+        return np.asarray(np.abs(values).max(axis=(1, 2, 3)))
     flat, sound = values.reshape(-1, *values.shape[2:]), np.isfinite(values).all(axis=(2, 3))
     sizes = np.linalg.norm(np.where(sound.reshape(-1, 1, 1), flat, 0.0), 2, axis=(-2, -1)).reshape(sound.shape)
     return np.where(sound.all(axis=1), sizes.max(axis=1), np.nan)
