@@ -29,8 +29,8 @@ class LimitVerdict:
 
     At a point a limit `holds` or `fails` if all values between the bounds of the figure do, else it is `undecided`.
     Over a box it is `proved`, `refuted` by the draw `witness`, or `not refuted` in so many `draws`; the figure is that
-    of the worst draw that was found, which is `undecided` where its bounds lie on both sides of the limit. It is `not
-    checkable` where there is no figure, and the evidence has the reason.
+    of the worst draw that was found. It is `undecided` where the bounds of that figure lie on both sides of the limit,
+    and `not checkable` where there is no figure; the evidence has the reason.
     """
 
     limit: Limit
