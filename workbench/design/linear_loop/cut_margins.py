@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.frequency import StabilityMargins, stability_margins
+from workbench.design.frequency import Bandwidth, StabilityMargins, bandwidth, sensitivity_bandwidth, stability_margins
 from workbench.design.linear import DiskMargin, disk_margin
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Refused
+
+if TYPE_CHECKING:
+    import control
 
 
 def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[str, StabilityMargins]:
@@ -38,6 +42,11 @@ def common_margin(call: str, models: CutModels) -> DiskMargin:
         return disk_margin(L.system())
     found = disk_margin(_on_the_axis(call, L).system())
     return DiskMargin(found.alpha, found.alpha_above, 2 / L.period * math.atan(found.frequency))
+
+
+def kind_bandwidth(system: control.StateSpace, of: str) -> Bandwidth:
+    """The bandwidth of a kind: of "S" the first frequency at which it rises above -3 dB."""
+    return (sensitivity_bandwidth if of == "S" else bandwidth)(system)
 
 
 def _refuse_rates(call: str, models: CutModels) -> None:
