@@ -10,9 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.loop_boxes.loop_family import LoopFamily, Matrices, RestTube
+from workbench.design.loop_boxes.loop_family import LEAST, ROOM, LoopFamily, Matrices
 from workbench.design.loop_boxes.parameter_box import ParameterBox
 from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition, form
+from workbench.design.loop_boxes.rest_tubes import RestBranch
 from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite, halved, whole
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import NoBound
@@ -43,19 +44,20 @@ def prove_over_box(
     """
     start = whole(box.low, box.high)
     try:
-        tube = family.tube(start.c[0], start.r[0])
-        if tube is None:
-            return BoxProof(False, 0, "its rest is not proved to be one that moves evenly over the whole box")
-        theta, x = draws
-        rests = x[:, list(family.moving)]
-        if not tube.holds(theta, rests, -SLACK * (1 + np.abs(rests))).all():
-            return BoxProof(False, 0, "some draws rest at another state than the one that is enclosed")
-        return _prove(family, condition, start, tube, most)
+        with np.errstate(all="ignore"):
+            branch = RestBranch.over(family.tube, start.c[0], start.r[0], ROOM, LEAST)
+            if branch is None:
+                return BoxProof(False, 0, "its rest is not proved to be one that moves evenly over the box")
+            theta, x = draws
+            rests = x[:, list(family.moving)]
+            if not branch.holds(theta, rests, -SLACK * (1 + np.abs(rests))).all():
+                return BoxProof(False, 0, "some draws rest at another state than the one that is enclosed")
+            return _prove(family, condition, start, branch, most)
     except NoBound as none:
         return BoxProof(False, 0, str(none).rstrip("."))
 
 
-def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, tube: RestTube, most: int) -> BoxProof:
+def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, branch: RestBranch, most: int) -> BoxProof:
     count = 0
     while len(todo.c):
         if count + len(todo.c) > most:
@@ -67,7 +69,7 @@ def _prove(family: LoopFamily, condition: AbstractCondition, todo: Boxes, tube: 
             place = todo.c[int(np.argmin(possible))]
             words = ", ".join(f"{name} = {v:.6g}" for name, v in zip(family.labels, place, strict=True))
             return BoxProof(False, count, f"no quadratic form proves it at {words}")
-        holds &= tube.holds(todo.c, found.x, found.doubt)
+        holds &= branch.holds(todo.c, found.x, found.doubt)
         failed = np.logical_not(holds)
         todo = halved(todo.c[failed], todo.r[failed], _shares(found, todo.r)[failed])
     return BoxProof(True, count)

@@ -32,6 +32,7 @@ from workbench.design.loop_boxes.interval_functions import (
     product_right,
     reach,
 )
+from workbench.design.loop_boxes.rest_tubes import RestTube
 from workbench.notation.program import walk
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import Interval, NoBound, jumps
@@ -53,21 +54,6 @@ class Matrices(NamedTuple):
     rest: Array
     x: Array
     doubt: Array
-
-
-@dataclass(frozen=True, eq=False)
-class RestTube:
-    """The states x + G (theta - theta_c) + e with |e| <= E, among which there is one rest for each draw of a box."""
-
-    theta: Array
-    x: Array
-    G: Array
-    E: Array
-
-    def holds(self, theta: Array, x: Array, doubt: Array) -> Array:
-        """True for each draw (b, d) whose states (b, n), within a doubt (b, n), lie in the tube."""
-        away = np.abs(x - self.x - (theta - self.theta) @ self.G.T)
-        return np.asarray((away * (1 + 64 * UNIT) + 64 * UNIT * np.abs(x) + doubt <= self.E).all(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,7 +157,7 @@ class LoopFamily:
         slopes_k = along.middle.swapaxes(1, 2).reshape(b, -1, w, q).swapaxes(2, 3)
         return Matrices(thin.middle, slopes_k, total.reshape(b, w, q).swapaxes(1, 2), x, E)
 
-    def tube(self, theta: Array, r: Array) -> RestTube | None:
+    def tube(self, theta: Array, r: Array, least: float = ROOM) -> RestTube | None:
         """The rests of all draws of one box |theta - theta_c| <= r, (d,) each; None if that is not proved."""
         middle, radius, n = theta[np.newaxis], r[np.newaxis], len(self.moving)
         x = self.rests(middle)
@@ -180,8 +166,8 @@ class LoopFamily:
         _, slopes, _ = self._at(x, middle)
         Y = _inverses(slopes[:, :, :n])
         G = -Y @ slopes[:, :, n:]
-        E, _ = self._rest_radii(x, middle, radius, Y, G, ROOM)
-        return RestTube(theta, x[0], G[0], E[0]) if np.isfinite(E).all() else None
+        E, _ = self._rest_radii(x, middle, radius, Y, G, least)
+        return RestTube(theta, r, x[0], G[0], E[0]) if np.isfinite(E).all() else None
 
     def _rest_radii(
         self, x: Array, theta: Array, r: Array, Y: Array, G: Array, least: float

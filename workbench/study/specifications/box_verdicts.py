@@ -72,7 +72,7 @@ class BoxCheck:
         if figure.value is None:
             reason = f"At the worst of {count:,} draws there is no figure: {figure.why}"
             return LimitVerdict(limit, "not checkable", figure, reason, values, count)
-        judged, seen = limit.judged(figure.value), f"{_words(limit, figure)} at the worst of {count:,} draws"
+        judged, seen = limit.judged(figure.value), f"{_words(limit, figure)}, of the worst of {count:,} draws"
         if judged != "holds":
             kind: VerdictKind = "refuted" if judged == "fails" else "undecided"
             return LimitVerdict(limit, kind, figure, f"{seen}. {self._lost}".strip(), values, count)
@@ -158,5 +158,5 @@ class BoxCheck:
 
 def _words(limit: Limit, figure: LoopFigure) -> str:
     """A figure in words, with what it is of."""
-    doubt = "" if figure.proved else ", with estimated bounds,"
+    doubt = "" if figure.proved else " with estimated bounds"
     return f"The {limit.kind.words} {figure.of}{doubt}" if figure.of else f"The {limit.kind.words}{doubt}"

@@ -49,7 +49,7 @@ KINDS = {
         FigureKind("delay_margin", "delay margin", "s", "at least", 0, math.inf, "in seconds"),
         FigureKind("disk_margin", "disk margin", "", "at least", 0, math.inf, "the size of a disk"),
         FigureKind("noise_gain", "gain from noise", "", "at most", 0, math.inf, "as a gain is positive"),
-        FigureKind("overshoot", "overshoot", "%", "at most", -1e-300, math.inf, "in percent of the step"),
+        FigureKind("overshoot", "overshoot", "%", "at most", -1e-300, math.inf, "in percent of the final value"),
         FigureKind("settling_time", "settling time", "s", "at most", 0, math.inf, "in seconds"),
         FigureKind("rise_time", "rise time", "s", "at most", 0, math.inf, "in seconds"),
     )

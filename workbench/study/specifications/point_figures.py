@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from workbench.design.frequency import CertifiedValue, Peak, StableMargins, hinf_norm
+from workbench.design.frequency import CertifiedValue, Peak, StableMargins, bandwidth, hinf_norm
 from workbench.design.frequency.certified_values import enclosure, least
+from workbench.design.step_response import step_info
 from workbench.study.specifications.loop_systems import LoopSystems
-from workbench.study.specifications.time_figures import bandwidth_of, step_figure_of
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,11 @@ def _margins(systems: LoopSystems) -> list[StableMargins]:
     return [one for one in found if one is not None]
 
 
+def _place(frequency: float) -> str:
+    """A frequency in rad/s in words."""
+    return f"at {frequency:.4g} rad/s" if math.isfinite(frequency) else "at infinite frequency"
+
+
 def _proved(systems: LoopSystems) -> bool:
     """True if margins come from exact arithmetic, and not from eigenvalues of a large loop."""
     return not any("estimate" in remark for one in systems.margins for remark in one.remarks)
@@ -46,9 +52,9 @@ def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
     if systems.channels == 1:
         (own,) = _margins(systems)
         peak: Peak = own.Ms if kind == "S" else own.Mt
-        return LoopFigure(peak.gain, f"at {peak.frequency:.4g} rad/s", proved=_proved(systems))
+        return LoopFigure(peak.gain, _place(peak.frequency), proved=_proved(systems))
     peak = hinf_norm(systems.system(kind))
-    return LoopFigure(peak.gain, f"of all channels, at {peak.frequency:.4g} rad/s")
+    return LoopFigure(peak.gain, f"of all channels {_place(peak.frequency)}")
 
 
 def _gain_margin(systems: LoopSystems) -> LoopFigure:
@@ -71,7 +77,7 @@ def _least_margin(name: str) -> Callable[[LoopSystems], LoopFigure]:
 def _disk_margin(systems: LoopSystems) -> LoopFigure:
     if systems.channels == 1:
         (own,) = _margins(systems)
-        return LoopFigure(own.disk_margin, f"at {own.disk_frequency:.4g} rad/s", proved=_proved(systems))
+        return LoopFigure(own.disk_margin, _place(own.disk_frequency), proved=_proved(systems))
     found = systems.disk_margin
     middle = (found.alpha + found.alpha_above) / 2
     return LoopFigure(CertifiedValue(middle, found.alpha, found.alpha_above), "of all channels at once", proved=False)
@@ -79,16 +85,20 @@ def _disk_margin(systems: LoopSystems) -> LoopFigure:
 
 def _noise_gain(systems: LoopSystems) -> LoopFigure:
     peak = hinf_norm(systems.noise)
-    return LoopFigure(peak.gain, f"at {peak.frequency:.4g} rad/s")
+    return LoopFigure(peak.gain, _place(peak.frequency))
 
 
 def _bandwidth(systems: LoopSystems) -> LoopFigure:
-    return LoopFigure(bandwidth_of(systems.answering), systems.answer_words)
+    return LoopFigure(bandwidth(systems.answering).frequency, systems.answer_words)
 
 
 def _step(name: str) -> Callable[[LoopSystems], LoopFigure]:
     def figure(systems: LoopSystems) -> LoopFigure:
-        return LoopFigure(step_figure_of(systems.answering, name), systems.answer_words, proved=False)
+        info = step_info(systems.answering)
+        value: CertifiedValue = getattr(info, name)
+        if math.isnan(value.value):
+            raise ValueError(info.remarks[0])
+        return LoopFigure(value, systems.answer_words)
 
     return figure
 

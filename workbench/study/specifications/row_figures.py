@@ -19,7 +19,7 @@ from workbench.validation.refusals import Array
 
 FREQUENCIES, BEYOND = 300, 30.0  # of the grid, and by how much it goes beyond the poles
 SAMPLES, CONSTANTS, LONGEST = 800, 8.0, 4000  # of a step answer, time constants of it, and periods in a computer
-SETTLED, RISE = 0.02, (0.1, 0.9)  # of the step
+SETTLED, RISE = 0.02, (0.1, 0.9)  # of the final value
 HALF_POWER = 10 ** (-3 / 20)
 TIMED = ("overshoot", "settling_time", "rise_time")
 
@@ -169,7 +169,7 @@ def _of_step(rows: LinearRows, model: LoopModel) -> dict[str, Array]:
         final = np.full(len(A), np.nan)
         for i in np.flatnonzero(np.isfinite(stable).all(axis=(1, 2)) & rows.stable):
             final[i] = (model.D[i] - model.Cy[i] @ np.linalg.pinv(stable[i]) @ model.B[i])[0, 0]
-        share = (y - y[:, :1]) / (final - y[:, 0])[:, np.newaxis]
+        share = y / final[:, np.newaxis]
     t = h * np.arange(steps + 1)
     outside = np.abs(share - 1) > SETTLED
     last = steps - outside[:, ::-1].argmax(axis=1)
@@ -183,7 +183,7 @@ def _of_step(rows: LinearRows, model: LoopModel) -> dict[str, Array]:
 
 def _first_above(t: Array, share: Array, level: float) -> Array:
     """The first time (N,) at which a response reaches a level, on the line between two samples."""
-    k = np.maximum((share >= level).argmax(axis=1), 1)
+    k = np.maximum((share >= level).argmax(axis=1), 1)  # of one that begins above it the clipped part is zero
     i = np.arange(len(share))
     with np.errstate(invalid="ignore", divide="ignore"):
         part = np.clip((level - share[i, k - 1]) / (share[i, k] - share[i, k - 1]), 0, 1)

@@ -48,11 +48,11 @@ class Specification:
     noise_gain
         The largest gain from the noise of the readings to the inputs of the plant, in their units.
     overshoot
-        The largest overshoot of a step answer, in % of the step.
+        The largest overshoot of a step answer, in % of its final value.
     settling_time
-        The longest time in s after which a step answer stays within 2 % of the step about its final value.
+        The longest time in s after which a step answer stays within 2 % of its final value.
     rise_time
-        The longest time in s that a step answer takes from 10 % to 90 % of the step.
+        The longest time in s that a step answer takes from 10 % to 90 % of its final value.
     decay
         The slowest decay of a pole, -Re s, in 1/s.
 
