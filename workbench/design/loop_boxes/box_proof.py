@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.linear.corners import Mask
 from workbench.design.loop_boxes.loop_family import LEAST, ROOM, LoopFamily, Matrices
 from workbench.design.loop_boxes.parameter_box import ParameterBox
 from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition, form
@@ -18,8 +19,6 @@ from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite,
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import NoBound
 from workbench.validation.refusals import Array
-
-Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
 MOST_BOXES = 1000  # some seconds for a loop of a few states
 SLACK = 1e-6  # by which the rest of a draw, as computed, may miss the states that are enclosed
@@ -115,10 +114,11 @@ def _holds(family: LoopFamily, condition: AbstractCondition, found: Matrices, P:
         whole_size = W.swapaxes(1, 2) @ (np.abs(start) + np.abs(steps).sum(axis=1)) @ W
         left = left * (1 + 8 * m * UNIT) + 8 * m * m * UNIT * whole_size
     left = np.where(np.isnan(left), np.inf, left)
-    return np.asarray(corners_definite((turned + turned.swapaxes(1, 2)) / 2, moved, left) & definite(P))
+    formed = corners_definite((turned + turned.swapaxes(1, 2)) / 2, moved, left)
+    return np.asarray(formed.astype(bool) & definite(P).astype(bool))
 
 
 def _shares(found: Matrices, r: Array) -> Array:
-    """How far each number moves the matrices over a box (b, d), as a share of their size."""
+    """The distance by which each number moves the matrices over a box (b, d), as a share of their size."""
     moved = np.abs(found.slopes).sum(axis=(2, 3)) * r
     return np.asarray(moved / (np.abs(found.middle).max(axis=(1, 2))[:, np.newaxis] + 1e-300))

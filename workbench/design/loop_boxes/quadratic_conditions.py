@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.linear.corners import Mask
 from workbench.design.loop_boxes.loop_family import LoopFamily
 from workbench.design.matrices import Complex
 from workbench.proofs.enclosures import UNIT
@@ -179,7 +180,7 @@ class GainBelow(AbstractCondition):
         return M[:, :n, :n], M[:, :n][:, :, columns], M[:, rows][:, :, :n], M[:, rows][:, :, columns]
 
     def _diagonal(self, shape: tuple[int, ...]) -> Array:
-        return self.shift * np.eye(*shape)
+        return np.asarray(self.shift * np.eye(shape[0], shape[1]))
 
 
 def _lyapunov(P: Array, A: Array) -> Array:
@@ -189,7 +190,7 @@ def _lyapunov(P: Array, A: Array) -> Array:
 
 def _modal_forms(A: Array, sigma: float) -> Iterator[Array]:
     """P = V^-H W V^-1 of the eigenvectors V of A (b, n, n), with weights W of modes that decay faster than sigma."""
-    sound = np.isfinite(A).all(axis=(1, 2))
+    sound: Mask = np.asarray(np.isfinite(A).all(axis=(1, 2)))
     values, V = np.linalg.eig(np.where(sound[:, np.newaxis, np.newaxis], A, -np.eye(A.shape[1])))
     decay = -values.real - sigma
     sound &= (decay > 0).all(axis=1)
@@ -210,7 +211,8 @@ def _riccati(A: Array, B: Array, C: Array, D: Array, level: float, Q: Array) -> 
     """
     n, turned = A.shape[1], [part.swapaxes(1, 2) for part in (A, B, C, D)]
     R = level * np.eye(D.shape[2]) - turned[3] @ D / level
-    sound = (np.linalg.eigvalsh(R)[:, 0] > 0) & np.isfinite(Q).all(axis=(1, 2)) & np.isfinite(A).all(axis=(1, 2))
+    finite = np.isfinite(Q).all(axis=(1, 2)) & np.isfinite(A).all(axis=(1, 2))
+    sound: Mask = np.asarray((np.linalg.eigvalsh(R)[:, 0] > 0) & finite)
     R = np.where(sound[:, np.newaxis, np.newaxis], R, np.eye(D.shape[2]))
     by = np.linalg.solve(R, turned[1]), np.linalg.solve(R, turned[3] @ C) / level
     moved = A + B @ by[1]
@@ -225,7 +227,7 @@ def _riccati(A: Array, B: Array, C: Array, D: Array, level: float, Q: Array) -> 
     return _symmetric(np.real(X[:, n:] @ _inverted(X[:, :n], sound)), sound)
 
 
-def _inverted(matrices: Complex, sound: Array) -> Complex:
+def _inverted(matrices: Complex, sound: Mask) -> Complex:
     """The inverses (b, n, n) of the sound ones; the unit matrix for the others and for singular ones."""
     held = np.where(sound[:, np.newaxis, np.newaxis], matrices, np.eye(matrices.shape[1]))
     with np.errstate(all="ignore"):
@@ -233,5 +235,5 @@ def _inverted(matrices: Complex, sound: Array) -> Complex:
     return np.asarray(np.linalg.inv(np.where(singular[:, np.newaxis, np.newaxis], np.eye(held.shape[1]), held)))
 
 
-def _symmetric(P: Array, sound: Array) -> Array:
+def _symmetric(P: Array, sound: Mask) -> Array:
     return np.where(sound[:, np.newaxis, np.newaxis], (P + P.swapaxes(1, 2)) / 2, np.nan)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.linear.corners import Mask
 from workbench.proofs.enclosures import UNIT
 from workbench.validation.refusals import Array
 
@@ -27,11 +28,11 @@ class RestTube:
     G: Array
     E: Array
 
-    def covers(self, theta: Array) -> Array:
+    def covers(self, theta: Array) -> Mask:
         """True for each draw (b, d) of its part."""
         return np.asarray((np.abs(theta - self.theta) <= self.r).all(axis=1))
 
-    def holds(self, theta: Array, x: Array, doubt: Array) -> Array:
+    def holds(self, theta: Array, x: Array, doubt: Array) -> Mask:
         """True for each draw (b, d) whose states (b, n), within a doubt (b, n), lie in the tube."""
         away = np.abs(x - self.x - (theta - self.theta) @ self.G.T)
         return np.asarray((away * (1 + 64 * UNIT) + 64 * UNIT * np.abs(x) + doubt <= self.E).all(axis=1))
@@ -73,9 +74,11 @@ class RestBranch:
         found = cover(theta, r)
         return None if found is None else RestBranch(tuple(found))
 
-    def holds(self, theta: Array, x: Array, doubt: Array) -> Array:
+    def holds(self, theta: Array, x: Array, doubt: Array) -> Mask:
         """True for each draw (b, d) whose states (b, n), within a doubt (b, n), lie on the branch."""
-        return np.any([one.covers(theta) & one.holds(theta, x, doubt) for one in self.tubes], axis=0)
+        return np.asarray(
+            np.any([one.covers(theta) & one.holds(theta, x, doubt) for one in self.tubes], axis=0), dtype=bool
+        )
 
 
 def _joined(face: RestTube | None, left: list[RestTube], right: list[RestTube]) -> bool:

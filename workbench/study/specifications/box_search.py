@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.design.linear.corners import Mask
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.linear_loops import about
 from workbench.design.loop_boxes import ParameterBox
@@ -83,8 +84,8 @@ class _Draws:
     x: Array
     p: Array
     excess: Array
-    lost: Array
-    unstable: Array
+    lost: Mask
+    unstable: Mask
     reason: str
 
 
@@ -111,8 +112,9 @@ class _Task:
         excess = np.where(lost, -np.inf, np.where(unstable, np.inf, excess))
         return _Draws(theta, rows.x, rows.p, excess, lost, unstable, next(iter(rows.reasons.values()), ""))
 
-    def _one_by_one(self, rows: LinearRows, names: Sequence[str]) -> tuple[dict[str, Array], Array]:
-        values, stable = {name: np.full(len(rows), np.nan) for name in names}, np.zeros(len(rows), dtype=bool)
+    def _one_by_one(self, rows: LinearRows, names: Sequence[str]) -> tuple[dict[str, Array], Mask]:
+        values: dict[str, Array] = {name: np.full(len(rows), np.nan) for name in names}
+        stable: Mask = np.zeros(len(rows), dtype=bool)
         for i in np.flatnonzero(~rows.flagged):
             own = LoopSystems(about(replace(self.linear.point, x=rows.x[i], p=rows.p[i])), self.answer)
             stable[i] = own.stable

@@ -131,7 +131,7 @@ class BoxCheck:
 
     @property
     def _cut(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """What is added at each channel of the cut, and the signal there."""
+        """The signals that are added at the channels of the cut, and those that are cut."""
         flow = flow_of(self.linear.point.equations.closed)
         added = []
         for channel in self.linear.channels:
@@ -158,5 +158,5 @@ class BoxCheck:
 
 def _words(limit: Limit, figure: LoopFigure) -> str:
     """A figure in words, with what it is of."""
-    doubt = "" if figure.proved else " with estimated bounds"
+    doubt = "" if figure.proved else ", with estimated bounds"
     return f"The {limit.kind.words} {figure.of}{doubt}" if figure.of else f"The {limit.kind.words}{doubt}"

@@ -143,12 +143,12 @@ class SpecificationVerdicts:
 
 
 def figure_words(verdict: LimitVerdict) -> str:
-    """The figure with its error and its margin, as ', 1.08 +- 1e-16, margin 0.3'."""
+    """The figure, the power of ten within which it is known, and its margin: ', 1.08 within 1e-15, margin 0.3'."""
     value = verdict.figure.value
     if value is None:
         return ""
-    error = f" +- {value.error:.1g}" if 0 < value.error < math.inf else ""
-    return f", {value.value:.6g}{error}, margin {verdict.margin:.4g}"
+    known_to = f" within 1e{math.ceil(math.log10(value.error))}" if 0 < value.error < math.inf else ""
+    return f", {value.value:.6g}{known_to}, margin {verdict.margin:.4g}"
 
 
 def draw_words(values: Mapping[str, float]) -> str:

@@ -102,8 +102,9 @@ class Limit:
 def _range(kind: FigureKind, value: Any) -> tuple[float, float]:
     """Both ends of a range; the upper one may be infinite, and the lower one zero."""
     call, must = f"Specification({kind.name}=...)", f"a pair (low, high) in {kind.unit} with 0 <= low < high"
-    pair = [as_number(end) for end in value] if isinstance(value, list | tuple) else []
-    if len(pair) != 2 or pair[0] is None or pair[1] is None:
+    ends = [as_number(end) for end in value] if isinstance(value, list | tuple) else []
+    pair = [end for end in ends if end is not None]
+    if len(ends) != 2 or len(pair) != 2:
         raise refusal(call, must, value)
     low, high = pair
     if not 0 <= low < high or math.isinf(low):

@@ -5,11 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 from workbench.design.frequency import CertifiedValue, Peak, StableMargins, bandwidth, hinf_norm
 from workbench.design.frequency.certified_values import enclosure, least
+from workbench.design.linear.feedback_loops import largest_gain
+from workbench.design.matrices import Refused
 from workbench.design.step_response import step_info
 from workbench.study.specifications.loop_systems import LoopSystems
+
+ROUNDING = 1e-12  # relative, of a singular value in doubles
 
 
 @dataclass(frozen=True)
@@ -53,8 +58,20 @@ def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
         (own,) = _margins(systems)
         peak: Peak = own.Ms if kind == "S" else own.Mt
         return LoopFigure(peak.gain, _place(peak.frequency), proved=_proved(systems))
-    peak = hinf_norm(systems.system(kind))
-    return LoopFigure(peak.gain, f"of all channels {_place(peak.frequency)}")
+    return _largest_gain(systems.system(kind), "of all channels ")
+
+
+def _largest_gain(system: Any, of: str) -> LoopFigure:
+    """The H-infinity norm; by eigenvalues in doubles where exact arithmetic does not enclose it."""
+    try:
+        peak = hinf_norm(system)
+    except Refused:
+        if system.dt:
+            raise
+        found = largest_gain(system)
+        bounds = CertifiedValue(found.below, found.below * (1 - ROUNDING), found.above)
+        return LoopFigure(bounds, f"{of}{_place(found.frequency)}", proved=False)
+    return LoopFigure(peak.gain, f"{of}{_place(peak.frequency)}")
 
 
 def _gain_margin(systems: LoopSystems) -> LoopFigure:
@@ -84,8 +101,7 @@ def _disk_margin(systems: LoopSystems) -> LoopFigure:
 
 
 def _noise_gain(systems: LoopSystems) -> LoopFigure:
-    peak = hinf_norm(systems.noise)
-    return LoopFigure(peak.gain, _place(peak.frequency))
+    return _largest_gain(systems.noise, "")
 
 
 def _bandwidth(systems: LoopSystems) -> LoopFigure:

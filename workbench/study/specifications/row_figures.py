@@ -67,7 +67,7 @@ def _largest(values: Complex) -> Array:
     """The largest singular value (N,) over frequencies of answers (N, m, ny, nu); NaN where one is no number."""
     if values.shape[2:] == (1, 1):
         return np.asarray(np.abs(values).max(axis=(1, 2, 3)))
-    flat, sound = values.reshape(-1, *values.shape[2:]), np.isfinite(values).all(axis=(2, 3))
+    flat, sound = values.reshape(-1, *values.shape[2:]), np.asarray(np.isfinite(values).all(axis=(2, 3)))
     sizes = np.linalg.norm(np.where(sound.reshape(-1, 1, 1), flat, 0.0), 2, axis=(-2, -1)).reshape(sound.shape)
     return np.where(sound.all(axis=1), sizes.max(axis=1), np.nan)
 
@@ -76,7 +76,7 @@ def _of_poles(rows: LinearRows) -> dict[str, Array]:
     poles, period = rows.poles, rows.models.closed.period
     if period is not None:
         with np.errstate(divide="ignore"):
-            poles = np.log(poles) / (period * rows.models.closed.count)
+            poles = np.asarray(np.log(poles) / (period * rows.models.closed.count), dtype=complex)
     size = np.abs(poles)
     with np.errstate(invalid="ignore", divide="ignore"):
         damping = np.where(np.isinf(size), 1.0, -poles.real / size)
@@ -170,11 +170,11 @@ def _of_step(rows: LinearRows, model: LoopModel) -> dict[str, Array]:
         for i in np.flatnonzero(np.isfinite(stable).all(axis=(1, 2)) & rows.stable):
             final[i] = (model.D[i] - model.Cy[i] @ np.linalg.pinv(stable[i]) @ model.B[i])[0, 0]
         share = y / final[:, np.newaxis]
-    t = h * np.arange(steps + 1)
+    t = np.asarray(h * np.arange(steps + 1), dtype=float)
     outside = np.abs(share - 1) > SETTLED
     last = steps - outside[:, ::-1].argmax(axis=1)
     settled = np.where(outside.any(axis=1), t[np.minimum(last + 1, steps)], 0.0)
-    rise = [_first_above(t, share, level) for level in RISE]
+    rise = [_first_above(t, np.asarray(share, dtype=float), level) for level in RISE]
     found = {"overshoot": np.maximum(0.0, 100 * (share.max(axis=1) - 1)), "settling_time": settled}
     found["rise_time"] = rise[1] - rise[0]
     lost = np.isnan(share).any(axis=1)

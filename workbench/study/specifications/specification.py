@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
@@ -108,8 +107,7 @@ class Specification:
     ) -> SpecificationVerdicts:
         """The verdict on each limit, at the point of a loop or over a box of its parameters.
 
-        Over a box a limit is refuted by the worst draw of a search, whose figure has proved bounds; or it is proved by
-        intervals, where that is possible within so many parts of the box; or it is not refuted in so many draws.
+        Over a box a limit is refuted by the worst draw of a search, proved by intervals, or not refuted in its draws.
 
         Parameters
         ----------
@@ -178,11 +176,6 @@ def _at_point(limit: Limit, systems: LoopSystems) -> LimitVerdict:
     figure = point_figure(limit.kind.name, systems)
     if figure.value is None:
         return LimitVerdict(limit, "not checkable", figure, f"There is no figure: {figure.why}")
-    kind = limit.judged(figure.value)
-    bounds = "" if figure.proved else "The bounds are estimates."
-    words = f"The {limit.kind.words} {figure.of}.".replace(" .", ".") if figure.of else ""
-    return LimitVerdict(limit, kind, figure, f"{words} {bounds}".strip() or _evidence(limit, figure.value.error))
-
-
-def _evidence(limit: Limit, error: float) -> str:
-    return f"The {limit.kind.words}, {'exactly' if error == 0 or math.isinf(error) else 'between proved bounds'}."
+    doubt = "" if figure.proved else ", with estimated bounds"
+    where = f" {figure.of}" if figure.of else ""
+    return LimitVerdict(limit, limit.judged(figure.value), figure, f"The {limit.kind.words}{where}{doubt}.")

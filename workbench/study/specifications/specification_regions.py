@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
 
 from workbench.study.loop_pictures import Disk, GainBound
 from workbench.study.specifications.limits import Limit
@@ -22,9 +25,9 @@ def gain_bounds_of(limits: Sequence[Limit], of: str) -> tuple[GainBound, ...]:
     if of == "T" and "bandwidth" in held:
         low, high = held["bandwidth"].low, held["bandwidth"].high
         if low > LOWEST:
-            bounds.append(GainBound(f"bandwidth >= {low:g} rad/s", [LOWEST, low], [HALF_POWER] * 2, "below"))
+            bounds.append(_level(f"bandwidth >= {low:g} rad/s", HALF_POWER, LOWEST, low, "below"))
         if high < HIGHEST:
-            bounds.append(GainBound(f"bandwidth <= {high:g} rad/s", [high, HIGHEST], [HALF_POWER] * 2))
+            bounds.append(_level(f"bandwidth <= {high:g} rad/s", HALF_POWER, high, HIGHEST))
     return tuple(bounds)
 
 
@@ -43,5 +46,7 @@ def disks_of(limits: Sequence[Limit]) -> tuple[Disk, ...]:
     return tuple(disks)
 
 
-def _level(label: str, level: float) -> GainBound:
-    return GainBound(label, [LOWEST, HIGHEST], [level, level])
+def _level(
+    label: str, level: float, low: float = LOWEST, high: float = HIGHEST, forbidden: Literal["above", "below"] = "above"
+) -> GainBound:
+    return GainBound(label, np.array([low, high]), np.array([level, level]), forbidden)
