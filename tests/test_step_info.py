@@ -75,8 +75,8 @@ def test_a_light_damping_settles_after_forty_million_seconds():
 
 
 def test_a_small_resonance_overshoots_where_a_grid_sees_nothing():
-    # 1 / (s + 1) and a resonance of 0.1 % at 300 rad/s, which decays with 0.5 1/s
-    info = wb.step_info(1 / (s + 1) + 1e-3 * 9e4 / (s**2 + s + 9e4))
+    # 1 / (s + 1) and a resonance of 0.1 % at 60 rad/s, which decays with 0.5 1/s
+    info = wb.step_info(1 / (s + 1) + 1e-3 * 3600 / (s**2 + s + 3600))
     assert info.overshoot.low > 0
     assert info.overshoot.error < 1e-12
 
@@ -97,12 +97,14 @@ SYSTEMS = [
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_the_figures_are_those_of_python_control_within_its_grid(system):
     slowest = min(-system.poles().real)
-    t = np.linspace(0, 12 / slowest, 60_001)
+    t = np.linspace(0, 25 / slowest, 6001)
     info, theirs = wb.step_info(system), control.step_info(system, t)
     y = control.step_response(system, t).outputs
-    most = np.abs(np.diff(y)).max() * max(1, 100 / abs(float(info.final.value)))  # of a step of the grid, in %
+    most = float(np.abs(np.diff(np.asarray(y))).max()) * max(
+        1, 100 / abs(float(info.final.value))
+    )  # of a step of the grid, in %
     for name, key in NAMES.items():
-        allowed = 2.01 * t[1] if name.endswith("time") else 2 * most + 1e-4  # 1e-4: what is left of e^-12
+        allowed = 2.01 * t[1] if name.endswith("time") else 2 * most + 1e-4  # 1e-4: what is left at the last time
         assert getattr(info, name).value == pytest.approx(theirs[key], abs=allowed), name
     if math.isfinite(info.peak_time.value):
         assert (
@@ -156,7 +158,7 @@ REFUSED = [
     (control.tf([1], [1, -1], 0.1), "has an integrator, a pole at z = 1"),
     (control.tf([1], [1, -2, 5]), r"not stable, as its pole near 1[+-]2j"),
     (control.tf([1, -1], [1, 1, -2]), "not stable, as its pole near 1 "),  # which cancels
-    (control.tf([1], [1, 0, 1]), "not stable, as its pole near 0"),
+    (control.tf([1], [1, 0, 1]), "not stable, as its pole near -?0[+-]1j"),
     (control.tf([1], [1, 1.5], 0.1), "inside the unit circle"),
     (control.tf([1, 0, 0], [1, 1]), "must be proper"),
     (control.ss(-np.eye(200), np.ones((200, 1)), np.ones((1, 200)), 0), "200. Reduce its order"),
@@ -174,8 +176,9 @@ def test_a_system_without_such_figures_is_refused_by_name(call, system, words):
     assert str(found.value).startswith(f"`{call.__name__}(")
 
 
-def test_a_response_that_turns_too_often_is_refused():
+def test_a_response_that_turns_too_often_is_refused(monkeypatch):
     # two resonances that beat for 1e6 turns, and whose largest value is somewhere among them
     beat = 1 / (s**2 + 1e-7 * s + 1) + 1 / (s**2 + 1e-7 * s + 1.0001) - 1.99 / (s + 1)
+    monkeypatch.setattr("workbench.design.step_response.response_pieces.MOST_PIECES", 200)
     with pytest.raises(Refused, match="turns more often"):
         wb.step_info(beat)

@@ -53,7 +53,8 @@ def _refuse_rates(call: str, models: CutModels) -> None:
     if models.closed.count > 1:
         raise ValueError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "
-            "at the next. `poles`, `response` and the norms are those of the lifted loop."
+            "at the next. Ask for M = `hinf_norm('S')` of the lifted loop: gains from M / (M + 1) to M / (M - 1), or a "
+            "phase lost below 2 asin(1 / 2M), keep it stable."
         )
 
 

@@ -4,6 +4,6 @@ The room knows systems of python-control, and no loop or law. Read `step_info.py
 the sum of exponentials and `response_pieces.py` for how it is searched.
 """
 
-from workbench.design.step_response.step_info import StepInfo, step_info
+from workbench.design.step_response.step_info import StepInfo, exact_figures, step_info
 
-__all__ = ["StepInfo", "step_info"]
+__all__ = ["StepInfo", "exact_figures", "step_info"]

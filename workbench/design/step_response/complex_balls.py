@@ -95,6 +95,15 @@ class Ball:
             total = total * total
         return total
 
+    def rounded(self) -> complex:
+        """The midpoint as a complex double; zero or infinite beyond the range of doubles."""
+        spare = max(0, max(abs(self.re), abs(self.im)).bit_length() - 60)
+        power = min(1100, max(-1200, self.exponent + spare))
+        parts = (float(part >> spare) for part in (self.re, self.im))
+        return complex(
+            *(math.ldexp(part, power) if power < 960 else part * math.inf if part else 0.0 for part in parts)
+        )
+
     def logarithm(self) -> float:
         """The natural logarithm of the largest modulus in the ball, from above."""
         top = math.isqrt(self.re**2 + self.im**2) + 1 + self.radius

@@ -6,10 +6,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
 
+import numpy as np
+
 from workbench.design.frequency.integer_polynomials import Polynomial, add, derivative, scale
 from workbench.design.frequency.positive_roots import Root, at, bounds, unit_roots
 from workbench.design.step_response.response_pieces import QUIET, UNIT, Piece, ResponsePieces
 
+GRID = 2000  # times in doubles, from which the search for a supremum begins
+LIKELY = 8
 BITS = 120  # of a place within a piece
 Bounds = tuple[Fraction, Fraction]
 
@@ -87,6 +91,9 @@ def supremum(pieces: ResponsePieces, sign: int, start: Fraction) -> Top:
         low, high = piece.range
         return (high if sign > 0 else -low) > best * UNIT
 
+    for t in _likely(pieces, sign):
+        if (near := pieces.around(t, relevant)) is not None:
+            best = max([best, *(row[2] for row in _candidates(near, sign))])
     for end, found in pieces.spans(relevant):
         for piece in found:
             for row in _candidates(piece, sign):
@@ -103,6 +110,17 @@ def supremum(pieces: ResponsePieces, sign: int, start: Fraction) -> Top:
     first = min((row[0] for row in kept), default=None)
     last = None if open_end or not kept else max(row[1] for row in kept)
     return Top(best, high, first, last)
+
+
+def _likely(pieces: ResponsePieces, sign: int) -> list[float]:
+    """Times in s near which the response, or its negative, is large in doubles; with luck near its supremum."""
+    end = 2.0**pieces.longest
+    while pieces.response.envelope(end) > 1e-3 and end < 2.0 ** (pieces.longest + 20):
+        end *= 2
+    t = np.concatenate([np.linspace(0, end, GRID), np.geomspace(end * 1e-9, end, GRID)])
+    with np.errstate(all="ignore"):
+        y = np.nan_to_num(sign * pieces.response.rough(t), nan=-np.inf)
+    return [float(t[k]) for k in np.argsort(y)[: -LIKELY - 1 : -1]]
 
 
 def _candidates(piece: Piece, sign: int) -> list[tuple[Fraction, Fraction, Fraction, Fraction]]:

@@ -10,10 +10,13 @@ import math
 from dataclasses import dataclass
 from fractions import Fraction
 
+import numpy as np
+
 from workbench.design.frequency.complex_roots import root_disks
 from workbench.design.frequency.integer_polynomials import Polynomial, square_free_factors
 from workbench.design.frequency.stable_ratios import StableRatio
 from workbench.design.step_response.complex_balls import ONE, ZERO, Ball
+from workbench.validation.refusals import Array
 
 SHARP = 300  # bits of a pole
 SAFE = 1e-9  # more than the rounding of an exponent up to 1e5
@@ -68,6 +71,16 @@ class ResponseModes:
     def envelope(self, t: float) -> float:
         """A bound of the distance from the final value from a time on."""
         return sum(mode.envelope(t) for mode in self.modes)
+
+    def rough(self, t: Array) -> Array:
+        """The response at times (N,) in s in doubles, of which nothing is proved, in continuous time."""
+        y = np.full(len(t), float(self.final))
+        for mode in self.modes:
+            p, weight = mode.pole.rounded(), 1 if mode.real else 2
+            grown = weight * np.exp(p * t)
+            for j, factor in enumerate(mode.factors):
+                y = y + (factor.rounded() * grown * t**j / math.factorial(j)).real
+        return np.asarray(y, dtype=float)
 
     def side(self, t: float) -> int:
         """The sign of y - final for all times from t on, if the slowest mode is real and outweighs all others; else 0.

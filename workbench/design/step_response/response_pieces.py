@@ -20,7 +20,8 @@ PLACES = 240  # binary places of a coefficient
 UNIT = 1 << PLACES
 TERMS = 40  # of a series of exp(q u), |q| <= 1: 1 / 40! is 1e-48
 QUIET = 2.0**-70  # of the final value: what no longer counts
-MOST_PIECES = 30_000  # some minute
+SILENT = 2.0**-100  # of the final value: a mode that counts with its envelope, however slow it is
+MOST_PIECES = 10_000  # some ten seconds
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,16 @@ class ResponsePieces:
             yield float((k + (step > 0)) * long), pieces
             k += step
 
+    def around(self, t: float, relevant: Callable[[Piece], bool]) -> Piece | None:
+        """The resolved piece that holds a time in s, or None if it, or a longer one about it, is not relevant."""
+        exponent = self.longest
+        while True:
+            length = Fraction(2) ** exponent
+            piece = self.piece(int(Fraction(t) / length) * length, exponent)
+            if not relevant(piece) or piece.resolved:
+                return piece if relevant(piece) else None
+            exponent -= 1
+
     def _halves(self, start: Fraction, exponent: int, relevant: Callable[[Piece], bool], step: int) -> Iterator[Piece]:
         """The resolved pieces of a span that are relevant, in the order of time or against it."""
         piece = self.piece(start, exponent)
@@ -111,8 +122,8 @@ class ResponsePieces:
         error, slope_error = 2, 0
         length, t = 2.0**exponent, float(start)
         for i, mode in enumerate(self.response.modes):
-            if self.speeds[i] * length > 1:
-                noise = mode.envelope(t)
+            noise = mode.envelope(t)
+            if self.speeds[i] * length > 1 or noise < SILENT:
                 error += _up(noise)
                 slope_error += _up((self.speeds[i] * noise + mode.envelope(t, 1)) * length)
                 continue

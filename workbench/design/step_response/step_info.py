@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, of_fractions
 from workbench.design.frequency.stable_ratios import StableRatio, stable_ratio
+from workbench.design.matrices import Refused
 from workbench.design.step_response.piece_figures import Bounds, Top, first_reach, last_outside, supremum
 from workbench.design.step_response.response_modes import response_modes
 from workbench.design.step_response.response_pieces import ResponsePieces
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
 RISE = (Fraction(1, 10), Fraction(9, 10))  # of the final value
 BAND = Fraction(1, 50)  # of the final value: that of the settling time
+MOST_POLES = 20  # of a picture: some seconds
 NO_STEP = "its step response has no final value"
 LOST = 10**10  # times the final value: a larger peak leaves it to rounding
 UNKNOWN = CertifiedValue(math.nan, math.nan, math.nan)
@@ -83,6 +85,20 @@ def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo
     if ratio.period is None:
         return _continuous(ratio, scale, system.name)
     return _sampled(ratio, scale, system.name)
+
+
+def exact_figures(system: control.TransferFunction | control.StateSpace) -> StepInfo | None:
+    """The figures of a step response for a picture, which shall be drawn at once.
+
+    They are None where `step_info` refuses them or knows a peak alone, and for more than 20 poles.
+    """
+    if len(system.poles()) > MOST_POLES:
+        return None
+    try:
+        info = step_info(system)
+    except Refused:
+        return None
+    return None if info.remarks else info
 
 
 def _continuous(ratio: StableRatio, scale: Fraction, name: str) -> StepInfo:
