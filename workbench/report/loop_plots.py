@@ -233,8 +233,8 @@ def step_response(systems: Any, until: float | None = None) -> Picture:
         value = float(final[0, 0])
         known = bool(np.isfinite(value)) and value != 0
         info = exact_figures(system) if known else None
-        final = value if info is not None or (known and value != float(y[0, 0, 0])) else None
-        held.append(TimeResponse(label, t, y[0, 0], final, period=period_of(system), info=info))
+        tends = value if info is not None or (known and value != float(y[0, 0, 0])) else None
+        held.append(TimeResponse(label, t, y[0, 0], tends, period=period_of(system), info=info))
     return Picture(step_figure("step_response", "", held))
 
 
