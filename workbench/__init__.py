@@ -50,6 +50,7 @@ _ROOMS = {
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
     "study.loop_pictures": "FrequencyCurve GainBound",
+    "study.specifications": "Specification",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

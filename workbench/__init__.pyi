@@ -99,6 +99,7 @@ from workbench.study.live.turned import turned, turned_linear
 from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
 from workbench.study.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.study.specifications import Specification
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
@@ -170,6 +171,7 @@ __all__ = [
     "SingleTrackVehicle",
     "SlidingMode",
     "SobolDesign",
+    "Specification",
     "StateFeedback",
     "SteadyKalmanFilter",
     "Step",
