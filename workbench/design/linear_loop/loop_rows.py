@@ -66,9 +66,9 @@ class LinearRows:
         """The answers (N, m, ny, nu) of each row, as `LinearLoop.response` has them; a row with a pole is flagged."""
         call, names = "LinearRows.response", [(n,) if isinstance(n, str) else n for n in (inputs, outputs)]
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.models.closed.period)
-        values, seen, shown = self.models.response(call, of, omega, *names)
-        flagged = np.asarray(~np.isfinite(values).all(axis=(1, 2, 3)))
-        return FrequencyResponse(omega, values, seen, shown, flagged)
+        found, seen, shown = self.models.response(call, of, omega, *names)
+        flagged = np.asarray(~np.isfinite(found.values).all(axis=(1, 2, 3)))
+        return FrequencyResponse(omega, found.values, seen, shown, flagged, found.errors, found.sensitivities)
 
     def __repr__(self) -> str:
         return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"
