@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.frequency.dual_answers import Solutions, SparseRows, Systems, answers
+from workbench.design.frequency.dual_answers import Put, Solutions, SparseRows, Systems, answers
 from workbench.design.frequency.response_program import hyman, reduce
 from workbench.design.matrices import EPS, Complex
 from workbench.simulate.kernel.vector_loops import ArrayLoops, Index, LoopCode, Pointer, Vector
@@ -37,17 +37,23 @@ def row_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, compiled: b
 
     `compiled` is for tests: False for NumPy, True for machine code; else it is machine code where that can be.
     """
-    N, m, ny, nu = len(A), len(s), Cy.shape[1], B.shape[2]
-    made = Answers(np.empty((N, m, ny, nu), complex), np.empty((N, m, ny, nu)), np.empty((N, m, ny, nu)))
+    N, shape = len(A), (len(s), Cy.shape[1], B.shape[2])
     function = _function() if compiled is None or compiled else None
-    some = ROWS if function else max(1, LANES // m)
+    width, some = (function[0], ROWS) if function else (1, max(1, LANES // len(s)))
+    room = -(-N // width) * width  # a block that is not full repeats its last row
+    made = Answers(np.empty((room, *shape), complex), np.empty((room, *shape)), np.empty((room, *shape)))
     for first in range(0, N, some):
         rows = slice(first, min(first + some, N))
-        given = (A[rows], B[rows], Cy[rows], D[rows], s)
-        part = _compiled(function, *given) if function else _in_arrays(*given)
-        for whole, own in zip((made.values, made.errors, made.sensitivities), part, strict=True):
-            whole[rows] = own
-    return made
+        part = _rows_of(made, slice(first, min(first + some, room)))
+        if function:
+            _compiled(function, A[rows], B[rows], Cy[rows], D[rows], s, part)
+        else:
+            _in_arrays(A[rows], B[rows], Cy[rows], D[rows], s, part)
+    return _rows_of(made, slice(0, N))
+
+
+def _rows_of(of: Answers, rows: slice) -> Answers:
+    return Answers(of.values[rows], of.errors[rows], of.sensitivities[rows])
 
 
 def dual_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, x: Complex, y: Complex) -> Answers:
@@ -55,7 +61,9 @@ def dual_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, x: Complex
     N, n, nu, ny = *B.shape, Cy.shape[1]
     arrays = _rooms(nu, ny, n, (N,)) | {name: _parts(M) for name, M in (("x", x), ("y", y))}
     of = _systems(n, nu, ny, _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)))
-    return Answers(*(one[:, 0] for one in _put_together(of, (s.real, s.imag), arrays, (1, N))))
+    made = Answers(np.empty((N, 1, ny, nu), complex), np.empty((N, 1, ny, nu)), np.empty((N, 1, ny, nu)))
+    _put_together(of, (s.real, s.imag), arrays, made)
+    return Answers(made.values[:, 0], made.errors[:, 0], made.sensitivities[:, 0])
 
 
 def _parts(solutions: Complex) -> Array:
@@ -64,7 +72,7 @@ def _parts(solutions: Complex) -> Array:
     return np.stack([columns.real, columns.imag], axis=2).reshape(-1, len(solutions))
 
 
-def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex) -> tuple[Complex, Array, Array]:
+def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answers) -> None:
     (N, n, nu), ny, machine = B.shape, Cy.shape[1], ArrayLoops()
     given = _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)[:, np.newaxis])
     shape, parts = (len(s), N), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
@@ -76,37 +84,31 @@ def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex) -> tuple[Com
             reduce(machine, n, own, turned, np.empty((n, 1, N)))
             into = machine.part(arrays["x"], k, 2 * n) if k < nu else machine.part(arrays["y"], k - nu, 2 * n)
             hyman(machine, n, own, turned, parts, arrays["z"], into)
-    return _put_together(_systems(n, nu, ny, given), parts, arrays, shape)
+    _put_together(_systems(n, nu, ny, given), parts, arrays, made)
 
 
-def _put_together(
-    of: Systems, s: tuple[Array, Array], arrays: dict[str, Array], shape: tuple[int, int]
-) -> tuple[Complex, Array, Array]:
-    """The answers (N, m, ny, nu) of NumPy's machine from the solutions, for lanes of shape (m, N)."""
-    cells = np.empty((4, of.ny * of.nu, *shape))
+def _put_together(of: Systems, s: tuple[Array, Array], arrays: dict[str, Array], made: Answers) -> None:
+    """Put the answers of NumPy's machine from the solutions, whose lanes have shape (m, N)."""
+    values, errors, sensitivities = (
+        part.reshape(*part.shape[:2], -1).T for part in (made.values, made.errors, made.sensitivities)
+    )
 
-    def put(place: Index, *parts: Vector) -> None:
-        for own, part in zip(cells, parts, strict=True):
-            own[place] = part
+    def put(place: Index, real: Vector, imaginary: Vector, error: Vector, sensitivity: Vector) -> None:
+        values.real[place], values.imag[place] = real, imaginary
+        errors[place], sensitivities[place] = error, sensitivity
 
     with np.errstate(all="ignore"):
         at = Solutions(*(arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")), _roundings(of.n))
         answers(ArrayLoops(), of, s, at, put)
-    real, imaginary, errors, sensitivities = (
-        own.reshape(of.ny, of.nu, *shape).transpose(3, 2, 0, 1).copy() for own in cells
-    )
-    values = np.empty(real.shape, complex)
-    values.real, values.imag = real, imaginary
-    return values, errors, sensitivities
 
 
 def _compiled(
-    function: tuple[int, Callable[..., None]], A: Array, B: Array, Cy: Array, D: Array, s: Complex
-) -> tuple[Complex, Array, Array]:
+    function: tuple[int, Callable[..., None]], A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answers
+) -> None:
     width, call = function
     (N, n, nu), ny, m = B.shape, Cy.shape[1], len(s)
     blocks = -(-N // width)
-    fill = np.minimum(np.arange(blocks * width), N - 1)  # a block that is not full repeats the last row
+    fill = np.minimum(np.arange(blocks * width), N - 1)
 
     def lanes(M: Array) -> Array:
         return np.ascontiguousarray(M.reshape(N, -1)[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
@@ -114,12 +116,9 @@ def _compiled(
     arrays: dict[str, Any] = _matrices(A, B, Cy, D, lanes) | _rooms(nu, ny, n, (width,))
     arrays |= {"Q": np.empty(((nu + ny) * n * n, width)), "s": np.ascontiguousarray(s).view(float)}
     arrays["roundings"] = np.repeat(_roundings(n)[:, np.newaxis], width, axis=1)
-    shape = (blocks * width, m, ny, nu)
-    arrays |= {"values": np.empty(shape, complex), "errors": np.empty(shape), "sensitivities": np.empty(shape)}
+    arrays |= {name: getattr(made, name) for name in MADE}
     sizes = (blocks, n, nu, ny, len(arrays["columns"]), m)
     call(*sizes, *(arrays[name].ctypes.data for name in (*GIVEN, *ROOMS, *MADE)))
-    values, errors, sensitivities = (arrays[name][:N] for name in MADE)
-    return values, errors, sensitivities
 
 
 def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> dict[str, Array]:
@@ -203,17 +202,9 @@ def program(width: int) -> str:
                 into = m.part("%y", m.index("sub", c, nu), twice)
                 return sides(c, lambda W, Q: hyman(m, n, W, Q, s, "%z", into))
 
-            def put(place: Index, real: Vector, imaginary: Vector, error: Vector, sensitivity: Vector) -> None:
-                index = m.index("add", first, m.index("add", m.index("mul", f, cells), place))
-                even, apart = m.index("mul", index, 2), m.index("mul", answers_of_row, 2)
-                m.scatter("%values", even, apart, real)
-                m.scatter("%values", m.index("add", even, 1), apart, imaginary)
-                m.scatter("%errors", index, answers_of_row, error)
-                m.scatter("%sensitivities", index, answers_of_row, sensitivity)
-
             m.fold(0, nu, (), right)
             m.fold(nu, all_sides, (), left)
-            answers(m, of, s, at, put)
+            answers(m, of, s, at, _scattering(m, m.index("add", first, m.index("mul", f, cells)), answers_of_row))
             return ()
 
         m.fold(0, all_sides, (), lambda c: sides(c, lambda W, Q: reduce(m, n, W, Q, "%z")))
@@ -222,3 +213,17 @@ def program(width: int) -> str:
 
     m.fold(0, "%blocks", (), block)
     return m.function("workbench_responses", SIZES, (*GIVEN, *ROOMS, *MADE))
+
+
+def _scattering(m: LoopCode, first: Index, apart: Index) -> Put:
+    """The function that puts answers of a row from a place on, and those of the next rows as far `apart`."""
+
+    def put(place: Index, real: Vector, imaginary: Vector, error: Vector, sensitivity: Vector) -> None:
+        index = m.index("add", first, place)
+        even, twice = m.index("mul", index, 2), m.index("mul", apart, 2)
+        m.scatter("%values", even, twice, real)
+        m.scatter("%values", m.index("add", even, 1), twice, imaginary)
+        m.scatter("%errors", index, apart, error)
+        m.scatter("%sensitivities", index, apart, sensitivity)
+
+    return put

@@ -78,35 +78,10 @@ def reduce(m: Machine, n: Index, W: Pointer, Q: Pointer, u: Pointer) -> None:
     (squares,) = m.fold(0, n, (zero,), of_row)
     least = m.do("add", m.do("mul", m.do("sqrt", squares), m.number(EPS)), m.number(TINY))
 
-    def blank(row: Pointer, j: Index) -> tuple[()]:
-        m.store(row, j, zero)
-        return ()
-
-    def unit(i: Index) -> tuple[()]:
-        row = m.part(Q, i, n)
-        m.fold(0, n, (), lambda j: blank(row, j))
-        m.store(row, i, one)
-        return ()
-
     def reflect(k: Index) -> tuple[()]:
         beta = reflector(m, n, W, u, k)
 
-        def column(j: Index) -> tuple[()]:
-            def add(i: Index, total: Vector) -> tuple[Vector]:
-                return (m.do("add", total, m.do("mul", m.load(u, i), m.load(m.part(W, i, wide), j))),)
-
-            (inner,) = m.fold(k, n, (zero,), add)
-            share = m.do("mul", beta, inner)
-
-            def change(i: Index) -> tuple[()]:
-                row = m.part(W, i, wide)
-                m.store(row, j, m.do("sub", m.load(row, j), m.do("mul", share, m.load(u, i))))
-                return ()
-
-            m.fold(k, n, (), change)
-            return ()
-
-        m.fold(k, wide, (), column)
+        m.fold(k, wide, (), lambda j: turn_column(m, n, W, j, u, beta, k))
         m.fold(0, n, (), lambda i: turn(m, m.part(W, i, wide), 1, u, beta, k, n))
         m.fold(0, n, (), lambda i: turn(m, m.part(Q, i, n), 0, u, beta, k, n))
         return ()
@@ -118,9 +93,40 @@ def reduce(m: Machine, n: Index, W: Pointer, Q: Pointer, u: Pointer) -> None:
         m.store(row, k, m.do("div", one, h))
         return ()
 
-    m.fold(0, n, (), unit)
+    m.fold(0, n, (), lambda i: put_unit(m, n, m.part(Q, i, n), i))
     m.fold(0, last, (), reflect)
     m.fold(1, n, (), invert)
+
+
+def put_unit(m: Machine, n: Index, row: Pointer, i: Index) -> tuple[()]:
+    """Put row i of the unit matrix into a row."""
+
+    def blank(j: Index) -> tuple[()]:
+        m.store(row, j, m.number(0.0))
+        return ()
+
+    m.fold(0, n, (), blank)
+    m.store(row, i, m.number(1.0))
+    return ()
+
+
+def turn_column(m: Machine, n: Index, W: Pointer, j: Index, u: Pointer, beta: Vector, k: Index) -> tuple[()]:
+    """Reflect the part of column j of W (n, n + 1) from row k on."""
+    wide = m.index("add", n, 1)
+
+    def add(i: Index, total: Vector) -> tuple[Vector]:
+        return (m.do("add", total, m.do("mul", m.load(u, i), m.load(m.part(W, i, wide), j))),)
+
+    (inner,) = m.fold(k, n, (m.number(0.0),), add)
+    share = m.do("mul", beta, inner)
+
+    def change(i: Index) -> tuple[()]:
+        row = m.part(W, i, wide)
+        m.store(row, j, m.do("sub", m.load(row, j), m.do("mul", share, m.load(u, i))))
+        return ()
+
+    m.fold(k, n, (), change)
+    return ()
 
 
 def reflector(m: Machine, n: Index, W: Pointer, u: Pointer, k: Index) -> Vector:

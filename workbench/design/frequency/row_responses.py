@@ -15,6 +15,7 @@ from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, numbers, seconds
 from workbench.validation.signatures import door
 
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 WANTED = 1e-12  # relative error beyond which an answer is looked at again
 SINGULAR = 0.1  # relative change of a solution by its own residual, from which no digit of it is known
 POINTS = 2048  # at once, that are looked at again
@@ -32,7 +33,7 @@ class RowResponses:
 
     frequencies: Array
     values: Complex
-    flagged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    flagged: Mask
     errors: Array
     sensitivities: Array
 
@@ -80,15 +81,18 @@ def row_responses(
     h = None if period is None else seconds("row_responses(period=...)", period)
     omega = band("row_responses(frequencies=...)", frequencies, math.inf if h is None else math.pi / h)
     s = np.asarray(1j * omega if h is None else np.exp(1j * omega * h), complex)
-    made = Answers(*(np.full((N, len(s), ny, nu), np.nan, kind) for kind in (complex, float, float)))
-    sound = np.flatnonzero(np.all([np.isfinite(M.reshape(N, -1)).all(axis=1) for M in (A, B, Cy, D)], axis=0))
+    flagged = ~np.all([np.isfinite(M.reshape(N, -1)).all(axis=1) for M in (A, B, Cy, D)], axis=0)
+    sound = np.flatnonzero(~flagged)
     if len(sound) and ny and nu:
         matrices = _balanced(A[sound], B[sound], Cy[sound], D[sound])
         found = row_answers(*matrices, s)
-        _look_again(*matrices, s, found)
+        flagged[sound] = _look_again(*matrices, s, found)
+        if len(sound) == N:
+            return RowResponses(omega, found.values, flagged, found.errors, found.sensitivities)
+    made = Answers(*(np.full((N, len(s), ny, nu), np.nan, kind) for kind in (complex, float, float)))
+    if len(sound) and ny and nu:
         made.values[sound], made.errors[sound] = found.values, found.errors
         made.sensitivities[sound] = found.sensitivities
-    flagged = np.asarray(~np.isfinite(made.values).all(axis=(1, 2, 3)))
     return RowResponses(omega, made.values, flagged, made.errors, made.sensitivities)
 
 
@@ -101,15 +105,23 @@ def _balanced(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Ar
     return A * scale / scale[:, np.newaxis], B / scale[:, np.newaxis], Cy * scale, D
 
 
-def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answers) -> None:
+def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answers) -> Mask:
     """Solve anew, by elimination with pivots, the points whose error is larger than rounding must make it.
 
-    A point at which the equations are singular, as far as rounding can tell, is a pole: its answers become NaN.
+    A point at which the equations are singular, as far as rounding can tell, is a pole: its answers become NaN, and
+    the mask (N,) of rows is true.
     """
+    poles = np.zeros(len(A), dtype=bool)
     with np.errstate(invalid="ignore"):
-        size, moved = np.abs(found.values), EPS * found.sensitivities
-        fine = (found.errors <= WANTED * size) | ((found.errors <= moved) & (moved <= 1e-3 * size))
-    rows, places = np.nonzero(~fine.all(axis=(2, 3)))
+        size = np.maximum(np.abs(found.values.real), np.abs(found.values.imag))  # a modulus would take twice the time
+        doubtful = ~(found.errors < WANTED * size)  # zeros are seen to below
+    if not doubtful.any():
+        return poles
+    rows, places = np.nonzero(doubtful.any(axis=(2, 3)))
+    error, moved, size = (M[rows, places] for M in (found.errors, EPS * found.sensitivities, size))
+    fine = (error <= WANTED * size) | ((error <= moved) & (moved <= 1e-3 * size))
+    again = ~(fine & np.isfinite(error)).all(axis=(1, 2))
+    rows, places = rows[again], places[again]
     for start in range(0, len(rows), POINTS):
         i, k = rows[start : start + POINTS], places[start : start + POINTS]
         M = s[k, np.newaxis, np.newaxis] * np.eye(A.shape[1]) - A[i]
@@ -125,9 +137,11 @@ def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answ
             (found.sensitivities, new.sensitivities),
         ):
             old[i, k] = np.where(pole, np.nan, np.where(better, own, old[i, k]))
+        poles[i[~np.isfinite(found.values[i, k]).all(axis=(1, 2))]] = True
+    return poles
 
 
-def _solved(M: Complex, right: Array) -> tuple[Complex, np.ndarray[tuple[int, ...], np.dtype[np.bool_]]]:
+def _solved(M: Complex, right: Array) -> tuple[Complex, Mask]:
     """The solutions of some systems after a step of refinement, and the mask of those that are known at all."""
     x, change = (np.full((len(M), *right.shape[1:]), np.nan, complex) for _ in range(2))
     for i, (own, b) in enumerate(zip(M, right, strict=True)):

@@ -130,11 +130,13 @@ class LoopModel:
             moved = reach[:, (np.nan_to_num(self.B[:, :, j]) != 0).any(axis=0)].any(axis=1)
             groups.setdefault(tuple(np.flatnonzero(moved & seen).tolist()), []).append(j)
         shape = (len(self.A), len(omega), self.D.shape[1], self.D.shape[2])
-        made = Answers(np.empty(shape, complex), np.empty(shape), np.empty(shape))
+        made = Answers(np.empty(shape, complex), np.empty(shape), np.empty(shape))  # of no inputs, it stays so
         for states, inputs in groups.items():
             keep = list(states)
             matrices = (self.A[:, keep][:, :, keep], self.B[:, keep][:, :, inputs], self.Cy[:, :, keep])
             found = row_responses(*matrices, self.D[:, :, inputs], omega, period)
+            if len(groups) == 1:
+                return Answers(found.values, found.errors, found.sensitivities)
             made.values[..., inputs], made.errors[..., inputs] = found.values, found.errors
             made.sensitivities[..., inputs] = found.sensitivities
         return made

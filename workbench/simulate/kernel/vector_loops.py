@@ -49,7 +49,7 @@ class Machine(Protocol):
         """The part of an array of that length that has this place among such parts."""
 
     def fold(self, start: Index, stop: Index, initial: Sequence[Vector], body: Body) -> Sequence[Vector]:
-        """What a body makes of some vectors, at each index from `start` to before `stop` in turn."""
+        """The vectors that a body makes of some, at each index from `start` to before `stop` in turn."""
 
     def index(self, operation: str, a: Index, b: Index) -> Index:
         """The sum (add), difference (sub) or product (mul) of whole numbers."""
