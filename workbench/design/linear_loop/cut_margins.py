@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[str, StabilityMargins]:
     """The margins at each channel of the cut, by its name."""
-    _refuse_rates(call, models)
+    refuse_rates(call, models)
     opened, found = models.open_drives(call), {}
     for i, name in zip(models.channels, names, strict=True):
         others = [k for k in range(len(models.delays)) if k != i]
@@ -36,7 +36,7 @@ def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[
 
 def common_margin(call: str, models: CutModels) -> DiskMargin:
     """The disk margin of all channels of the cut at once."""
-    _refuse_rates(call, models)
+    refuse_rates(call, models)
     L = models.kind(call, "L")
     if L.period is None:
         return disk_margin(L.system())
@@ -49,7 +49,8 @@ def kind_bandwidth(system: control.StateSpace, of: str) -> Bandwidth:
     return (sensitivity_bandwidth if of == "S" else bandwidth)(system)
 
 
-def _refuse_rates(call: str, models: CutModels) -> None:
+def refuse_rates(call: str, models: CutModels) -> None:
+    """Refuse the margins of a loop whose blocks run at several periods."""
     if models.closed.count > 1:
         raise ValueError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "

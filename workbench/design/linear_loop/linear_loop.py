@@ -16,7 +16,7 @@ from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear import DiskMargin, Pole, poles
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin, kind_bandwidth
-from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
 from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
@@ -156,8 +156,8 @@ class LinearLoop:
         call = "LinearLoop.response"
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
         self._refuse_bent(call, outputs)
-        values, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
-        return refuse_pole(f"{call}(...)", FrequencyResponse(omega, values[0], seen, shown, np.zeros(1, dtype=bool)))
+        found, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
+        return refuse_pole(f"{call}(...)", response_of(omega, found, seen, shown))
 
     @door
     def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
