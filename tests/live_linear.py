@@ -95,6 +95,8 @@ def assert_same(answer: Any, linear: Any, poles_within: float = CLOSE) -> None:
     assert answer["stable"] == linear.stable
     for own, margins in zip(answer["margins"], linear.margins().values(), strict=True):
         assert_margins(own, margins)
+    if m == 1 and answer["margins"][0]["bandwidth"] is not None:  # else T is zero at rest, or never falls
+        assert close(answer["margins"][0]["bandwidth"], linear.bandwidth().frequency.value)
     assert_disk(answer["diskMargin"], linear)
 
 

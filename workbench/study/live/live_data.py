@@ -76,8 +76,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "study": study.name,
         "version": document.colophon.version,
         "fingerprint": hashlib.sha256("".join(outcome.digest for outcome in outcomes).encode()).hexdigest()[:16],
-        "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
-        "python_linear": "" if callable(study.cases) or not script else PYTHON_LINEAR,
+        **_lines(study, script),
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,
         "modules": list(modules.packed.values()),
@@ -85,6 +84,13 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         **_told_links(found, live_places),
         "refused": refused,
     }
+
+
+def _lines(study: Study, script: str) -> dict[str, str]:
+    """The lines that compute the same in Python, empty where nobody could run them."""
+    if callable(study.cases) or not script:
+        return {"python": "", "python_linear": ""}
+    return {"python": PYTHON.format(script=script), "python_linear": PYTHON_LINEAR}
 
 
 def _is_linear(found: Sequence[object], loop: int) -> bool:

@@ -39,7 +39,9 @@ class ChannelLoop {
 
   // L at an end of the axis, where it is real, or infinite.
   end(omega) {
-    return { omega, L: this.at(omega) && Math.hypot(this.lr, this.li) < 1e300 ? this.lr : Infinity };
+    if (!this.at(omega) || !(Math.hypot(this.lr, this.li) < 1e300)) return { omega, L: Infinity };
+    const isZero = Math.abs(this.lr) <= 8 * this.response.n * Number.EPSILON * this.response.terms[0]; // but for rounding
+    return { omega, L: isZero ? 0 : this.lr };
   }
 
   // Whether |L| grows without an end towards omega = 0, by its slope at a frequency far below all roots but those at zero.
