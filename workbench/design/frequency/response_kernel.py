@@ -58,10 +58,10 @@ def _rows_of(of: Answers, rows: slice) -> Answers:
 
 def dual_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, x: Complex, y: Complex) -> Answers:
     """The answers of N systems, each at a point s (N,), from solutions x (N, n, nu) and y (N, n, ny)."""
-    N, n, nu, ny = *B.shape, Cy.shape[1]
+    (N, n, nu), ny = B.shape, Cy.shape[1]
     arrays = _rooms(nu, ny, n, (N,)) | {name: _parts(M) for name, M in (("x", x), ("y", y))}
     of = _systems(n, nu, ny, _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)))
-    made = Answers(np.empty((N, 1, ny, nu), complex), np.empty((N, 1, ny, nu)), np.empty((N, 1, ny, nu)))
+    made = Answers(np.empty((N, 1, ny, nu), np.complex128), np.empty((N, 1, ny, nu)), np.empty((N, 1, ny, nu)))
     _put_together(of, (s.real, s.imag), arrays, made)
     return Answers(made.values[:, 0], made.errors[:, 0], made.sensitivities[:, 0])
 
@@ -98,7 +98,8 @@ def _put_together(of: Systems, s: tuple[Array, Array], arrays: dict[str, Array],
         errors[place], sensitivities[place] = error, sensitivity
 
     with np.errstate(all="ignore"):
-        at = Solutions(*(arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")), _roundings(of.n))
+        rooms: list[Any] = [arrays[name] for name in ("x", "y", "r", "sizes", "gains", "residuals")]
+        at = Solutions(*[*rooms, _roundings(of.n)])
         answers(ArrayLoops(), of, s, at, put)
 
 
@@ -123,12 +124,12 @@ def _compiled(
 
 def _matrices(A: Array, B: Array, Cy: Array, D: Array, lanes: Callable[[Array], Array]) -> dict[str, Array]:
     """The arrays of the program, with the rows of the systems in the lanes; A without entries that are zero in all."""
-    N, n, nu, ny = *B.shape, Cy.shape[1]
+    (N, n, nu), ny = B.shape, Cy.shape[1]
     bt, at = B.transpose(0, 2, 1), A.transpose(0, 2, 1)
     right = [bt[:, :, :, np.newaxis], np.broadcast_to(A[:, np.newaxis], (N, nu, n, n))]
     left = [Cy[:, :, :, np.newaxis], np.broadcast_to(at[:, np.newaxis], (N, ny, n, n))]
     W = np.concatenate([np.concatenate(right, axis=3), np.concatenate(left, axis=3)], axis=1)
-    found = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
+    found: dict[str, Any] = {"B": lanes(bt), "C": lanes(Cy), "D": lanes(D), "W": lanes(W)}
     for end, M in (("", A), ("T", at)):
         rows, columns = np.nonzero((M != 0).any(axis=0))
         starts = np.searchsorted(rows, np.arange(n + 1)).astype(np.int64)
@@ -183,8 +184,10 @@ def program(width: int) -> str:
 
     def block(k: Index) -> tuple[()]:
         part = {name: m.part(f"%{name}", k, length) for name, length in lengths.items()}
-        own = [SparseRows(m.part(one.entries, k, "%entries"), one.columns, one.starts) for one in (A, AT)]
-        of = Systems(n, nu, ny, *own, part["B"], part["C"], part["D"])
+        right_rows, left_rows = (
+            SparseRows(m.part(one.entries, k, "%entries"), one.columns, one.starts) for one in (A, AT)
+        )
+        of = Systems(n, nu, ny, right_rows, left_rows, part["B"], part["C"], part["D"])
         at = Solutions(*(f"%{name}" for name in ("x", "y", "r", "sizes", "gains", "residuals", "roundings")))
         first = m.index("mul", k, m.index("mul", answers_of_row, width))
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -13,8 +14,8 @@ from workbench.validation.refusals import Array
 
 def cells(of: Answers, rows: Sequence[int], columns: Sequence[int]) -> Answers:
     """The answers of some outputs to some inputs."""
-    parts = (np.asarray(M[:, :, list(rows)][..., list(columns)]) for M in (of.values, of.errors, of.sensitivities))
-    return Answers(*parts)
+    whole: tuple[Any, ...] = (of.values, of.errors, of.sensitivities)
+    return Answers(*(M[:, :, list(rows)][..., list(columns)] for M in whole))
 
 
 def closed_again(G: Answers, turn: Complex, again: list[int], left: list[int]) -> Answers:
