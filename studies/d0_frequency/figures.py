@@ -170,7 +170,7 @@ def limit_figure(results: Results) -> Figure:
     caption = (
         "The longest period at which runs from rest come to rest again, over the longest one at which the linear map "
         "of the period is stable, for each law at each pose, with the torque a period late. A bar ends at the longest "
-        "period at which a run rests and at the next one tried. Left: a start within the layer. Right: one outside."
+        "period at which a run rests and at the next one tried. The layer ends 1.7 mrad off rest."
     )
     return Figure("period_limits", caption, tuple(panels), columns=2)
 
