@@ -9,7 +9,7 @@ import numpy as np
 from studies.d0_frequency.limit_cycles import PERIODS, QUIET, LimitCycle
 from studies.d0_frequency.loops import CONTINUOUS, LAYERED, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.margin_findings import one_channel
-from studies.d0_frequency.period_limits import STARTS, PeriodLimit, Tracking, limits
+from studies.d0_frequency.period_limits import STARTS, PeriodLimit, limits
 from studies.d0_frequency.rest_answers import rests
 from studies.d0_frequency.step_sizes import SIZE_POSES, settlings
 from studies.d0_frequency.tables import number, span
@@ -28,7 +28,7 @@ CLOSE = 0.1  # of the settling time
 
 def findings(results: Results) -> tuple[Finding, ...]:
     """All findings, those on periods first."""
-    return tuple(one(results) for one in (period_limit, delay_rule, tracking, step_size, one_channel, limit_cycle))
+    return tuple(one(results) for one in (period_limit, delay_rule, step_size, one_channel, limit_cycle))
 
 
 def answer(results: Results) -> str:
@@ -39,9 +39,9 @@ def answer(results: Results) -> str:
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
-        f"The linear map of a period foretells within 3 % at which period {small} resting loops begin to chatter. "
-        f"Delay margins promise up to {number(max(ratio[laws[0]]), 2)} times that period. Settling times hold below "
-        f"{number(1e3 * size)} mrad alone."
+        f"In a computer, the linear map foretells within 3 % the period at which {small} loops at rest begin to "
+        f"chatter; delay margins promise up to {number(max(ratio[laws[0]]), 2)} times that period. Linear settling "
+        f"times hold for starts off by {number(1e3 * size)} mrad or less."
     )
 
 
@@ -101,7 +101,6 @@ def period_limit(results: Results) -> Finding:
             for v in variations
         ),
         untried="noise in the readings, which keeps a loop near its limit from rest",
-        cites=("a9_sampling/longest_period",),
     )
 
 
@@ -146,49 +145,7 @@ def delay_rule(results: Results) -> Finding:
         answer=worst,
         variations=tuple(variations),
         untried="a cut between the law and its observer, at which the delay margin would be short",
-        cites=("a5_linear_analysis/delay_and_learned_gain",),
     )
-
-
-def tracking(results: Results) -> Finding:
-    """The period at which a law no longer tracks, beside its linear limit at rest."""
-    every, found = limits(results), dict(zip(LAWS, results.work("tracking"), strict=True))
-    least = {law: min(every[AtPose(law, pose)].limit for pose in RUN_POSES) for law in LAWS}
-
-    def side(law: str, longest: float) -> str:
-        return "longer" if longest > least[law] else "shorter"
-
-    beyond = [law for law, own in found.items() if own.longest > least[law]]
-    times = {law: own.longest / least[law] for law, own in found.items()}
-    variations = [
-        Variation(f"{law} alone", side(law, own.longest), tracking_words(own, least[law]))
-        for law, own in found.items()
-        if own.longest
-    ]
-    return Finding(
-        name="tracking_beyond_the_limit",
-        statement=f"{len(beyond)} of {len(LAWS)} laws still track in the first scenario at periods beyond the one at "
-        f"which their linear loop at rest becomes unstable, {span(times[law] for law in beyond)} times as long.",
-        evidence="Saturation bounds the oscillation in the layer, so that an unstable linear loop chatters and keeps "
-        "its error small; the torque pays for it.",
-        statistic="The longest period of a list at which the largest error after 10 s is at most 10 mrad, or twice "
-        "that of continuous time if it is more, over the least linear limit at rest. Answer: longer or shorter than "
-        "that limit, of most laws.",
-        sample=f"{len(LAWS)} laws, one run of the first scenario for each period, from the paper's start, the torque "
-        "one period late.",
-        given=GIVEN,
-        chosen=f"{CHOSEN} The error that counts as tracking.",
-        fitted=FITTED,
-        answer="longer" if 2 * len(beyond) > len(LAWS) else "shorter",
-        variations=tuple(variations),
-        untried="a limit of the total variation, by which a9 decides, and noise",
-        cites=("a9_sampling/chattering",),
-    )
-
-
-def tracking_words(own: Tracking, limit: float) -> str:
-    """The longest period at which a law tracks beside its linear limit."""
-    return f"{number(1e3 * own.longest)} ms, the linear limit is {number(1e3 * limit)} ms"
 
 
 def valid_size(results: Results, tolerance: float = CLOSE, laws: Iterable[str] = LAYERED) -> float:
@@ -277,5 +234,4 @@ def limit_cycle(results: Results) -> Finding:
             if run
         ),
         untried="poses where M couples both joints, and other laws",
-        cites=("b1_chattering/layer_ends_chattering",),
     )

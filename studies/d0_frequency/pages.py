@@ -63,7 +63,7 @@ def period_section(results: Results) -> Section:
         "begins to chatter. The observer of AOSMC-RGS counts on the torque that acts."
     )
     blocks = (figures.limit_figure(results), Paragraph(about), tables.limits_table(results))
-    return Section("The longest period", (*blocks, tables.tracking_table(results)))
+    return Section("The longest period", blocks)
 
 
 def size_section(results: Results) -> Section:

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 
-from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
-from studies.a9_sampling.quiet_periods import QuietSearch, computed
-from studies.d0_frequency.loops import CARD, RUNS, SUBSTEP, AtPose, digital, linear, started, substeps
-from studies.paper.card import CARD as PAPER
-from studies.paper.linearization import HELD, loop_of
-from workbench.metrics import AbstractMetric, late_error, measure, total_variation
+from studies.d0_frequency.loops import CARD, RUNS, AtPose, digital, linear, started, substeps
+from studies.paper.linearization import HELD
+from workbench.metrics import measure, total_variation
 from workbench.study import Results
-from workbench.study.evidence import LargestSetting, LoopLimits, find_largest, largest_setting
+from workbench.study.evidence import find_largest
 from workbench.validation.refusals import Array
 
 SCAN = tuple(1.5e-4 * 3.0**k for k in range(6))  # s, of the linear prediction, which a bisection then narrows
@@ -24,9 +20,6 @@ SHARES = (0.25, 0.5, 0.8, 0.97, 1.03, 1.25)  # of the predicted period: those at
 UNTIL, LATE = 8.0, 6.0  # s: the torque is looked at after `LATE`
 REST = 10.0  # N m/s of total variation: below it a run rests; one that chatters has some thousands
 STARTS = {"small": float(CARD["small start"]), "large": float(CARD["large start"])}
-TRACKED = (2.5e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s, periods of the runs along the first scenario
-SETTLED = 10.0  # s, from which on the tracking error is looked at
-NEAR, TIMES = 0.01, 2.0  # rad, and times the error of continuous time: the larger is what a run may have
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,41 +93,6 @@ def _learned(one: AtPose, made: PeriodLimit, start: str, gains: list[Array]) -> 
         return None
     K = gains[SHARES.index(low)][list(STARTS).index(start)]
     return radius(one, low * made.limit, K) < 1 <= radius(one, high * made.limit, K)
-
-
-@dataclass(frozen=True, eq=False)
-class Tracking:
-    """The longest period up to which a law tracks in the first scenario, and the next one tried, in s.
-
-    `still` (2,) is the largest error of each joint after `SETTLED` in continuous time, `late` (periods, 2) that in the
-    computers of `TRACKED`, in rad; infinite if the run diverged.
-    """
-
-    longest: float
-    next: float
-    still: Array
-    late: Array
-
-
-def tracking(law: str) -> Tracking:
-    """The periods at which a law, a period late, keeps the tracking error that it has in continuous time, or `NEAR`."""
-    search = QuietSearch(law, delay=True)
-    until, name = float(PAPER["FS: horizon"]), "late error"
-    h = STEPS.get(law, PROPOSED_STEP) / 2
-    still = measure(loop_of(law, "FS").ode(), errors(0.0), until=h * round(until / h), h=h, every=until)
-    own = np.array([score.pair[0] for score in still.scores_of(name)])
-    most = np.maximum(TIMES * own, NEAR)
-    limits = LoopLimits(partial(computed, search), errors, {name: most}, until, SUBSTEP)
-    found: LargestSetting = largest_setting(limits, TRACKED, ratio=None)
-    shares = [trial[0].shares[name] for trial in found.trials]
-    late = np.array([np.where(np.isnan(share), np.inf, share * most) for share in shares])
-    return Tracking(found.threshold.largest, found.threshold.next, own, late)
-
-
-def errors(setting: float) -> tuple[AbstractMetric, ...]:
-    """The largest tracking error after the start, whatever the setting."""
-    del setting
-    return (late_error(SETTLED),)
 
 
 def limits(results: Results) -> Mapping[AtPose, PeriodLimit]:

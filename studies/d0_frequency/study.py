@@ -9,11 +9,10 @@ from studies.d0_frequency.draws import ITEMS, drawn_loops
 from studies.d0_frequency.limit_cycles import PERIODS, limit_cycle
 from studies.d0_frequency.loops import DRAWN, EVERY, RUNS
 from studies.d0_frequency.pages import LIVE, cases, sections
-from studies.d0_frequency.period_limits import period_limit, tracking
+from studies.d0_frequency.period_limits import period_limit
 from studies.d0_frequency.rest_answers import curves, rest_answers
 from studies.d0_frequency.step_sizes import ITEMS as SIZES
 from studies.d0_frequency.step_sizes import settling
-from studies.paper.card import LAWS
 from workbench.study import Study, Work
 
 study = Study(
@@ -27,8 +26,7 @@ study = Study(
         "Each loop rests at poses that its law holds, and is made linear there by exact Jacobians, adapting gains held "
         "at K(0); in a computer by those of the map of the period. It is cut at the torques. The same loops then run "
         "without being made linear: in computers, about the period at which the linear map becomes unstable, from a "
-        "start within the layer and one outside; in continuous time from starts of nine sizes; and along the first "
-        "scenario."
+        "start within the layer and one outside; and in continuous time from starts of nine sizes."
     ),
     cases=cases(),
     works=(
@@ -38,7 +36,6 @@ study = Study(
         Work("period_limits", period_limit, RUNS, seconds=5.0),
         Work("step_sizes", settling, SIZES, seconds=2.0),
         Work("draws", drawn_loops, ITEMS, seconds=4.0),
-        Work("tracking", tracking, LAWS, seconds=5.0),
     ),
     sections=sections,
     live=LIVE,

@@ -9,7 +9,7 @@ import numpy as np
 from studies.d0_frequency.draws import COUNT, ITEMS, drawn
 from studies.d0_frequency.limit_cycles import PERIODS, QUIET, LimitCycle
 from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, RUN_POSES, AtPose
-from studies.d0_frequency.period_limits import TRACKED, Tracking, limits
+from studies.d0_frequency.period_limits import limits
 from studies.d0_frequency.rest_answers import over_poses, rests
 from studies.d0_frequency.step_sizes import SIZE_POSES, SIZES, settlings
 from studies.paper.card import LAWS
@@ -139,33 +139,6 @@ def bracket(ends: tuple[float, float], limit: float) -> str:
     low, high = (1e3 * end * limit for end in ends)
     last = "no longer one tried" if np.isinf(high) else number(high)
     return f"{number(low)}, {last}" if low else f"none tried, {last}"
-
-
-def tracking_table(results: Results) -> Table:
-    """The longest period at which each law tracks in the first scenario, beside the linear limits at rest."""
-    rows: list[tuple[Cell, ...]] = []
-    found: dict[str, Tracking] = dict(zip(LAWS, results.work("tracking"), strict=True))
-    for law, own in found.items():
-        linear = span((limits(results)[AtPose(law, pose)].limit for pose in RUN_POSES), scale=1e3)
-        longest = number(1e3 * own.longest) if own.longest else "none tried"
-        last = number(1e3 * own.next) if np.isfinite(own.next) else "none tried"
-        errors = [1e3 * float(row.max()) for row in own.late]
-        cells = (error if np.isfinite(error) else Missing("lost") for error in errors)
-        rows.append((law, linear, longest, last, 1e3 * float(own.still.max()), *cells))
-    columns = (
-        Column("law"),
-        Column("linear limit at rest", "ms"),
-        Column("tracks up to", "ms", "right"),
-        Column("not at", "ms", "right"),
-        Column("continuous time", "mrad", "right", digits=3),
-        *(Column(f"{1e3 * T:g} ms", "mrad", "right", digits=3) for T in TRACKED),
-    )
-    notes = (
-        "Errors: the largest |e| of either joint from 10 s on. A law tracks while these are at most 10 mrad, or twice "
-        "those of continuous time if that is more. Linear limit: over the poses of the table before.",
-    )
-    caption = "The largest tracking error in the first scenario by period, with the torque one period late."
-    return Table("tracking", caption, columns, tuple(rows), notes)
 
 
 def sizes_table(results: Results) -> Table:
