@@ -39,9 +39,9 @@ def answer(results: Results) -> str:
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
-        f"In a computer, the linear map foretells within 3 % the period at which {small} loops at rest begin to "
-        f"chatter; delay margins promise up to {number(max(ratio[laws[0]]), 2)} times that period. Linear settling "
-        f"times hold for starts off by {number(1e3 * size)} mrad or less."
+        f"In a computer the linear map foretells within 3 % the period at which {small} resting loops begin to "
+        f"chatter; delay margins overrate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold up "
+        f"to {number(1e3 * size)} mrad off rest."
     )
 
 

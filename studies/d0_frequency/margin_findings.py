@@ -77,6 +77,6 @@ def drawn_words(results: Results) -> str:
     return (
         f"Over draws of the arm and the gains, {unstable} of {rested} loops at rest are unstable. The margin of both "
         f"falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "
-        f"{number(float(np.nanmin(every[worst].alpha)))}. Most draws without rest, {lost[without]} of {COUNT}, has "
-        f"{without.law} ({without.pose})."
+        f"{number(float(np.nanmin(every[worst].alpha)))}. {without.law} has the most draws without a rest, "
+        f"{lost[without]} of {COUNT} ({without.pose})."
     )

@@ -186,7 +186,7 @@ def draws_table(results: Results) -> Table:
     )
     notes = (
         "Draws: the factors of a7 over its ranges, the arm and the model that the law believes in apart. A draw "
-        "without rest has no linear answer: the gravity that the model misses needs more torque than the layer has.",
+        "without rest has no linear answer: holding what the model misses takes s out of the layer.",
     )
     return Table("draws", "The disk margin of both torques at once over draws.", columns, tuple(rows), notes)
 
