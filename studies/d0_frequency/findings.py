@@ -131,8 +131,8 @@ def delay_rule(results: Results) -> Finding:
     return Finding(
         name="delay_margin_as_a_rule",
         statement=f"The delay margin of continuous time, divided by {HOLD:g}, promises a period that is "
-        f"{span(ratio[worst])} times too long for {worst}, and {span(r for law in others for r in others[law])} times "
-        "the true one for the other laws.",
+        f"{span(ratio[worst])} times the true one for {worst}, and "
+        f"{span(r for law in others for r in others[law])} times for the other laws.",
         evidence=f"The margin of {PROPOSED} is that of a delay at the torque alone, of which its observer does not "
         "know. A computer also samples the loop between law and observer, which no margin at the torque sees: that "
         "loop has the bandwidth of the layer.",
@@ -173,7 +173,8 @@ def step_size(results: Results) -> Finding:
         statement=f"The linear settling time holds within {100 * CLOSE:g} % for starts off by up to {words(size)} for "
         f"all {len(LAYERED)} laws with a layer, and for PID up to {words(valid_size(results, laws=('PID',)))}.",
         evidence=f"The layer of 0.01 rad/s ends 1.7 mrad off rest. From 0.3 rad, {slow} takes {number(largest[slow])} "
-        f"times as long as predicted, {PROPOSED} {number(largest[PROPOSED])} times, PID {number(largest['PID'])}.",
+        f"times as long as predicted, {PROPOSED} {number(largest[PROPOSED])} times as long, and PID "
+        f"{number(largest['PID'])} times.",
         statistic="The largest size of a list up to which the time until both joints stay within 5 % of it is within "
         "10 % of the linear one, the least over laws and poses.",
         sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, nine sizes from 0.1 mrad to 1 rad, both joints off to "
