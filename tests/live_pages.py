@@ -15,11 +15,15 @@ import numpy as np
 from workbench import metrics
 from workbench.core import Entry, Layout, Step
 from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.report.live_page import WORKER
 from workbench.simulate import simulate
 from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
-SCRIPTS = ("address", "knobs", "holds", "pictures", "figures", "tables", "animation", "pool", "motion", "page")
+SCRIPTS = (
+    *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
+    "page",
+)
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
     "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
@@ -56,7 +60,11 @@ STAND_INS = {  # for other files of a page, as far as these tests need them: the
     "tables": """
         const scored = new Map();
         function openTables() {
-          return { show(place, scores) { scored.set(place, scores); }, clear(place) { scored.delete(place); } };
+          return {
+            show(place, scores) { scored.set(place, scores); },
+            showLinear() {},
+            clear(place) { scored.delete(place); },
+          };
         }
         function scoresOf(loop, whole, half = whole) {
           const value = (ends, place) => (ends ? Math.sqrt(ends.x[place] / loop.until) : NaN);
@@ -187,7 +195,7 @@ def write_page(folder: Path, data: Any, body: str = "") -> Path:
         "</figure>"
         for name in data["plates"]
     )
-    worker = (TEMPLATES / "live" / "worker.js").read_text("utf-8")
+    worker = "\n".join((TEMPLATES / "live" / f"{name}.js").read_text("utf-8") for name in WORKER)
     text = json.dumps(data).replace("<", "\\u003c")
     path = folder / "live.html"
     path.write_text(

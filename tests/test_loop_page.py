@@ -122,7 +122,7 @@ def test_a_long_name_keeps_its_block_and_its_end_where_it_is_still_the_only_one(
 
 def test_signals_of_one_number_have_no_name_in_the_legend():
     study = loop_study(loop(), until=0.08, h=1e-3)  # before the step, behind which nothing is warned of
-    (section,) = study.sections(case_runs.run(study))
+    section, _ = study.sections(case_runs.run(study))
     *figures, _ = section.blocks
     panels = [panel for figure in figures for panel in figure.panels]
     assert [[series.label for series in panel.series] for panel in panels] == [["", "reference"], [""]]

@@ -12,7 +12,7 @@ from browsers import needs_chromium
 
 pytest.importorskip("llvmlite", reason="the study of speed is that of the compiled march")
 
-from studies.performance import live_page, measurements, study
+from studies.performance import frequency_rate, live_page, measurements, study
 from studies.performance.arithmetic import CHAINS, UNROLLED, flops, peak_sum
 from studies.performance.figures import speed_figure
 from studies.performance.measurements import Effort, Row
@@ -184,6 +184,14 @@ def test_without_a_browser_the_live_pages_are_not_measured(monkeypatch):
     rows = live_page.live_rows(TINY)
     assert [row.reached for row in rows] == [None] * 4
     assert {row.note for row in rows} == {"no Chromium here"}
+
+
+def test_frequency_answers_are_timed_beside_python_control_and_their_error_is_told():
+    rate, error = frequency_rate.frequency_rows(replace(TINY, draws=8, peer_draws=2))
+    assert rate.value > 1
+    assert "8 draws at 200 frequencies" in rate.note
+    assert 0 < error.value < 1e-14
+    assert error.at_most
 
 
 @needs_chromium

@@ -29,14 +29,17 @@ _ROOMS = {
     "simulate": "simulate",
     "metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
-    "design.frequency": "c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains stability_margins",
+    "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
+    "stability_margins",
     "design.linear": "equilibria lead_lag place",
     "design.linear_loop": "linear_loop",
+    "design.step_response": "step_info",
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
     "Work side_by_side sobol sobol_bars",
     "study.evidence": "LoopLimits largest_setting",
-    "study.live.turned": "turned",
+    "study.live.turned": "turned turned_linear",
+    "study.pictures.loop_gain_pictures": "loop_gain_pictures",
     "cli.script": "load",
     "report.figures.runs": "plot",
     "handover.c99.c_code": "c_code",
@@ -47,6 +50,7 @@ _ROOMS = {
     "report.loop_page": "live",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
     "study.loop_pictures": "FrequencyCurve GainBound",
+    "study.specifications": "Specification",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

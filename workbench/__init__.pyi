@@ -18,6 +18,7 @@ from workbench.core import (
 )
 from workbench.design import linearize
 from workbench.design.frequency import (
+    bandwidth,
     c2d,
     condition_number,
     h2_norm,
@@ -29,6 +30,7 @@ from workbench.design.frequency import (
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
+from workbench.design.step_response import step_info
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
@@ -93,9 +95,11 @@ from workbench.study.document.finding import Finding, Variation
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.live.knob import Knob
-from workbench.study.live.turned import turned
+from workbench.study.live.turned import turned, turned_linear
 from workbench.study.loop_pictures import FrequencyCurve, GainBound
 from workbench.study.pictures import sobol_bars
+from workbench.study.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.study.specifications import Specification
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import LogUniform, Uniform
@@ -167,6 +171,7 @@ __all__ = [
     "SingleTrackVehicle",
     "SlidingMode",
     "SobolDesign",
+    "Specification",
     "StateFeedback",
     "SteadyKalmanFilter",
     "Step",
@@ -182,6 +187,7 @@ __all__ = [
     "Variation",
     "WayPoints",
     "Work",
+    "bandwidth",
     "base_parameters",
     "block",
     "bode",
@@ -202,6 +208,7 @@ __all__ = [
     "linearize",
     "live",
     "load",
+    "loop_gain_pictures",
     "lqg",
     "lqr",
     "measure",
@@ -235,7 +242,9 @@ __all__ = [
     "sobol_bars",
     "stability_margins",
     "steady_kalman",
+    "step_info",
     "step_response",
     "total_variation",
     "turned",
+    "turned_linear",
 ]

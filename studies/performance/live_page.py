@@ -12,7 +12,9 @@ from time import perf_counter
 
 import numpy as np
 
+from studies.paper.card import PROPOSED
 from studies.paper.laws import RIVALS, proposed_repaired, rival
+from studies.paper.linearization import LEVEL, POSES, still
 from studies.performance.chromium import Page, open_page, program
 from studies.performance.measurements import Effort, Row
 from studies.performance.workload import HORIZON, H, loop
@@ -31,7 +33,8 @@ from workbench.study.study import Case, Study
 from workbench.validation.refusals import Array
 
 EVERY = 0.01  # s, between two points of a curve
-TURNS = {"one loop of W": 60, "the seven laws of a1": 30}  # of a knob, each to another place
+LINEAR = "AOSMC-RGS with its linear answers"
+TURNS = {"one loop of W": 60, "the seven laws of a1": 30, LINEAR: 60}  # of a knob, each to another place
 SCRIPT = Path(__file__).with_name("live_page.js")
 
 
@@ -39,6 +42,7 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
     """The rows of live pages; without Chromium they are not measured."""
     w, laws = "one loop of W", "the seven laws of a1"
     wanted = ((f"a turned knob, {w}", 40.0, "ms"), (f"a turned knob, {w}, 95th percentile", 80.0, "ms"))
+    wanted += ((f"a turned knob, {LINEAR}", 40.0, "ms"), (f"a turned knob, {LINEAR}, 95th percentile", 80.0, "ms"))
     wanted += ((f"a turned knob, {laws}", 150.0, "ms"), ("kernel of W in a browser, beside the native one", 1.5, "x"))
     if program() is None:
         return tuple(Row(name, bar, unit=unit, at_most=True, note="no Chromium here") for name, bar, unit in wanted)
@@ -47,10 +51,18 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
         ours, theirs = kernels(page, effort)
     with opened(page_of_laws(), "mass") as page:
         seven = turned(page, "mass", 0.5, 2.0, TURNS[laws])
+    with opened(page_at_rest(), "phi") as page:
+        linear = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
+    with opened(page_at_rest(answers=False), "phi") as page:
+        without = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
     said = f"median of {TURNS[w]} turns, until the pictures of all {HORIZON:g} s at {1e3 * H:g} ms are drawn"
     kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
-    found = (median(spans), float(np.percentile(spans, 95)), median(seven), ours / theirs)
-    notes = (said, "", said.replace(f"{TURNS[w]}", f"{TURNS[laws]}"), kernel)
+    ratio = (
+        f"{median(linear) / median(without):.2f} times as long as the same page without them, {median(without):.3g} ms"
+    )
+    found = (median(spans), float(np.percentile(spans, 95)), median(linear), float(np.percentile(linear, 95)))
+    notes = (said, "", f"{said}; {ratio}", "", said.replace(f"{TURNS[w]}", f"{TURNS[laws]}"), kernel)
+    found += (median(seven), ours / theirs)
     return tuple(
         Row(name, bar, value, unit, at_most=True, note=note)
         for (name, bar, unit), value, note in zip(wanted, found, notes, strict=True)
@@ -73,7 +85,14 @@ def page_of_laws() -> str:
     return page_of(cases, Knob("mass", "plant.arm.links[1].mass", 0.5, 2.0), "e")
 
 
-def page_of(cases: tuple[Case, ...], knob: Knob, signal: str) -> str:
+def page_at_rest(answers: bool = True) -> str:
+    """The repaired law of the paper at rest, cut at the torques, with linear answers or with time responses alone."""
+    closed = still(PROPOSED, POSES[LEVEL])
+    case = Case("rest", PROPOSED, Run(closed, (rmse(),), HORIZON, EVERY, H))
+    return page_of((case,), Knob("phi", "controller.phi", 0.002, 0.1, log=True), "e", answers)
+
+
+def page_of(cases: tuple[Case, ...], knob: Knob, signal: str, answers: bool = True) -> str:
     """A page of loops, each with its curves and its scores."""
     study = Study(
         "live",
@@ -86,7 +105,10 @@ def page_of(cases: tuple[Case, ...], knob: Knob, signal: str) -> str:
     )
     results = case_runs.run(study)
     document = writeup.document(study, results, "")
-    return html(document, live=live_data(study, results, document))
+    data = live_data(study, results, document)
+    for one in data["loops"] if data and not answers else ():
+        one["linear"] = None
+    return html(document, live=data)
 
 
 @contextmanager

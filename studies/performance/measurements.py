@@ -36,7 +36,8 @@ class Effort:
 
     `runs` are those in one call of ours, `batch` in one whose steps a pilot chooses, `samples` behind a median error,
     `sizes` where the rate shall be flat, `fallback` in NumPy, `many` where memory is looked at; `fine` is the step of
-    the reference in s, `links` are those of the arms that are compiled.
+    the reference in s, `links` are those of the arms that are compiled. Frequency answers are those of `draws`, and of
+    `peer_draws` by a peer.
     """
 
     horizon: float = HORIZON
@@ -51,6 +52,8 @@ class Effort:
     fallback: int = 8000
     many: int = 1_000_000
     links: tuple[int, ...] = (2, 3, 4, 5, 6, 7)
+    draws: int = 1000
+    peer_draws: int = 100
 
 
 @dataclass(frozen=True)

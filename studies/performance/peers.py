@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
@@ -58,6 +58,14 @@ def python_control(horizon: float) -> Runner:
         return rmse(np.asarray(response.states)[:, -1], horizon)
 
     return lambda rows: np.array([run(p) for p in rows])
+
+
+def control_responses(systems: Sequence[Any], frequencies: Array) -> Any:
+    """The answers (N, m, ny, nu) of python-control to one system after the other, at frequencies in rad/s."""
+    import control
+
+    answers = [control.frequency_response(system, frequencies, squeeze=False).frdata for system in systems]
+    return np.moveaxis(np.array(answers), -1, 1)
 
 
 def scipy_lsoda(horizon: float, tolerance: float = 1e-6) -> Runner:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from studies.performance.figures import compile_figure, flat_figure, precision_figure, speed_figure
+from studies.performance.frequency_rate import frequency_rows
 from studies.performance.live_page import live_rows
 from studies.performance.measurements import AT_ERROR, Effort, Row, table_rows
 from studies.performance.other_machine import WHERE, count, machines
@@ -20,7 +21,7 @@ from workbench.study.study import Results, Study
 from workbench.study.writeup import testbed
 
 EFFORT = Effort()
-rows = cache(lambda: (*table_rows(EFFORT), *live_rows(EFFORT)))
+rows = cache(lambda: (*table_rows(EFFORT), *frequency_rows(EFFORT), *live_rows(EFFORT)))
 
 
 def sections(results: Results) -> Page:

@@ -118,20 +118,30 @@ def _test(form: AbstractForm, boxes: Boxes, threshold: float) -> tuple[Array, Ar
         R = R + 8 * UNIT * n * n * (np.abs(A) + abs(threshold) * (np.abs(U).transpose(0, 2, 1) @ np.abs(U)))
         start = A - threshold * gram
         L = L * r[:, :, None, None]
-        if L.shape[1] > CORNERS:
-            R, L = R + np.abs(L).sum(axis=1), L[:, :0]
-        unknown = R.sum(axis=2) * (1 + 8 * UNIT * n)
-        start = start - unknown[:, :, None] * np.eye(n)
-        holds = np.ones(len(c), dtype=bool)
-        for corner in itertools.product((-1.0, 1.0), repeat=L.shape[1]):
-            held = np.flatnonzero(holds)
-            corners = start[held] + np.tensordot(L[held], np.array(corner), ((1,), (0,))) if corner else start[held]
-            holds[held] = definite(corners)
+        holds = corners_definite(start, L, R)
     failed = np.logical_not(holds)
-    return holds, values[:, 0] + threshold, _halved(c[failed], r[failed], blame[failed])
+    return holds, values[:, 0] + threshold, halved(c[failed], r[failed], blame[failed])
 
 
-def _halved(c: Array, r: Array, blame: Array) -> Boxes:
+def corners_definite(A: Array, L: Array, R: Array) -> Array:
+    """True (b,) where A + sum_k e_k L_k + E is proved definite for all |e_k| <= 1 and all symmetric |E| <= R.
+
+    A and R are (b, n, n), L is (b, m, n, n). Between the corners of e it is so too, as the least eigenvalue is concave.
+    """
+    n = A.shape[-1]
+    if L.shape[1] > CORNERS:
+        R, L = R + np.abs(L).sum(axis=1), L[:, :0]
+    unknown = R.sum(axis=2) * (1 + 8 * UNIT * n)
+    start = A - unknown[:, :, None] * np.eye(n)
+    holds = np.ones(len(A), dtype=bool)
+    for corner in itertools.product((-1.0, 1.0), repeat=L.shape[1]):
+        left = np.flatnonzero(holds)
+        corners = start[left] + np.tensordot(L[left], np.array(corner), ((1,), (0,))) if corner else start[left]
+        holds[left] = definite(corners)
+    return holds
+
+
+def halved(c: Array, r: Array, blame: Array) -> Boxes:
     """Both halves of each box, across the symbol with the largest share of R; without symbols, the box itself."""
     if not c.shape[1]:
         return Boxes(c, r)

@@ -17,8 +17,12 @@ from workbench.report.figures.dark_colors import variable
 
 # in the order in which they need each other
 SCRIPTS = (
-    *("curves", "rulers", "marks", "figures", "tables", "animation", "address", "knobs", "holds", "pictures", "pool"),
-    *("motion", "page"),
+    *("curves", "rulers", "marks", "planes", "figures", "tables", "animation", "address", "knobs", "answers", "holds"),
+    *("pictures", "pool", "motion", "page"),
+)
+WORKER = (
+    *("linear_matrices", "linear_eigenvalues", "linear_roots", "linear_response", "linear_model", "linear_rest"),
+    *("linear_corners", "linear_poles", "linear_margins", "linear_disk", "linear_answer", "worker"),
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")
@@ -38,7 +42,7 @@ class LivePage:
 
 def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     """The live part of a page from the data of its study and the plates of its figures."""
-    shown = {link["figure"] for link in (*live["curves"], *live["marks"])}
+    shown = {link["figure"] for link in (*live["curves"], *live["marks"], *live["linear_marks"])}
     data = json.dumps(
         {**live, "plates": {name: _painted(plate) for name, plate in plates.items() if name in shown}},
         allow_nan=False,
@@ -48,7 +52,7 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     policy = f"{PRINTED!s}; script-src 'sha256-{digest}' 'wasm-unsafe-eval' blob:; worker-src blob:"
     # no text can end the element that holds it
     safe = data.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-    return LivePage(Markup(_script()), Markup(_text("worker.js")), Markup(safe), Markup(_styles()), Markup(policy))
+    return LivePage(Markup(_script()), Markup(_worker()), Markup(safe), Markup(_styles()), Markup(policy))
 
 
 def _painted(plate: Mapping[str, Any]) -> dict[str, Any]:
@@ -67,6 +71,11 @@ def _paint(key: str, held: Any) -> Any:
 @cache
 def _script() -> str:
     return "\n".join(_text(f"{name}.js") for name in SCRIPTS)
+
+
+@cache
+def _worker() -> str:
+    return "\n".join(_text(f"{name}.js") for name in WORKER)
 
 
 @cache

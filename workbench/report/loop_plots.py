@@ -17,6 +17,7 @@ from workbench.design.linear.system_answers import (
     system_roots,
 )
 from workbench.design.matrices import Refused
+from workbench.design.step_response import exact_figures
 from workbench.report.picture import Picture
 from workbench.study.loop_pictures import (
     Corners,
@@ -230,8 +231,10 @@ def step_response(systems: Any, until: float | None = None) -> Picture:
         system = _one_channel("step_response", lti("step_response", one))
         t, y, final = step_answers(system, until)
         value = float(final[0, 0])
-        known = bool(np.isfinite(value)) and value != float(y[0, 0, 0])
-        held.append(TimeResponse(label, t, y[0, 0], value if known else None, period=period_of(system)))
+        known = bool(np.isfinite(value)) and value != 0
+        info = exact_figures(system) if known else None
+        tends = value if info is not None or (known and value != float(y[0, 0, 0])) else None
+        held.append(TimeResponse(label, t, y[0, 0], tends, period=period_of(system), info=info))
     return Picture(step_figure("step_response", "", held))
 
 

@@ -16,6 +16,7 @@ _FILES = {
     "live.knob": "Knob",
     "marks": "bars cell points",
     "pictures": "morris_plane quantile_bands sobol_bars tornado_figure",
+    "pictures.loop_gain_pictures": "loop_gain_pictures",
     "pictures.traces": "Window components curve traces",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",

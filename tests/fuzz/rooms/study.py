@@ -197,6 +197,7 @@ def calls() -> dict[str, Any]:
         "cell": partial(study.cell, outcomes()[0], "IAE", "e", 1e3, "ms"),
         "curve": partial(study.curve, outcomes()[0], "e", 0, None, "law", 1, look="steps", unit=(1e3, "m")),
         "points": partial(study.points, "", outcomes(), "IAE", "ISE", 0, ("law",), 1),
+        "loop_gain_pictures": partial(study.loop_gain_pictures, outcomes()[0], "gain", 0.6),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
         **functions(),

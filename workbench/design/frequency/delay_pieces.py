@@ -11,6 +11,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache, cached_property
 from itertools import pairwise
 
 from workbench.design.frequency.axis_loop import AxisLoop
@@ -42,7 +43,7 @@ class Piece:
     at: Callable[[float], Point]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LateLoop:
     """A loop with a delay: its slopes rho' / omega and phi' + delay as ratios, and the places where it is cut."""
 
@@ -60,38 +61,56 @@ class LateLoop:
     def piece(self, start: float, end: float) -> Piece:
         """The piece between two frequencies without a cut between them."""
         middle = math.sqrt(start * end) if start else end / 2
-        centre = self._angle(Fraction(middle) ** 2)
+        centre = self._known.angle(middle)
 
         def point(omega: float) -> Point:
             return self._point(omega, start, end, centre)
 
         return Piece(start, end, point)
 
+    @cached_property
+    def _known(self) -> _Values:
+        return _Values(self)
+
     def _point(self, omega: float, start: float, end: float, centre: float) -> Point:
-        x, delay = Fraction(omega) ** 2, float(self.loop.delay)
-        top, bottom = ratio(*self.b, x)
-        b = top / bottom
+        delay = float(self.loop.delay)
+        b = self._known.b(omega)
         if omega in self.singular:
             inside = omega * (1 + INSIDE if omega == start else 1 - INSIDE) if omega else end * 1e-12
-            x = Fraction(inside) ** 2
-            top, bottom = ratio(*self.a, x)
-            turn, rho_slope = self._angle(x), math.inf if (top > 0) == (bottom > 0) else -math.inf
+            top, bottom = self._known.a(inside)
+            turn, rho_slope = self._known.angle(inside), math.inf if (top > 0) == (bottom > 0) else -math.inf
             rho = rho_slope if omega == end else -rho_slope
         else:
-            turn = self._angle(x)
-            rho = math.log(root_of_quotient(*ratio(self.loop.A, self.loop.B, x)))
-            top, bottom = ratio(*self.a, x)
+            turn, rho = self._known.angle(omega), self._known.rho(omega)
+            top, bottom = self._known.a(omega)
             rho_slope = omega * (top / bottom)
         turn = centre + math.remainder(turn - centre, 2 * math.pi)
         if omega == 0:  # L is real or imaginary there
             turn = round(turn / (math.pi / 2)) * (math.pi / 2)
         return Point(omega, rho, turn - omega * delay, rho_slope, b - delay)
 
-    def _angle(self, x: Fraction) -> float:
-        """The phase of L without its delay, in (-pi, pi]."""
-        top, bottom = ratio(self.loop.Q, self.loop.P, x)
-        omega = Fraction(square_root(x))
-        return angle(top * omega.numerator, bottom * omega.denominator)
+
+class _Values:
+    """The values of a loop without its delay at frequencies in rad/s, each computed once from exact numbers."""
+
+    def __init__(self, late: LateLoop) -> None:
+        loop = late.loop
+        # a cut belongs to two pieces, and crossovers, limits of the gain and three peaks ask for it
+        self.a = cache(lambda omega: ratio(*late.a, Fraction(omega) ** 2))
+        self.b = cache(lambda omega: _quotient(*ratio(*late.b, Fraction(omega) ** 2)))
+        self.rho = cache(lambda omega: math.log(root_of_quotient(*ratio(loop.A, loop.B, Fraction(omega) ** 2))))
+        self.angle = cache(lambda omega: _angle(loop, Fraction(omega) ** 2))
+
+
+def _quotient(top: int, bottom: int) -> float:
+    return top / bottom
+
+
+def _angle(loop: AxisLoop, x: Fraction) -> float:
+    """The phase of L without its delay, in (-pi, pi]."""
+    top, bottom = ratio(loop.Q, loop.P, x)
+    omega = Fraction(square_root(x))
+    return angle(top * omega.numerator, bottom * omega.denominator)
 
 
 def late_loop(loop: AxisLoop) -> LateLoop:
@@ -106,8 +125,8 @@ def late_loop(loop: AxisLoop) -> LateLoop:
     # rho' = omega a falls and rises where a + 2 x a' = 0
     a_turn = add(multiply(*a), [0, *scale(a_slope, 2)])
     parts = [A, B, P, Q, add(A, scale(B, -1)), a[0], a[1], b[0], b[1], falling, a_turn, b_slope]
-    cuts = {loop.frequency(root).value for part in parts for root in positive_roots(part, bits=70)}
-    singular = {loop.frequency(root).value for part in (A, B) for root in positive_roots(part, bits=70)}
+    ends = [{loop.frequency(root).value for root in positive_roots(part, bits=70)} for part in parts]
+    cuts, singular = set().union(*ends), ends[0] | ends[1]
     if A[0] == 0 or B[0] == 0:
         singular.add(0.0)
     return LateLoop(loop, a, b, tuple(sorted(cuts)), frozenset(singular))

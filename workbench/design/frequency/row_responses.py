@@ -1,4 +1,4 @@
-"""Frequency answers of many linear systems at once, each through one reduction to Hessenberg form an input."""
+"""Frequency answers of many linear systems at once, with the error of each; hard points are solved one by one."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from workbench.design.frequency.response_kernel import Answers, dual_answers, row_answers
 from workbench.design.frequency.sampled_parts import band
 from workbench.design.matrices import EPS, Complex, one_thread
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array, numbers, seconds
 from workbench.validation.signatures import door
 
-ROWS = 32  # at once: what is read and written in a pass stays in the cache
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+WANTED = 1e-12  # relative error beyond which an answer is looked at again
+SINGULAR = 0.1  # relative change of a solution by its own residual, from which no digit of it is known
+POINTS = 2048  # at once, that are looked at again
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,12 +26,25 @@ ROWS = 32  # at once: what is read and written in a pass stays in the cache
 class RowResponses:
     """The answers (N, m, ny, nu) of N systems at `frequencies` (m,) in rad/s; a row that has none is NaN and `flagged`.
 
-    Flagged (N,) are the rows of whose matrices an entry is not finite, and those with a pole at one of the frequencies.
+    `errors` bound, to first order, how far rounding may have moved each of the `values`, for the matrices as given.
+    `sensitivities` are the changes of the answers, over the relative changes of all entries of the matrices. Flagged
+    (N,) are the rows with an entry that is not finite, and those with a pole at one of the frequencies.
     """
 
     frequencies: Array
     values: Complex
-    flagged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    flagged: Mask
+    errors: Array
+    sensitivities: Array
+
+    @property
+    def conditions(self) -> Array:
+        """The condition number of each answer: its relative change, over the relative changes of the entries.
+
+        Entries that are rounded to doubles move the answer by about 1e-16 times so much, whatever the algorithm.
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(self.sensitivities == 0, 0.0, self.sensitivities / np.abs(self.values)))
 
 
 @door
@@ -35,9 +52,6 @@ def row_responses(
     A: Array, B: Array, Cy: Array, D: Array, frequencies: Array, period: float | None = None
 ) -> RowResponses:
     """C (s I - A)^-1 B + D of each row at s = j w, or at z = e^(j w h) for systems with the period h.
-
-    A Householder reflection turns an input to the first axis and others bring A to Hessenberg form; then the equations
-    from the last to the second give all states as multiples of the last one, and the first equation its size.
 
     Parameters
     ----------
@@ -53,8 +67,7 @@ def row_responses(
 
     References
     ----------
-    Laub (1981), Efficient multivariable frequency response computations, IEEE Trans. Autom. Control 26; Wilkinson
-    (1965), The Algebraic Eigenvalue Problem, section 7.11 (Hyman's method).
+    See `response_program` for the solution, and `dual_answers` for the answer and its error.
     """
     A, B, Cy, D = (numbers(f"row_responses({name}=...)", M) for name, M in zip("ABCD", (A, B, Cy, D), strict=True))
     N, n, nu, ny = (
@@ -68,66 +81,75 @@ def row_responses(
     h = None if period is None else seconds("row_responses(period=...)", period)
     omega = band("row_responses(frequencies=...)", frequencies, math.inf if h is None else math.pi / h)
     s = np.asarray(1j * omega if h is None else np.exp(1j * omega * h), complex)
-    values = np.full((N, len(s), ny, nu), np.nan, complex)
-    sound = np.flatnonzero([all(np.isfinite(M[i]).all() for M in (A, B, Cy, D)) for i in range(N)])
-    if n and len(sound):
-        scale = matrix_balance(np.abs(A[sound]).max(axis=0), permute=False, separate=True)[1][0]
-        A, B, Cy = A * scale / scale[:, np.newaxis], B / scale[:, np.newaxis], Cy * scale
-    with one_thread(), np.errstate(all="ignore"):
-        for start in range(0, len(sound), ROWS):
-            rows = sound[start : start + ROWS]
-            for j in range(nu):
-                values[rows, :, :, j] = _one_input(A[rows], B[rows, :, j], Cy[rows], s)
-    values += D[:, np.newaxis]
-    return RowResponses(omega, values, np.asarray(~np.isfinite(values).all(axis=(1, 2, 3))))
+    flagged = ~np.all([np.isfinite(M.reshape(N, -1)).all(axis=1) for M in (A, B, Cy, D)], axis=0)
+    sound = np.flatnonzero(~flagged)
+    if len(sound) and ny and nu:
+        matrices = _balanced(A[sound], B[sound], Cy[sound], D[sound])
+        found = row_answers(*matrices, s)
+        flagged[sound] = _look_again(*matrices, s, found)
+        if len(sound) == N:
+            return RowResponses(omega, found.values, flagged, found.errors, found.sensitivities)
+    made = Answers(*(np.full((N, len(s), ny, nu), np.nan, kind) for kind in (complex, float, float)))
+    if len(sound) and ny and nu:
+        made.values[sound], made.errors[sound] = found.values, found.errors
+        made.sensitivities[sound] = found.sensitivities
+    return RowResponses(omega, made.values, flagged, made.errors, made.sensitivities)
 
 
-def _one_input(A: Array, b: Array, Cy: Array, s: Complex) -> Complex:
-    """C (s I - A)^-1 b of each row, (N, m, ny)."""
-    N, n = b.shape
-    if not n:
-        return np.zeros((N, len(s), Cy.shape[1]), complex)
-    H, size, C = _hessenberg(A, b, Cy)
-    x = np.empty((N, n, len(s)), complex)
-    x[:, n - 1] = 1
-    parts = x.view(float)  # real and imaginary parts side by side, for products with real matrices
-    for k in range(n - 1, 0, -1):
-        known = (H[:, k : k + 1, k:] @ parts[:, k:]).view(complex)[:, 0]
-        x[:, k - 1] = (s * x[:, k] - known) / H[:, k, k - 1, np.newaxis]
-    first = s * x[:, 0] - (H[:, :1] @ parts).view(complex)[:, 0]
-    answer = (C @ parts).view(complex) * (size[:, np.newaxis] / first)[:, np.newaxis]
-    for i in np.flatnonzero(~np.isfinite(answer).all(axis=(1, 2))):  # an input that does not reach all states, say
-        answer[i] = _pivoted(A[i], b[i], Cy[i], s)
-    terms = np.abs(s) * np.abs(x[:, 0]) + (np.abs(H[:, :1]) @ np.abs(x))[:, 0]
-    poles = np.abs(first) <= 10 * n * EPS * terms  # s is an eigenvalue, as far as rounding can tell
-    answer = np.where(poles[:, np.newaxis], np.nan, answer)
-    return np.asarray(answer.swapaxes(1, 2))
+def _balanced(A: Array, B: Array, Cy: Array, D: Array) -> tuple[Array, Array, Array, Array]:
+    """The same systems in units of the states, powers of two, in which the largest entries of A are balanced."""
+    if not A.shape[1]:  # a state that nothing moves and nothing reads takes the place of none
+        N, nu, ny = len(B), B.shape[2], Cy.shape[1]
+        return -np.ones((N, 1, 1)), np.zeros((N, 1, nu)), np.zeros((N, ny, 1)), D
+    scale = matrix_balance(np.abs(A).max(axis=0), permute=False, separate=True)[1][0]
+    return A * scale / scale[:, np.newaxis], B / scale[:, np.newaxis], Cy * scale, D
 
 
-def _hessenberg(A: Array, b: Array, Cy: Array) -> tuple[Array, Array, Array]:
-    """H, the first entry of b, all others of which are zero, and C, in the coordinates in which A is a Hessenberg H."""
-    H, C, n = A.copy(), Cy.copy(), b.shape[1]
-    size = np.empty(len(b))
-    for k in range(n):
-        v = (b if k == 0 else H[:, k:, k - 1]).copy()  # is turned to the axis k
-        length = np.linalg.norm(v, axis=1) * np.where(v[:, 0] > 0, -1.0, 1.0)
-        if k == 0:
-            size = length
-        v[:, 0] -= length
-        v /= np.maximum(np.linalg.norm(v, axis=1), np.finfo(float).tiny)[:, np.newaxis]
-        row, column = v[:, np.newaxis], 2 * v[:, :, np.newaxis]
-        H[:, k:] -= column @ (row @ H[:, k:])
-        for M in (H, C):
-            M[:, :, k:] -= (M[:, :, k:] @ column) @ row
-    return H, size, C
+def _look_again(A: Array, B: Array, Cy: Array, D: Array, s: Complex, found: Answers) -> Mask:
+    """Solve anew, by elimination with pivots, the points whose error is larger than rounding must make it.
+
+    A point at which the equations are singular, as far as rounding can tell, is a pole: its answers become NaN, and
+    the mask (N,) of rows is true.
+    """
+    poles = np.zeros(len(A), dtype=bool)
+    with np.errstate(invalid="ignore"):
+        size = np.maximum(np.abs(found.values.real), np.abs(found.values.imag))  # a modulus would take twice the time
+        doubtful = ~(found.errors < WANTED * size)  # zeros are seen to below
+    if not doubtful.any():
+        return poles
+    rows, places = np.nonzero(doubtful.any(axis=(2, 3)))
+    error, moved, size = (M[rows, places] for M in (found.errors, EPS * found.sensitivities, size))
+    fine = (error <= WANTED * size) | ((error <= moved) & (moved <= 1e-3 * size))
+    again = ~(fine & np.isfinite(error)).all(axis=(1, 2))
+    rows, places = rows[again], places[again]
+    for start in range(0, len(rows), POINTS):
+        i, k = rows[start : start + POINTS], places[start : start + POINTS]
+        M = s[k, np.newaxis, np.newaxis] * np.eye(A.shape[1]) - A[i]
+        with one_thread(), np.errstate(all="ignore"):
+            x, sure = _solved(M, B[i])
+            y, also = _solved(M.swapaxes(1, 2), Cy[i].swapaxes(1, 2))
+            new = dual_answers(A[i], B[i], Cy[i], D[i], s[k], x, y)
+        pole = ~(sure & also)[:, np.newaxis, np.newaxis]
+        better = pole | ~(found.errors[i, k] <= new.errors)
+        for old, own in (
+            (found.values, new.values),
+            (found.errors, new.errors),
+            (found.sensitivities, new.sensitivities),
+        ):
+            old[i, k] = np.where(pole, np.nan, np.where(better, own, old[i, k]))
+        poles[i[~np.isfinite(found.values[i, k]).all(axis=(1, 2))]] = True
+    return poles
 
 
-def _pivoted(A: Array, b: Array, Cy: Array, s: Complex) -> Complex:
-    """C (s I - A)^-1 b of one row, (ny, m), by elimination with pivots; NaN at a pole."""
-    values = np.full((len(Cy), len(s)), np.nan, complex)
-    for k, point in enumerate(s):
+def _solved(M: Complex, right: Array) -> tuple[Complex, Mask]:
+    """The solutions of some systems after a step of refinement, and the mask of those that are known at all."""
+    x, change = (np.full((len(M), *right.shape[1:]), np.nan, complex) for _ in range(2))
+    for i, (own, b) in enumerate(zip(M, right, strict=True)):
         try:
-            values[:, k] = Cy @ np.linalg.solve(point * np.eye(len(A)) - A, b)
+            x[i] = np.linalg.solve(own, b)
+            change[i] = np.linalg.solve(own, b - own @ x[i])
         except np.linalg.LinAlgError:
             continue
-    return values
+    sizes = (np.abs(part).reshape(len(M), -1).max(axis=1, initial=0.0) for part in (change, x))
+    moved, size = sizes
+    return x + change, np.asarray((moved <= SINGULAR * size) & np.isfinite(size))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -73,6 +73,17 @@ def sensitivity(loop: control.StateSpace) -> control.StateSpace:
     E = np.asarray(np.linalg.inv(eye + D), dtype=float)
     names = {"states": loop.state_labels, "inputs": loop.input_labels, "outputs": loop.input_labels}
     return control.ss(A - B @ E @ C, B @ E, -E @ C, E, **names)
+
+
+def complementary_sensitivity(loop: control.StateSpace | control.TransferFunction) -> Any:
+    """T = L (I + L)^-1 of a square system L of python-control, continuous or discrete, in the form that L has."""
+    import control
+
+    if loop.ninputs != loop.noutputs:
+        raise ValueError(
+            f"A loop gain L must be square to be closed; got {loop.noutputs} outputs and {loop.ninputs} inputs."
+        )
+    return control.feedback(loop, np.eye(loop.ninputs) if loop.ninputs > 1 else 1)
 
 
 @door

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.frequency import StabilityMargins, stability_margins
+from workbench.design.frequency import Bandwidth, StabilityMargins, bandwidth, sensitivity_bandwidth, stability_margins
 from workbench.design.linear import DiskMargin, disk_margin
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Refused
 
+if TYPE_CHECKING:
+    import control
+
 
 def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[str, StabilityMargins]:
     """The margins at each channel of the cut, by its name."""
-    _refuse_rates(call, models)
+    refuse_rates(call, models)
     opened, found = models.open_drives(call), {}
     for i, name in zip(models.channels, names, strict=True):
         others = [k for k in range(len(models.delays)) if k != i]
@@ -32,7 +36,7 @@ def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[
 
 def common_margin(call: str, models: CutModels) -> DiskMargin:
     """The disk margin of all channels of the cut at once."""
-    _refuse_rates(call, models)
+    refuse_rates(call, models)
     L = models.kind(call, "L")
     if L.period is None:
         return disk_margin(L.system())
@@ -40,11 +44,18 @@ def common_margin(call: str, models: CutModels) -> DiskMargin:
     return DiskMargin(found.alpha, found.alpha_above, 2 / L.period * math.atan(found.frequency))
 
 
-def _refuse_rates(call: str, models: CutModels) -> None:
+def kind_bandwidth(system: control.StateSpace, of: str) -> Bandwidth:
+    """The bandwidth of a kind: of "S" the first frequency at which it rises above -3 dB."""
+    return (sensitivity_bandwidth if of == "S" else bandwidth)(system)
+
+
+def refuse_rates(call: str, models: CutModels) -> None:
+    """Refuse the margins of a loop whose blocks run at several periods."""
     if models.closed.count > 1:
         raise ValueError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "
-            "at the next. `poles`, `response` and the norms are those of the lifted loop."
+            "at the next. Ask for M = `hinf_norm('S')` of the lifted loop: gains from M / (M + 1) to M / (M - 1), or a "
+            "phase lost below 2 asin(1 / 2M), keep it stable."
         )
 
 

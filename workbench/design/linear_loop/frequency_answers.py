@@ -9,6 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from workbench.design.frequency.frequency_axis import phases
+from workbench.design.frequency.response_kernel import Answers
+from workbench.design.linear_loop.answer_errors import cells, closed_again, sensitivity
 from workbench.design.linear_loop.loop_equations import chosen
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Complex, Refused
@@ -36,7 +38,9 @@ class BodeData(NamedTuple):
 class FrequencyResponse:
     """The answers (m, ny, nu), or (N, m, ny, nu) of N rows, at `frequencies` (m,) in rad/s, output by input.
 
-    An answer of a row that has none is NaN, and the row is `flagged` (N,); of one loop none is.
+    An answer of a row that has none is NaN, and the row is `flagged` (N,); of one loop none is. `errors` bound, to
+    first order, how far rounding may have moved each value, for the matrices of the loop as they are; `sensitivities`
+    are the changes of the values, over the relative changes of all entries of these matrices.
     """
 
     frequencies: Array
@@ -44,6 +48,14 @@ class FrequencyResponse:
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
     flagged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    errors: Array
+    sensitivities: Array
+
+    @property
+    def conditions(self) -> Array:
+        """The condition number of each value: its relative change, over the relative changes of the entries."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(np.where(self.sensitivities == 0, 0.0, self.sensitivities / np.abs(self.values)))
 
     def __getitem__(self, names: tuple[str, str]) -> Complex:
         """The answers (m,), or (N, m), of one output to one input, by their names: `response["omega", "v_load"]`."""
@@ -100,18 +112,35 @@ class CutModels:
 
     def response(
         self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-    ) -> tuple[Complex, tuple[str, ...], tuple[str, ...]]:
+    ) -> tuple[Answers, tuple[str, ...], tuple[str, ...]]:
         """The answers (N, m, ny, nu) of a kind, with the names of the inputs and outputs."""
         one_of(f"{call}(of=...)", of, KINDS)
         if self.delays.any():
             return self._late(call, of, omega, inputs, outputs)
         model = self.selected(call, of, inputs, outputs)
-        return model.response(omega), model.inputs, model.outputs
+        return model.answers(omega), model.inputs, model.outputs
 
     def selected(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
         """The model of a kind, without delays, with some of its inputs and outputs."""
         model = self.kind(call, of)
         return model.part(*_places(call, of, model.outputs, model.inputs, outputs, inputs))
+
+    def single(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
+        """The model of a kind from one input to one output, of a loop that is the same at each instant."""
+        model = self.selected(call, of, inputs, outputs)
+        for argument, labels in (("inputs", model.inputs), ("outputs", model.outputs)):
+            if len(labels) != 1:
+                raise ValueError(
+                    f"`{call}({argument}=...)` must name one number; of={of!r} has {len(labels)} {argument} here: take "
+                    f"one of {', '.join(labels)}."
+                )
+        if model.count > 1:
+            raise ValueError(
+                f"`{call}` needs a loop that is the same at each instant; here blocks run at several periods, and the "
+                "answer depends on the instant at which a signal comes. Ask for `response` or the norms, or give all "
+                "blocks one period."
+            )
+        return model
 
     def _cut(self, call: str, of: str) -> LoopModel:
         if self.opened is None:
@@ -123,32 +152,23 @@ class CutModels:
 
     def _late(
         self, call: str, of: str, omega: Array, inputs: Sequence[str] | None, outputs: Sequence[str] | None
-    ) -> tuple[Complex, tuple[str, ...], tuple[str, ...]]:
+    ) -> tuple[Answers, tuple[str, ...], tuple[str, ...]]:
         """The answers of a loop with delays: what arrives is turned by exp(-j omega delay) where it acts."""
         opened, nd = self._cut(call, of), len(self.delays)
-        G, turn = opened.response(omega), np.exp(-1j * np.multiply.outer(omega, self.delays))
+        turn = np.exp(-1j * np.multiply.outer(omega, self.delays))
         again = [i for i in range(nd) if of == "closed" or i not in self.channels]
         left = [i for i in range(len(opened.inputs)) if i not in again]
-        answer = G[..., left]
-        if again:
-            e = turn[:, again, np.newaxis]
-            inner = np.eye(len(again)) - e * G[:, :, again][..., again]
-            answer = answer + G[..., again] @ _solved(inner, e * G[:, :, again][..., left])
-        if of in ("closed", "open"):
-            names = tuple(opened.inputs[i] for i in left)
-            rows, columns = _places(call, of, opened.outputs, names, outputs, inputs)
-        else:
-            size, channels = len(self.channels), list(self.channels)
-            answer = -turn[:, channels, np.newaxis] * answer[:, :, channels, :size]
-            eye = np.broadcast_to(np.eye(size, dtype=complex), answer.shape)
-            if of != "L":
-                S = _solved(eye + answer, eye)
-                answer = S if of == "S" else answer @ S
-            names = tuple(opened.outputs[i] for i in channels)
-            rows, columns = _places(call, of, names, names, outputs, inputs)
-        labels = opened.outputs if of in ("closed", "open") else names
+        answer = closed_again(opened.answers(omega), turn, again, left)
+        names, labels = tuple(opened.inputs[i] for i in left), opened.outputs
+        if of not in ("closed", "open"):
+            channels = list(self.channels)
+            cut = cells(answer, channels, range(len(channels)))
+            L = Answers(-turn[:, channels, np.newaxis] * cut.values, cut.errors, cut.sensitivities)
+            answer = L if of == "L" else sensitivity(L, of)
+            names = labels = tuple(opened.outputs[i] for i in channels)
+        rows, columns = _places(call, of, labels, names, outputs, inputs)
         return (
-            np.asarray(answer[:, :, rows][..., columns]),
+            cells(answer, rows, columns),
             tuple(names[i] for i in columns),
             tuple(labels[i] for i in rows),
         )
@@ -179,15 +199,10 @@ def _places(
     )
 
 
-def _solved(matrices: Complex, right: Complex) -> Complex:
-    """The solutions of (N, m) linear systems; NaN where one is singular or no number."""
-    solution = np.full(np.broadcast_shapes(matrices.shape[:-1] + (1,), right.shape), np.nan, complex)
-    right = np.broadcast_to(right, solution.shape)
-    sound = np.asarray(np.isfinite(matrices).all(axis=(-2, -1)))
-    with np.errstate(all="ignore"):
-        sound &= np.abs(np.linalg.det(np.where(sound[..., np.newaxis, np.newaxis], matrices, 0))) > 0
-    solution[sound] = np.linalg.solve(matrices[sound], right[sound])
-    return solution
+def response_of(omega: Array, of: Answers, inputs: tuple[str, ...], outputs: tuple[str, ...]) -> FrequencyResponse:
+    """The response of a single loop."""
+    unflagged = np.zeros(1, dtype=bool)
+    return FrequencyResponse(omega, of.values[0], inputs, outputs, unflagged, of.errors[0], of.sensitivities[0])
 
 
 def refuse_pole(call: str, response: FrequencyResponse) -> FrequencyResponse:

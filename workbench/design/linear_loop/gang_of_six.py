@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.core import Layout
-from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.loop_equations import LoopEquations, flow_of, labels_of
+from workbench.design.matrices import EPS
 from workbench.validation.refusals import Array
 
 
@@ -21,12 +24,12 @@ def gang(equations: LoopEquations, models: CutModels, omega: Array) -> dict[str,
     wanted = [name for name in flow.inputs if name not in loads and name not in noises]
 
     def answer(inputs: list[str], outputs: tuple[str, ...], sign: float = 1.0) -> FrequencyResponse:
-        values, seen, shown = models.response(call, "closed", omega, inputs, outputs)
-        return FrequencyResponse(omega, sign * values[0], seen, shown, np.zeros(1, dtype=bool))
+        found, seen, shown = models.response(call, "closed", omega, inputs, outputs)
+        return response_of(omega, replace(found, values=sign * found.values), seen, shown)
 
     found = {"TF": answer(wanted, y), "CSF": answer(wanted, u)} if wanted else {}
     found |= {"PS": answer(loads, y), "T": answer(loads, u, -1.0), "CS": answer(noises, u, -1.0)}
     read = answer(noises, y)
     values = read.values + np.eye(len(y), len(read.inputs))
-    found["S"] = FrequencyResponse(omega, values, read.inputs, read.outputs, read.flagged)
+    found["S"] = replace(read, values=values, errors=read.errors + EPS * np.abs(values))
     return {name: refuse_pole(f"{call}(...)", one) for name, one in found.items()}

@@ -46,7 +46,7 @@ class KernelJacobian:
         J, sigma = ca.jacobian(both, z), Corners.of(ode).sigma
         size = ca.fabs(ca.jacobian(sigma, z)) @ (REACH * (1 + ca.fabs(z)))
         parts = [both, J.nz[:], ca.densify(sigma), ca.densify(size)]
-        return [part.numel() for part in parts], J.sparsity(), _evaluation(ode, ca.vertcat(*parts))
+        return [part.numel() for part in parts], J.sparsity(), evaluation(ode, ca.vertcat(*parts))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,7 @@ class KernelFlow:
 
     def __call__(self, t: float, x: Array, p: Array, substeps: int | None) -> tuple[Array, Array]:
         """The states (N, nx) and Jacobians; without `substeps` they are doubled until no row changes."""
-        if not self._moving:
+        if not self.moving:
             return x, np.tile(np.eye(x.shape[1], x.shape[1] + len(places_of(self.ode))), (len(x), 1, 1))
         steps, before = substeps or FEWEST, None
         while True:
@@ -75,17 +75,18 @@ class KernelFlow:
         return bool((change[np.isfinite(now).all(axis=(1, 2))] <= CONVERGED).all()) and bool(np.isfinite(now).any())
 
     @cached_property
-    def _moving(self) -> list[str]:
+    def moving(self) -> list[str]:
+        """The names of the states that move between two instants."""
         ode = self.ode
         moves = np.array(ca.DM(ca.densify(ode.rate).sparsity(), 1)).ravel() != 0
         moves &= np.array([not ca.SX(part).is_zero() for part in ca.vertsplit(ca.densify(ode.rate))])
         return [entry.name for entry in ode.states.entries if moves[ode.states.slice(entry.name)].any()]
 
     @cached_property
-    def _sensitive(self) -> tuple[Ode, list[int], list[int]]:
+    def sensitive(self) -> tuple[Ode, list[int], list[int]]:
         """The states that move with their sensitivities, their places, and the columns that these have in J."""
         ode, n = self.ode, self.ode.states.size
-        rest = [name for name in ode.states.names if name not in self._moving]
+        rest = [name for name in ode.states.names if name not in self.moving]
         alone = freeze(ode, rest) if rest else ode
         time = TIME.symbols()
         shifted = ca.substitute(alone.rate, alone.t, alone.t + time)
@@ -101,17 +102,17 @@ class KernelFlow:
             horizon=np.inf,
         )
         used = [name for name in rest if ca.depends_on(alone.rate, ode.x[ode.states.slice(name)])]
-        columns = [i for name in (*self._moving, *used) for i in ode.states.indices(name)]
+        columns = [i for name in (*self.moving, *used) for i in ode.states.indices(name)]
         driven: dict[str, list[int]] = {name: [] for name in ode.inputs}
         for k, place in enumerate(places_of(ode)):
             driven[next(name for name in driven if place in ode.parameters.indices(name))].append(n + k)
         acting = [name for name in driven if ca.depends_on(alone.rate, ode.p[ode.parameters.slice(name)])]
         columns += [k for name in acting for k in driven[name]]
-        rows = [i for name in self._moving for i in ode.states.indices(name)]
-        return with_sensitivity(alone, (*self._moving, *used, *acting)), rows, columns
+        rows = [i for name in self.moving for i in ode.states.indices(name)]
+        return with_sensitivity(alone, (*self.moving, *used, *acting)), rows, columns
 
     def _march(self, t: float, x: Array, p: Array, substeps: int) -> tuple[Array, Array]:
-        ode, rows, columns = self._sensitive
+        ode, rows, columns = self.sensitive
         rest = [i for i in range(x.shape[1]) if i not in rows]
         given = np.concatenate([p, x[:, rest], np.full((len(x), 1), t)], axis=1)
         start = np.tile(ode.states.default, (len(x), 1))
@@ -125,7 +126,7 @@ class KernelFlow:
         return end, J
 
 
-def _evaluation(ode: Ode, values: ca.SX) -> Step:
+def evaluation(ode: Ode, values: ca.SX) -> Step:
     """A step after which a memory holds the values, at the time that is its parameter."""
     memory = Layout((Entry("linear_loop.values", np.zeros(values.numel())),))
     h, k, t, time = ca.SX.sym("h"), ca.SX.sym("k"), ca.SX.sym("t"), TIME.symbols()

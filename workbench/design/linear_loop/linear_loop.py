@@ -11,32 +11,26 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Layout
-from workbench.design.frequency import (
-    MeanGain,
-    Peak,
-    StabilityMargins,
-    h2_norm,
-    hinf_norm,
-)
+from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear import DiskMargin, Pole, poles
-from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
-from workbench.design.linear_loop.frequency_answers import (
-    CutModels,
-    FrequencyResponse,
-    refuse_pole,
-)
+from workbench.design.linear_loop.cut_margins import channel_margins, common_margin, kind_bandwidth
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
-from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks
+from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
 from workbench.design.matrices import Refused
+from workbench.design.step_response import StepInfo, step_info
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
+
+
+Names = str | tuple[str, ...] | None  # of inputs or outputs; all of them if None
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,9 +87,7 @@ class LinearLoop:
         return tuple(self.point.equations.drive[i] for i in self.models.channels)
 
     @door
-    def system(
-        self, of: str = "L", inputs: str | tuple[str, ...] | None = None, outputs: str | tuple[str, ...] | None = None
-    ) -> control.StateSpace:
+    def system(self, of: str = "L", inputs: Names = None, outputs: Names = None) -> control.StateSpace:
         """A kind of this loop as a `StateSpace` of python-control, from some of its inputs to some of its outputs.
 
         Raises
@@ -142,24 +134,13 @@ class LinearLoop:
     @cached_property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
-        closed, found = self.models.closed, list[str]()
-        if not self.models.delays.any():
-            size = float(np.linalg.norm(closed.A[0], 2)) if closed.states else 0.0
-            found += mode_remarks(self.poles, size, self.period is not None, hidden=True)
-            if self.models.opened is not None:
-                found += hidden_remarks(self.L)
-        if not self.point.resting:
-            found.append("The loop is frozen at a state at which it does not rest, which proves nothing of its motion.")
-        found += [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in self.bent]
-        return tuple(found)
+        late = bool(self.models.delays.any())
+        L = None if late or self.models.opened is None else self.L
+        return loop_remarks(self.models.closed, () if late else self.poles, L, self.point.resting, self.bent)
 
     @door
     def response(
-        self,
-        frequencies: Array,
-        of: str = "L",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
+        self, frequencies: Array, of: str = "L", inputs: Names = None, outputs: Names = None
     ) -> FrequencyResponse:
         """The answers of a kind at frequencies (m,) in rad/s that rise from zero on, in a computer up to Nyquist's.
 
@@ -175,8 +156,8 @@ class LinearLoop:
         call = "LinearLoop.response"
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
         self._refuse_bent(call, outputs)
-        values, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
-        return refuse_pole(f"{call}(...)", FrequencyResponse(omega, values[0], seen, shown, np.zeros(1, dtype=bool)))
+        found, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
+        return refuse_pole(f"{call}(...)", response_of(omega, found, seen, shown))
 
     @door
     def gang_of_six(self, frequencies: Array) -> dict[str, FrequencyResponse]:
@@ -220,22 +201,41 @@ class LinearLoop:
         return common_margin("LinearLoop.disk_margin", self.models)
 
     @door
-    def hinf_norm(
-        self,
-        of: str = "closed",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
-    ) -> Peak:
+    def bandwidth(self, of: str = "T", inputs: Names = None, outputs: Names = None) -> Bandwidth:
+        """The bandwidth of a kind from one input to one output: where its gain first falls 3 dB below that at zero.
+
+        With of="S" it is the frequency at which |S| first rises above -3 dB. Of a cut with several channels name one,
+        as both input and output; the others are closed.
+
+        Raises
+        ------
+        ValueError
+            If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
+        Refused
+            As `workbench.design.frequency.bandwidth`.
+        """
+        return kind_bandwidth(self._one_answer("LinearLoop.bandwidth", of, inputs, outputs), of)
+
+    @door
+    def step_info(self, inputs: Names = None, outputs: Names = None, of: str = "closed") -> StepInfo:
+        """The figures of the step response from one input to one output, see `workbench.design.step_response`.
+
+        Raises
+        ------
+        ValueError
+            If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
+        Refused
+            As `workbench.design.step_response.step_info`.
+        """
+        return step_info(self._one_answer("LinearLoop.step_info", of, inputs, outputs))
+
+    @door
+    def hinf_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> Peak:
         """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
         return hinf_norm(self.system(of, inputs, outputs))
 
     @door
-    def h2_norm(
-        self,
-        of: str = "closed",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
-    ) -> MeanGain:
+    def h2_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> MeanGain:
         """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
         norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed.count)
         if share == 1 or math.isinf(norm.gain.value):
@@ -265,6 +265,12 @@ class LinearLoop:
             f"<LinearLoop '{self.point.equations.closed.name}'{cut}: {len(self.models.closed.states)} states, {time}>"
         )
 
+    def _one_answer(self, call: str, of: str, inputs: Names, outputs: Names) -> control.StateSpace:
+        self._refuse_delay(call)
+        self._refuse_bent(call, outputs)
+        model = self.models.single(call, of, _names(inputs), _names(outputs))
+        return model.system(f"{of} of {self.point.equations.closed.name}")
+
     def _stable_with_delay(self) -> bool:
         if len(self.models.delays) == 1:
             return all(one.stable for one in self.margins().values())
@@ -280,7 +286,7 @@ class LinearLoop:
                 ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
             )
 
-    def _refuse_bent(self, call: str, outputs: str | tuple[str, ...] | None) -> None:
+    def _refuse_bent(self, call: str, outputs: Names) -> None:
         for name in _names(outputs) or ():
             if name in self.bent:
                 raise Refused(
@@ -289,5 +295,5 @@ class LinearLoop:
                 )
 
 
-def _names(names: str | tuple[str, ...] | None) -> tuple[str, ...] | None:
+def _names(names: Names) -> tuple[str, ...] | None:
     return (names,) if isinstance(names, str) else names

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from workbench.design.frequency import row_responses
+from workbench.design.frequency.response_kernel import Answers
 from workbench.design.linear.loop_cuts import closure
-from workbench.design.matrices import Complex
+from workbench.design.matrices import EPS, Complex
 from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
@@ -89,36 +90,56 @@ class LoopModel:
         )
 
     def response(self, omega: Array) -> Complex:
+        """The values of `answers`."""
+        return self.answers(omega).values
+
+    def answers(self, omega: Array) -> Answers:
         """The answers (N, m, ny, nu) at frequencies (m,) in rad/s; NaN at a pole and in rows that are not finite.
 
         Over lifted periods it is the part at the frequency itself of the answer to a signal of that frequency.
         """
         if self.count == 1 or self.period is None:
-            return self._values(omega, self.period)
+            return self._answers(omega, self.period)
         q, turn = self.count, omega * self.period
         folded = (turn * q + math.pi) % (2 * math.pi) - math.pi
         order = np.argsort(np.abs(folded), kind="stable")
         length = q * self.period
-        ahead = self._values(np.minimum(np.abs(folded)[order] / length, math.pi / length), length)
-        answer = np.empty_like(ahead)
-        answer[:, order] = ahead
-        answer = np.where((folded < 0)[:, np.newaxis, np.newaxis], answer.conj(), answer)
-        blocks = answer.reshape(*answer.shape[:2], q, len(self.outputs), q, len(self.inputs))
+        ahead = self._answers(np.minimum(np.abs(folded)[order] / length, math.pi / length), length)
         waves = np.exp(1j * np.multiply.outer(turn, np.arange(q)))  # (m, q)
-        return np.asarray(np.einsum("mi,Nmiykv,mk->Nmyv", waves.conj(), blocks, waves) / q)
 
-    def _values(self, omega: Array, period: float | None) -> Complex:
-        """C (z I - A)^-1 B + D, input by input, by the states alone that lie between the input and the outputs."""
+        def blocks(part: Complex) -> Complex:
+            own = np.empty_like(part)
+            own[:, order] = part
+            own = np.where((folded < 0)[:, np.newaxis, np.newaxis], own.conj(), own)
+            return np.asarray(own.reshape(*own.shape[:2], q, len(self.outputs), q, len(self.inputs)))
+
+        values = np.asarray(np.einsum("mi,Nmiykv,mk->Nmyv", waves.conj(), blocks(ahead.values), waves) / q)
+        sizes = (
+            np.abs(blocks(part)).sum(axis=(2, 4)) / q for part in (ahead.values, ahead.errors, ahead.sensitivities)
+        )
+        terms, errors, sensitivities = sizes
+        return Answers(values, errors + 4 * (q + 2) * EPS * terms, sensitivities)
+
+    def _answers(self, omega: Array, period: float | None) -> Answers:
+        """C (z I - A)^-1 B + D, by the states alone that lie between an input and the outputs."""
         steps = (np.nan_to_num(self.A) != 0).any(axis=0)
         reach = closure(steps | np.eye(len(steps), dtype=bool))  # reach[i, j]: j reaches i
         seen = reach[(np.nan_to_num(self.Cy) != 0).any(axis=(0, 1))].any(axis=0)
-        answers = []
+        groups = dict[tuple[int, ...], list[int]]()  # inputs by the states between
         for j in range(self.B.shape[-1]):
             moved = reach[:, (np.nan_to_num(self.B[:, :, j]) != 0).any(axis=0)].any(axis=1)
-            keep = np.flatnonzero(moved & seen)
-            matrices = (self.A[:, keep][:, :, keep], self.B[:, keep, j : j + 1], self.Cy[:, :, keep])
-            answers.append(row_responses(*matrices, self.D[:, :, j : j + 1], omega, period).values)
-        return np.concatenate(answers, axis=-1)
+            groups.setdefault(tuple(np.flatnonzero(moved & seen).tolist()), []).append(j)
+        shape = (len(self.A), len(omega), self.D.shape[1], self.D.shape[2])
+        made = Answers(np.empty(shape, complex), np.empty(shape), np.empty(shape))  # of no inputs, it stays so
+        for states, inputs in groups.items():
+            keep = list(states)
+            matrices = (self.A[:, keep][:, :, keep], self.B[:, keep][:, :, inputs], self.Cy[:, :, keep])
+            found = row_responses(*matrices, self.D[:, :, inputs], omega, period)
+            if len(groups) == 1:
+                return Answers(found.values, found.errors, found.sensitivities)
+            made.values[..., inputs], made.errors[..., inputs] = found.values, found.errors
+            made.sensitivities[..., inputs] = found.sensitivities
+        return made
 
     def system(self, name: str = "loop") -> control.StateSpace:
         """The one row as a `StateSpace` of python-control; of lifted periods with a name for each instant."""

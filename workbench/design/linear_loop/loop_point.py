@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -10,6 +11,7 @@ from workbench.design.linear.corners import Sides
 from workbench.design.linear_loop.loop_equations import LoopEquations, labels_of, rows_by_name
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.point_model import Instant, PointModel, point_model
+from workbench.design.linear_loop.row_models import RowModels
 from workbench.validation.refusals import Array
 
 
@@ -27,6 +29,13 @@ class LoopPoint:
     resting: bool = True
     side: Sides = None
     substeps: int | None = None
+
+    @cached_property
+    def row_models(self) -> tuple[RowModels, RowModels | None]:
+        """The equations, closed and cut, as the compiled kernel has them; made once, and used by all rows."""
+        closed, opened = self.equations.closed, self.equations.opened
+        cut = None if opened is None else RowModels(opened, self.instant, self.substeps)
+        return RowModels(closed, self.instant, self.substeps), cut
 
 
 def point_models(call: str, point: LoopPoint, x: Array, p: Array) -> tuple[PointModel, PointModel | None]:

@@ -11,13 +11,14 @@ import numpy as np
 
 from workbench.core import Sampled
 from workbench.design.frequency.frequency_axis import checked_frequencies
+from workbench.design.linear_loop.cut_margins import refuse_rates
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
 from workbench.design.linear_loop.loop_equations import Equations, split_values
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.loop_point import LoopPoint, opened_rows, point_models, straight
 from workbench.design.linear_loop.loop_remarks import doubt_of
 from workbench.design.linear_loop.rest_state import Mask, find_rest, resting_states, unrest
-from workbench.design.linear_loop.row_models import RowModels
+from workbench.design.linear_loop.row_margins import RowMargins, row_margins
 from workbench.design.matrices import EPS, Complex, Refused
 from workbench.validation.refusals import Array, as_array
 from workbench.validation.signatures import door
@@ -66,9 +67,28 @@ class LinearRows:
         """The answers (N, m, ny, nu) of each row, as `LinearLoop.response` has them; a row with a pole is flagged."""
         call, names = "LinearRows.response", [(n,) if isinstance(n, str) else n for n in (inputs, outputs)]
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.models.closed.period)
-        values, seen, shown = self.models.response(call, of, omega, *names)
-        flagged = np.asarray(~np.isfinite(values).all(axis=(1, 2, 3)))
-        return FrequencyResponse(omega, values, seen, shown, flagged)
+        found, seen, shown = self.models.response(call, of, omega, *names)
+        flagged = np.asarray(~np.isfinite(found.values).all(axis=(1, 2, 3)))
+        return FrequencyResponse(omega, found.values, seen, shown, flagged, found.errors, found.sensitivities)
+
+    @cached_property
+    def margins(self) -> RowMargins:
+        """The margins of each row at each signal at which the loop is cut, see `RowMargins`; NaN in unstable rows.
+
+        Raises
+        ------
+        ValueError
+            If the loop has a delay in continuous time, blocks at several periods, or no cut.
+        """
+        call = "LinearRows.margins"
+        if self.models.delays.any():
+            raise ValueError(
+                f"`{call}` needs loops without delays; take `LinearLoop.margins` of single rows, or a `PadeDelay` of "
+                "`Equipped` in the place of a delay."
+            )
+        refuse_rates(call, self.models)
+        opened = self.models.open_drives(call)
+        return row_margins(call, self.models, [opened.outputs[i] for i in self.models.channels], self.stable)
 
     def __repr__(self) -> str:
         return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"
@@ -99,7 +119,7 @@ def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, An
     equations, closed = point.equations, point.equations.closed
     x, p, fixed, reasons = _rows(closed, values, point)
     sound = _sound(len(x), reasons)
-    made = RowModels(closed, point.instant, point.substeps)
+    made, cut = point.row_models
     if point.resting:
         must = resting_states(closed, equations.ports)
         rest, share = find_rest(made.motion, x[sound], p[sound], must, fixed, isinstance(closed, Sampled))
@@ -109,8 +129,7 @@ def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, An
         sound = _sound(len(x), reasons)
     closed_model, output, cornered = made.model(x[sound], p[sound])
     opened_model = None
-    if equations.opened is not None:
-        cut = RowModels(equations.opened, point.instant, point.substeps)
+    if cut is not None:
         opened_model, _, also = cut.model(x[sound], opened_rows(equations, p[sound], output))
         cornered = cornered | also
     pair = (closed_model, opened_model)

@@ -16,6 +16,7 @@ from workbench.design.linear_loop.point_model import Instant
 from workbench.validation.refusals import Array
 
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
+PATIENCE, SHORTER = 25, 0.9  # evaluations in which the step must become so much shorter, or the search stalls
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to the change (N, nx) and (N, nx, nx)
 
@@ -85,7 +86,8 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
     """States (N, nx) at rest by Gauss-Newton, and how far from rest they are: the shares (N, nx) of what moves.
 
     States at rest from the start, to rounding, stay as they are; those at the places `fixed`, and those that nothing
-    moves, do so always. A step that would make the next one longer is halved.
+    moves, do so always. A step that would make the next one longer is halved. A row whose steps become no shorter, as
+    it has no rest, is given up before the others end.
     """
     x = x.copy()
     change, slope = motion(x, p)
@@ -97,6 +99,7 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
         return x, share
     step, factor = _towards_rest(change, slope, must, free), np.ones(len(x))
     size = _sizes(step, x[:, free])
+    mark, since = size.copy(), np.zeros(len(x), dtype=int)
     for _ in range(ROUNDS):
         seeking &= (size > LEAST) & np.isfinite(size)
         rows = np.flatnonzero(seeking)
@@ -114,7 +117,9 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
         size[taken], factor[taken] = left[good], 1.0
         share[taken] = _shares(change[good], slope[good], ahead[good], must, discrete)
         factor[rows[~good]] /= 2
-        seeking[rows] &= ~stalls & (factor[rows] > 1e-9)
+        shorter = size[rows] < SHORTER * mark[rows]
+        mark[rows], since[rows] = np.where(shorter, size[rows], mark[rows]), np.where(shorter, 0, since[rows] + 1)
+        seeking[rows] &= ~stalls & (factor[rows] > 1e-9) & (since[rows] < PATIENCE)
     return x, share
 
 

@@ -25,9 +25,10 @@ class Sheet:
     with `color`, `width`, `dash` (lengths, empty for a whole line), `look` ('line', 'steps' or 'marks'; of a mark that
     is no series the name of its kind) and `label`; and two rulers, `x` and `y`, each with `scale` ('linear' or 'log'),
     `low` and `high`, `cut` (the number in the middle of an uneven one, else None), `fixed` (True if curves have no say
-    in them), `room` for the width of its numbers, and `power` (True if there is a power of ten at its end). `time` of
-    an abscissa is True if it is the time. Bars have their `places`, `starts`, `ends` (None without a bar), `thick`,
-    `texts`, their `fill` and the `ink` of the texts; points have `x` and `y`, None for a gap.
+    in them), `steps` that its numbers should have, if any, `room` for the width of its numbers, and `power` (True if
+    there is a power of ten at its end). `time` of an abscissa is True if it is the time. `equal` of a panel is True if
+    a unit is as long across as upwards. Bars have their `places`, `starts`, `ends` (None without a bar), `thick`,
+    `texts`, their `fill` and the `ink` of the texts; points have `x` and `y`, None for a gap, and their `shape`.
     """
 
     svg: str
@@ -49,12 +50,23 @@ def plate_of(
 
 def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> dict[str, Any]:
     still = any(isinstance(mark, Tiles) for mark in panel.series)
+    linear, equal = any(map(_is_linear, panel.series)), panel.aspect == "equal"  # whose limits are those of what moves
+    across = still or (panel.xlim is not None and not (linear and equal))
     return {
         "box": [float(length) for length in (box.left, box.bottom, box.width, box.height)],
-        "x": _ruler(x, ticks[0], still or panel.xlim is not None) | {"time": plain(panel.xlabel).startswith(TIME)},
-        "y": _ruler(y, ticks[1], still or panel.ylim is not None),
+        "x": _ruler(x, ticks[0], across) | {"time": plain(panel.xlabel).startswith(TIME)},
+        "y": _ruler(y, ticks[1], still or (panel.ylim is not None and not linear)),
+        "equal": equal,
         "series": [_series(mark) for mark in panel.series],
     }
+
+
+def _is_linear(mark: Mark) -> bool:
+    """True for a mark that shows a linear answer of a loop."""
+    if isinstance(mark, Series):
+        return mark.sources is not None and mark.sources[1].kind == "linear"
+    pair = mark.sources[0] if isinstance(mark, Points) and mark.sources else (None, None)
+    return pair[1] is not None and pair[1].kind == "linear"
 
 
 def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
@@ -64,6 +76,7 @@ def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
         "high": float(ruler.high),
         "cut": ruler.cut,
         "fixed": fixed or bool(ruler.names),
+        "steps": list(ruler.steps),
         "room": round(ticks.width + LABEL, 2),
         "power": bool(ticks.power),
     }
@@ -87,7 +100,9 @@ def _numbers(mark: Mark) -> dict[str, Any]:
         held = {"places": mark.places.tolist(), "starts": mark.starts.tolist(), "ends": _with_gaps(mark.ends)}
         look = {"fill": tint(mark.style, mark.shade), "ink": ink_on(mark.style, mark.shade)}
         return held | {"thick": mark.thick, "texts": list(mark.texts)} | look
-    return {"x": _with_gaps(mark.x), "y": _with_gaps(mark.y)} if isinstance(mark, Points) else {}
+    if isinstance(mark, Points):
+        return {"x": _with_gaps(mark.x), "y": _with_gaps(mark.y), "shape": mark.shape}
+    return {}
 
 
 def _with_gaps(numbers: Array) -> list[float | None]:

@@ -242,7 +242,7 @@ def size_of(figure: Figure) -> tuple[float, float]:
     rows = -(-len(figure.panels) // figure.columns)
     height = {1: 2.4, 2: 2.0, 3: 1.8}[figure.columns] * {1: 1.0, 2: 0.86}.get(rows, 0.74)
     if any(panel.aspect in ("tall", "equal") for panel in figure.panels):
-        height = PLANE[figure.columns]
+        height = PLANE[figure.columns] * math.sqrt(figure.width)  # a narrow one is lower, too
     elif any(isinstance(mark, Points) for panel in figure.panels if panel.aspect != "wide" for mark in panel.series):
         height *= 1.4  # names need room
     named = [_rows_of(row_names(figure, panel), panel) for panel in figure.panels if panel.ynames]

@@ -8,6 +8,7 @@ from typing import ClassVar
 import numpy as np
 
 from workbench.study.document.mark_fields import Label, Spans, Style, store
+from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, described
 from workbench.validation.signatures import door
 
@@ -40,7 +41,7 @@ class Arrows:
     """Arrows at the points (N,) along the directions (u, v), as the axes of the panel show them.
 
     All have the same `length` in points, and begin at their points; those of the length 0 are heads alone, with their
-    middle at the point. One whose direction is zero or NaN is not drawn.
+    middle at the point. One whose direction is zero or NaN is not drawn. `source` is the result along which they stand.
     """
 
     label: Label
@@ -50,6 +51,7 @@ class Arrows:
     v: Array
     style: Style = 0
     length: float = 0.0
+    source: Source | None = None
 
     def __post_init__(self) -> None:
         store(self, ("x", "y", "u", "v"), gaps=("x", "y", "u", "v"))

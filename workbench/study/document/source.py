@@ -13,16 +13,18 @@ from workbench.validation.signatures import door
 @dataclass(frozen=True)
 @door
 class Source:
-    """One number of a signal over time, or of a metric, of a law in a scenario or a sweep.
+    """One number of a signal over time, of a metric, or of a linear answer, of a law in a scenario or a sweep.
 
     A mark shows `scale` times this number, in the unit `unit`.
 
     Attributes
     ----------
     kind, name
-        "signal" or "metric", and its name; both are "time" for an axis of time.
+        "signal", "metric" or "linear", and its name; both are "time" for an axis of time. A linear answer of a loop is
+        named as its picture or its table does: "magnitude", "phase margin".
     place, label
-        The place of the number in the signal or metric, from 0 and row by row in a matrix, and its label.
+        The place of the number in the signal or metric, from 0 and row by row in a matrix, or of the channel at which a
+        loop is cut; and its label.
     run
         The digest of equations, parameters, steps and noise.
     rows
@@ -33,7 +35,7 @@ class Source:
 
     law: str
     scenario: str
-    kind: Literal["time", "signal", "metric"]
+    kind: Literal["time", "signal", "metric", "linear"]
     name: str
     place: int
     label: str
@@ -59,6 +61,11 @@ class Source:
     def times(self, scale: float, unit: str = "") -> Source:
         """The source of the number times `scale`, in another unit if it is given."""
         return replace(self, scale=scale * self.scale, unit=unit or self.unit)
+
+    @door
+    def named(self, name: str, unit: str = "") -> Source:
+        """The source of another linear answer of the same loop at the same channel."""
+        return replace(self, name=name, unit=unit)
 
 
 _BREAKS = re.compile(r"\r\n|[\n\r\t]")

@@ -1,4 +1,4 @@
-"""Links: the curves, bars, points and cells of a document whose sources are signals and scores of some outcomes."""
+"""Links: the marks and cells of a document whose sources are signals, scores and linear answers of some outcomes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ import numpy as np
 
 from workbench.core import Step
 from workbench.study.document.document import Bars, Document, Points, Series
-from workbench.study.document.phrases import source_of
+from workbench.study.document.figure import Mark
+from workbench.study.document.phrases import Measured, Missing, bare, raised, source_of
+from workbench.study.document.plane_marks import Arrows
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
 
@@ -61,10 +63,43 @@ class LiveMark:
     scale: float
 
 
-def links(document: Document, outcomes: Sequence[Outcome]) -> list[Curve | LiveCell | LiveMark]:
+@dataclass(frozen=True)
+class LinearMark:
+    """A series, points or arrows of a panel that show a linear answer of a loop at a channel, times a scale."""
+
+    figure: str
+    panel: int
+    series: int
+    loop: int
+    quantity: str
+    channel: int
+    scale: float
+
+
+@dataclass(frozen=True)
+class LinearCell:
+    """A cell of a table that shows a number of the linear answers of a loop at a channel, or words."""
+
+    table: str
+    row: int
+    column: int
+    loop: int
+    quantity: str
+    channel: int
+    label: str
+    unit: str
+    printed: float | None
+    words: str
+
+
+Link: TypeAlias = Curve | LiveCell | LiveMark | LinearMark | LinearCell
+
+
+def links(document: Document, outcomes: Sequence[Outcome]) -> list[Link]:
     """All that is live in a document of these outcomes: each mark that was made of one of them."""
     loops = {(o.case.scenario, o.case.law, o.digest): k for k, o in enumerate(outcomes)}
-    return [*curves(document, outcomes, loops), *cells(document, outcomes, loops), *marks(document, outcomes, loops)]
+    found: list[Link] = [*curves(document, outcomes, loops), *cells(document, outcomes, loops)]
+    return [*found, *marks(document, outcomes, loops), *linear_marks(document, loops), *linear_cells(document, loops)]
 
 
 def curves(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[Curve]:
@@ -101,6 +136,43 @@ def marks(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, i
                 for axis, index, source in _sources(mark):
                     for place in _score(source, outcomes, loops):
                         yield LiveMark(figure.name, i, j, index, axis, *place)
+
+
+def linear_marks(document: Document, loops: Mapping[Run, int]) -> Iterator[LinearMark]:
+    """Each series, all points of a mark, and all of its arrows, that show a linear answer of an outcome."""
+    for figure in document.figures:
+        for i, panel in enumerate(figure.panels):
+            for j, mark in enumerate(panel.series):
+                source = _linear_source(mark)
+                if source is not None and (loop := _loop(source, loops)) is not None:
+                    yield LinearMark(figure.name, i, j, loop, source.name, source.place, source.scale)
+
+
+def linear_cells(document: Document, loops: Mapping[Run, int]) -> Iterator[LinearCell]:
+    """Each cell that shows a number of the linear answers of an outcome."""
+    for table in document.tables:
+        for i, row in enumerate(table.rows):
+            for j, cell in enumerate(row):
+                source = source_of(cell)
+                if source is None or source.kind != "linear" or (loop := _loop(source, loops)) is None:
+                    continue
+                shown = bare(cell)
+                number = shown.value if isinstance(shown, Measured) else None
+                words = shown.words if isinstance(shown, Missing) else ""
+                about = source.name, source.place, source.label, raised(source.unit)
+                yield LinearCell(table.name, i, j, loop, *about, number, words)
+
+
+def _linear_source(mark: Mark) -> Source | None:
+    """The source of the ordinates of a mark, if that is a linear answer."""
+    source = None
+    if isinstance(mark, Series) and mark.sources is not None:
+        source = mark.sources[1]
+    elif isinstance(mark, Points) and mark.sources:
+        source = mark.sources[0][1]
+    elif isinstance(mark, Arrows):
+        source = mark.source
+    return source if source is not None and source.kind == "linear" else None
 
 
 def _sources(mark: Bars | Points) -> Iterator[tuple[Axis, int, Source | None]]:

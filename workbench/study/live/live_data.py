@@ -15,7 +15,8 @@ from workbench.metrics.value_program import program_of
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob, check
-from workbench.study.live.links import Curve, LiveCell, LiveMark, links
+from workbench.study.live.linear_data import linear_data
+from workbench.study.live.links import Curve, LinearCell, LinearMark, LiveCell, LiveMark, links
 from workbench.study.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
 from workbench.study.live.turned import offered
 from workbench.study.study import Outcome, Results, Study
@@ -29,6 +30,8 @@ PYTHON = """import workbench as wb
 study = wb.load({script!r})
 found = wb.turned(study, {{case}}, {{values}}, seed={{seed}})
 """
+# and the line that gives the linear answer of the same case behind them
+PYTHON_LINEAR = "linear = wb.turned_linear(study, {case}, {values})\n"
 
 
 @door
@@ -59,7 +62,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
-            made, shown = _loop(outcome, knobs, mine, modules)
+            made, shown = _loop(outcome, knobs, mine, modules, _is_linear(found, k))
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
             return None
         except ValueError as error:
@@ -74,17 +77,33 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
         "version": document.colophon.version,
         "fingerprint": hashlib.sha256("".join(outcome.digest for outcome in outcomes).encode()).hexdigest()[:16],
         "python": "" if callable(study.cases) or not script else PYTHON.format(script=script),
+        "python_linear": "" if callable(study.cases) or not script else PYTHON_LINEAR,
         "knobs": [_knob(knob, outcomes) for knob in knobs],
         "loops": loops,
         "modules": list(modules.packed.values()),
         "curves": [asdict(curve) for curve in live_curves],
-        "cells": _told(found, LiveCell, live_places),
-        "marks": _told(found, LiveMark, live_places),
+        **_told_links(found, live_places),
         "refused": refused,
     }
 
 
-def _told(found: Sequence[object], kind: type[LiveCell | LiveMark], places: Mapping[int, int]) -> list[dict[str, Any]]:
+def _is_linear(found: Sequence[object], loop: int) -> bool:
+    """True if a page shows linear answers of a loop."""
+    return any(isinstance(link, LinearMark | LinearCell) and link.loop == loop for link in found)
+
+
+def _told_links(found: Sequence[object], places: Mapping[int, int]) -> dict[str, Any]:
+    """The cells and the marks of a page whose loops are live."""
+    return {
+        "cells": [*_told(found, LiveCell, places), *_told(found, LinearCell, places)],
+        "marks": _told(found, LiveMark, places),
+        "linear_marks": _told(found, LinearMark, places),
+    }
+
+
+def _told(
+    found: Sequence[object], kind: type[LiveCell | LiveMark | LinearCell | LinearMark], places: Mapping[int, int]
+) -> list[dict[str, Any]]:
     """The links of a kind whose loops are live, with the places of these."""
     mine = (link for link in found if isinstance(link, kind))
     return [asdict(link) | {"loop": places[link.loop]} for link in mine if link.loop in places]
@@ -111,9 +130,12 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 
 def _loop(
-    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules
+    outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules, linear: bool
 ) -> tuple[dict[str, Any], list[Curve]]:
-    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there."""
+    """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there.
+
+    With `linear`, where the page shows linear answers of it, these are made there, too.
+    """
     case, run = outcome.case, outcome.measurement.trajectories
     whole, half = whole_and_half(outcome)
     every = case.run.every or whole.h
@@ -134,7 +156,7 @@ def _loop(
         "rows": len(run.t) - 1,
         "p": plain(run.p[0]),
         "x0": plain(run.x[0, 0]),
-        "moves": _moves(knobs, whole.parameters.size, places),
+        "moves": _moves(knobs, whole, places, linear),
         "seed": str(case.run.seed),
         "normals": whole.noises,
         "switches": switches(outcome.ode),
@@ -150,6 +172,7 @@ def _loop(
         "scores": [
             [plain(score.pair) for score in outcome.measurement.scores_of(name)] for name in outcome.measurement.names
         ],
+        **(linear_data(outcome, modules) if linear else {"linear": None, "linear_refused": ""}),
     }
 
     def among_wanted(axis: Any) -> Any:
@@ -182,10 +205,16 @@ def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[d
     return programs
 
 
-def _moves(knobs: Sequence[Knob], size: int, places: Sequence[tuple[int, ...]]) -> list[dict[str, Any]]:
-    """The places among parameters and states that each knob moves in a loop with so many parameters."""
+def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[dict[str, Any]]:
+    """The places among the parameters and states of a step that each knob moves, with their names if asked."""
+    size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [
-        {"knob": i, "p": [k for k in here if k < size], "x": [k - size for k in here if k >= size]}
+        {
+            "knob": i,
+            "p": [k for k in here if k < size],
+            "x": [k - size for k in here if k >= size],
+            "names": [labels[k] for k in sorted(here, key=lambda k: k >= size)] if named else [],
+        }
         for i, here in enumerate(places)
         if here
     ]

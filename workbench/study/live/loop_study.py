@@ -26,6 +26,7 @@ from workbench.study.document.document import (
 from workbench.study.document.phrases import raised
 from workbench.study.live.knob import Knob
 from workbench.study.marks import cell
+from workbench.study.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.study.pictures.traces import curve
 from workbench.study.study import Case, Outcome, Results, Study
 from workbench.validation.refusals import multiple, seconds
@@ -66,7 +67,7 @@ def loop_study(
     while multiple("live(until=...)", until, step, "the step") % round(every / step):
         every -= step
     taken = tuple(metrics) or _usual_metrics(flow)
-    case = Case("run", flow.name, Run(equation, taken, until, every, h))
+    case = Case("run", flow.name, Run(loop, taken, until, every, h))
     return Study(
         "live",
         title or f"The loop '{flow.name}', to be turned",
@@ -140,7 +141,10 @@ def _sections(results: Results) -> tuple[Section, ...]:
     names = shown_signals(outcome.measurement.trajectories.step)
     figures = (_picture(outcome, i, name) for i, name in enumerate(names, 1))
     scores = (_scores(outcome),) if outcome.measurement.scores else ()
-    return (Section("The loop", (*_warned(outcome), *figures, *scores)),)
+    first = Section("The loop", (*_warned(outcome), *figures, *scores))
+    if isinstance(outcome.case.run.loop, Ode | Sampled):  # equations alone, which do not say where a loop is cut
+        return (first,)
+    return first, Section("The linear loop", loop_gain_pictures(outcome, "linear", BESIDE))
 
 
 def _warned(outcome: Outcome) -> tuple[Paragraph, ...]:

@@ -47,7 +47,7 @@ def bode_figure(
 
     Gain and phase margins are marked where a curve has them, named where there is one curve, and told in the caption.
     A line marks -180 degrees, and Nyquist's frequency of a computer. `asymptotes` are drawn of the curves that have
-    `corners`; `bounds` shade what gains must not reach.
+    `corners`; `bounds` shade what gains must not reach. The margins of curves with a `source` are marked alone.
 
     Raises
     ------
@@ -57,7 +57,8 @@ def bode_figure(
     check_curves("bode_figure", curves)
     gains, turns = _marks(curves, asymptotes)
     panels = _gain_panel(curves, [*gains, *shaded_bounds(bounds)], ylabel), _phase_panel(curves, turns)
-    remarks = [*margin_remarks(curves), *(said for one in curves for said in doubts(one))]
+    still = [one for one in curves if one.source is None]
+    remarks = [*margin_remarks(still, len(curves) > 1), *(said for one in still for said in doubts(one))]
     if asymptotes and any(one.corners is not None for one in curves):
         remarks.append("Dashed: asymptotes.")
     return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))
@@ -70,8 +71,8 @@ def _marks(curves: Sequence[FrequencyCurve], asymptotes: bool) -> tuple[list[Mar
     own = styles(curves)
     for one, style in zip(curves, own, strict=True):
         omega, values = one.logarithmic
-        gains.append(Series(one.label, omega, decibels(values), style))
-        turns.append(Series(one.label, omega, phases(omega, values), style))
+        gains.append(Series(one.label, omega, decibels(values), style, sources=one.sources("magnitude")))
+        turns.append(Series(one.label, omega, phases(omega, values), style, sources=one.sources("phase")))
     for one, style in zip(curves, own, strict=True):
         gains += _gain_margins(one, style, len(curves) == 1)
         turns += _phase_margins(one, style, len(curves) == 1)
@@ -168,8 +169,10 @@ def magnitude(ylabel: Label, curves: Sequence[FrequencyCurve]) -> Label:
     return (*own, f" [dB of {unit}]" if unit not in ("", "1") else " [dB]")
 
 
-def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Table:
-    """The answers of all curves as a table."""
+def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Table | None:
+    """The answers of all curves as a table; None if their sources say in a file of their marks what these are."""
+    if all(one.source is not None for one in curves):
+        return None
     rows: list[tuple[Cell, ...]] = []
     for one in curves:
         omega, values = one.logarithmic
@@ -206,30 +209,38 @@ def _inside(one: FrequencyCurve, rows: Sequence[Crossover]) -> list[Crossover]:
 
 def _gain_margins(one: FrequencyCurve, style: Style, named: bool) -> list[Mark]:
     """A dashed line from 0 dB to the gain at each phase crossover, and a point there."""
-    if one.margins is None or not (rows := _inside(one, one.margins.phase_crossovers)):
-        return []
+    rows = [] if one.margins is None else _inside(one, one.margins.phase_crossovers)
     at = np.array([row.frequency.value for row in rows])
     gains = np.array([-20 * math.log10(row.margin.value) for row in rows])
-    return _dropped(at, gains, np.zeros(len(at)), names_of_gains(one.margins, rows) if named else (), style)
+    names = names_of_gains(one.margins, rows) if named and one.margins is not None and one.source is None else ()
+    return _dropped(one, "gain margins", (at, gains, np.zeros(len(at))), names, style)
 
 
 def _phase_margins(one: FrequencyCurve, style: Style, named: bool) -> list[Mark]:
     """A dashed line from -180 degrees to the phase at each gain crossover, and a point there."""
-    if one.margins is None or not (rows := _inside(one, one.margins.gain_crossovers)):
-        return []
+    rows = [] if one.margins is None else _inside(one, one.margins.gain_crossovers)
     omega, values = one.logarithmic
     turned, at = phases(omega, values), np.array([row.frequency.value for row in rows])
     margins = np.array([row.margin.value for row in rows])
-    drawn = np.array([between(omega, turned, w) for w in at]) - margins
+    drawn = np.array([between(omega, turned, w) for w in at.tolist()]) - margins
     base = 360 * np.round((drawn + 180) / 360) - 180
-    return _dropped(at, base + margins, base, names_of_phases(one.margins, rows) if named else (), style)
+    names = names_of_phases(one.margins, rows) if named and one.margins is not None and one.source is None else ()
+    return _dropped(one, "phase margins", (at, base + margins, base), names, style)
 
 
-def _dropped(x: Array, y: Array, base: Array, names: tuple[Label, ...], style: Style) -> list[Mark]:
+def _dropped(
+    one: FrequencyCurve, kind: str, ends: tuple[Array, Array, Array], names: tuple[Label, ...], style: Style
+) -> list[Mark]:
+    """Dashed lines at x from their bases to y, with points there; of a curve with a source even if there are none."""
+    x, y, base = ends
     held = np.isfinite(y)
     x, y, base = x[held], y[held], base[held]
     if not x.size:
-        return []
-    names = tuple(one for one, there in zip(names, held, strict=True) if there) if names else ()
+        if one.source is None:
+            return []
+        x, y, base = one.logarithmic[0][:1], np.array([np.nan]), np.array([np.nan])
+    names = tuple(name for name, there in zip(names, held, strict=True) if there) if names else ()
     across, up = np.repeat(x, 3), np.column_stack([base, y, np.full(len(x), np.nan)]).ravel()
-    return [Series("", across, up, "aid"), Points("", x, y, names, style)]
+    shown = one.sources(kind)
+    points = Points("", x, y, names, style, sources=() if shown is None else (shown,) * len(x))
+    return [Series("", across, up, "aid", sources=shown), points]

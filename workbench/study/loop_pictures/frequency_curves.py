@@ -14,6 +14,7 @@ from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.study.document.figure import STYLES, Label, Style
 from workbench.study.document.phrases import Phrase
+from workbench.study.document.source import Source
 from workbench.validation.refusals import Array, refusal, seconds
 from workbench.validation.signatures import door
 
@@ -46,6 +47,8 @@ class FrequencyCurve:
     that of the answers, '' for a loop gain. `margins` are the certified margins of a loop, and `corners` its poles,
     zeros and gain. Of one channel of several, `all_channels` is the disk margin of all of them at once, without which
     its own margins say too little. The `style` is as in `Series`; None takes the place of the curve in its picture.
+    With a `source`, the loop and the channel of which these are linear answers, its pictures move on a live page; they
+    then leave all numbers out of their words, as those would not move.
 
     Examples
     --------
@@ -64,6 +67,7 @@ class FrequencyCurve:
     corners: Corners | None = None
     style: Style | None = None
     all_channels: float | None = None
+    source: Source | None = None
 
     def __post_init__(self) -> None:
         omega = rising("FrequencyCurve(frequencies=...)", self.frequencies, self.period)
@@ -81,6 +85,13 @@ class FrequencyCurve:
         """The frequencies above zero, which have a logarithm, and the answers there."""
         above = self.frequencies > 0
         return self.frequencies[above], self.values[above]
+
+    @door
+    def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
+        """The sources of a series of its linear answers, by the names of the ordinate and of the abscissa."""
+        if self.source is None:
+            return None
+        return self.source.named(across), self.source.named(up).times(scale)
 
 
 def rising(call: str, frequencies: Array, period: float | None) -> Array:

@@ -48,8 +48,8 @@ def _same(one: CertifiedValue, other: CertifiedValue) -> bool:
     return math.isclose(one.value, other.value, rel_tol=SAME)
 
 
-def margin_remarks(curves: Sequence[FrequencyCurve]) -> list[Phrase]:
-    """A sentence for each curve with margins, which begins with its label where there are several."""
+def margin_remarks(curves: Sequence[FrequencyCurve], several: bool) -> list[Phrase]:
+    """A sentence for each curve with margins, which begins with its label if the picture has several curves."""
     said: list[Phrase] = []
     for one in curves:
         if one.margins is not None:
@@ -57,7 +57,6 @@ def margin_remarks(curves: Sequence[FrequencyCurve]) -> list[Phrase]:
             if one.all_channels is not None:
                 sentence = f"{sentence[:-1]}; disk margin of all channels at once {number(one.all_channels)}."
             label = one.label if isinstance(one.label, tuple) else (one.label,)
-            several = len(curves) > 1
             said.append((*label, ": ", f"{sentence[0].lower()}{sentence[1:]}") if several else sentence)
     return said
 

@@ -57,7 +57,8 @@ def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve])
     panel = Panel(
         "magnitude [dB]", tuple(marks), "phase [degrees]", across, up, xsteps=DEGREES, ysteps=DECIBELS, aspect="tall"
     )
-    remarks: list[Phrase] = [*margin_remarks(curves), *(said for one in curves for said in doubts(one))]
+    remarks: list[Phrase] = margin_remarks(curves, len(curves) > 1)
+    remarks += [said for one in curves for said in doubts(one)]
     remarks.append("Grey: lines of constant gain (dB) and phase (degrees) of T = L / (1 + L).")
     return Figure(name, captioned(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, curves))
 

@@ -8,8 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.frequency import StableMargins
 from workbench.study.document.figure import Arrows, Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.phrases import Phrase
+from workbench.study.document.source import Source
 from workbench.study.loop_pictures.bode_pictures import check_curves, numbers_of_curves
 from workbench.study.loop_pictures.curve_turns import curve_turns
 from workbench.study.loop_pictures.frequency_curves import (
@@ -55,7 +57,8 @@ def nyquist_figure(
 
     The turns about -1 are counted and told. Of one curve with margins the circle |S| = Ms touches it, and that of the
     disk margin does, too. With `unstable_poles`, how many poles of L are unstable, the caption says how many unstable
-    poles the closed loop has. `forbidden` disks are shaded. A curve is cut at the `reach`, the distance from zero.
+    poles the closed loop has. `forbidden` disks are shaded. A curve is cut at the `reach`, the distance from zero. The
+    turns of curves with a `source` are not told.
 
     Raises
     ------
@@ -71,7 +74,8 @@ def nyquist_figure(
     if circles and len(curves) == 1:
         marks += _margin_circles(curves[0])
     marks += [*shaded_disks(forbidden), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
-    remarks = [said for one in curves for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
+    still = [one for one in curves if one.source is None]
+    remarks = [said for one in still for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
     return Figure(
         name,
         captioned(caption, remarks),
@@ -107,16 +111,20 @@ def plane_marks(curves: Sequence[FrequencyCurve], plane: Plane, mirrored: bool) 
     """The curves within the reach with arrowheads towards higher frequencies, and the critical point."""
     marks: list[Mark] = []
     for one, style in zip(curves, styles(curves), strict=True):
-        marks += _pieces(one.label, one.values, plane, style)
+        marks += _pieces(one, one.label, plane, style)
     if mirrored:
         for k, one in enumerate(curves):
-            marks += _pieces("negative frequencies" if not k else "", one.values.conj(), plane, "aid", -1.0)
+            marks += _pieces(one, "negative frequencies" if not k else "", plane, "aid", -1.0)
     return [*marks, Points("", np.array([plane.point]), np.array([0.0]), (plane.name,), 6, shape="critical")]
 
 
-def _pieces(label: Label, values: Complex, plane: Plane, style: Style, way: float = 1.0) -> list[Mark]:
-    """The stretches of a curve that are near enough, and the arrowheads on the longest of them."""
+def _pieces(one: FrequencyCurve, label: Label, plane: Plane, style: Style, way: float = 1.0) -> list[Mark]:
+    """The stretches of a curve, or of its mirror image, that are near enough, and the arrowheads on each of them."""
+    values = one.values if way > 0 else one.values.conj()
     far = np.abs(values) > BEYOND * plane.reach
+    if (shown := one.sources("imaginary part", "real part", way)) is not None:
+        held = Series(label, np.where(far, 0.0, values.real), np.where(far, np.nan, values.imag), style, sources=shown)
+        return [held, *_heads(values[~far & np.isfinite(values)], plane, style, way, shown[1].named("arrowheads"))]
     marks: list[Mark] = []
     stretches = [(a, b) for a, b in breaks(np.isfinite(values) & ~far) if b - a > 1]
     for a, b in stretches:
@@ -135,7 +143,7 @@ def _thinned(piece: Complex) -> Complex:
     return np.asarray(piece[np.unique(np.minimum(kept, len(piece) - 1))])
 
 
-def _heads(piece: Complex, plane: Plane, style: Style, way: float) -> list[Mark]:
+def _heads(piece: Complex, plane: Plane, style: Style, way: float, source: Source | None = None) -> list[Mark]:
     seen = np.flatnonzero(np.abs(piece) <= plane.reach)
     if len(seen) < 3:
         return []
@@ -145,12 +153,14 @@ def _heads(piece: Complex, plane: Plane, style: Style, way: float) -> list[Mark]
         return []
     places = np.array([max(1, int(np.searchsorted(length, share * length[-1]))) for share in HEADS])
     along = way * (part[places] - part[places - 1])
-    return [Arrows("", part[places].real, part[places].imag, along.real, along.imag, style)]
+    return [Arrows("", part[places].real, part[places].imag, along.real, along.imag, style, source=source)]
 
 
 def _margin_circles(one: FrequencyCurve) -> list[Mark]:
     """The circle |1 + L| = 1 / Ms and that of the disk margin, each of which touches the curve."""
     held = None if one.margins is None else one.margins.margins
+    if one.source is not None:
+        return _live_circles(one, held)
     if held is None:
         return []
     marks: list[Mark] = []
@@ -163,6 +173,25 @@ def _margin_circles(one: FrequencyCurve) -> list[Mark]:
         edge = _closed(Disk("", sum(ends) / 2, (ends[1] - ends[0]) / 2).edge)
         marks.append(Series(f"disk margin {written(held.disk_margin)}", edge.real, edge.imag, 7))
     return marks
+
+
+def _live_circles(one: FrequencyCurve, held: StableMargins | None) -> list[Mark]:
+    """The same circles without their numbers, gaps where they do not exist."""
+    Ms, alpha = (math.inf, 2.0) if held is None else (held.Ms.gain.value, held.disk_margin.value)
+    sensitivity, disk = NOWHERE, NOWHERE
+    if math.isfinite(Ms):
+        sensitivity = _closed(Disk("", -1.0, 1 / Ms).edge)
+    if alpha < 2:
+        ends = -(2 + alpha) / (2 - alpha), -(2 - alpha) / (2 + alpha)
+        disk = _closed(Disk("", sum(ends) / 2, (ends[1] - ends[0]) / 2).edge)
+    shown = one.sources("circle of Ms", "real part"), one.sources("circle of the disk margin", "real part")
+    return [
+        Series("|S| = Ms", sensitivity.real, sensitivity.imag, "bound", sources=shown[0]),
+        Series("disk margin", disk.real, disk.imag, 7, sources=shown[1]),
+    ]
+
+
+NOWHERE = np.array([complex(0.0, math.nan)])
 
 
 def _closed(edge: Complex) -> Complex:

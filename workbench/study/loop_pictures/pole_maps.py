@@ -11,6 +11,7 @@ import numpy as np
 
 from workbench.study.document.figure import STYLES, Figure, Guides, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.source import Source
 from workbench.study.loop_pictures.frequency_curves import Complex, captioned, complexes, number
 from workbench.validation.refusals import Array, refusal, seconds
 from workbench.validation.signatures import door
@@ -29,7 +30,8 @@ ROOM = 0.12  # of the largest extent, around all poles and zeros
 class PoleZeroSet:
     """The poles (n,) and zeros (m,) of one system, in 1/s, or those of a sampled one with its `period` in s.
 
-    `names` are written beside the poles, one each, '' for none.
+    `names` are written beside the poles, one each, '' for none. With a `source`, the loop of which these are the poles,
+    they move on a live page.
     """
 
     label: Label
@@ -38,6 +40,7 @@ class PoleZeroSet:
     period: float | None = None
     names: tuple[Label, ...] = ()
     style: Style | None = None
+    source: Source | None = None
 
     def __post_init__(self) -> None:
         for name in ("poles", "zeros"):
@@ -70,7 +73,8 @@ def pole_zero_map(name: str, caption: Phrase, systems: Sequence[PoleZeroSet], gr
         names = one.names or ("",) * len(one.poles)
         if len(one.poles):
             label = f"poles{_of(one, systems)}"
-            marks.append(Points(label, one.poles.real, one.poles.imag, names, style, shape="pole"))
+            sources = () if one.source is None else ((one.source, one.source),) * len(one.poles)
+            marks.append(Points(label, one.poles.real, one.poles.imag, names, style, sources=sources, shape="pole"))
         if len(one.zeros):
             label = f"zeros{_of(one, systems)}"
             marks.append(Points(label, one.zeros.real, one.zeros.imag, (), style, shape="zero"))

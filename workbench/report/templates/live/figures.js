@@ -7,8 +7,10 @@
 // show([{panel: 0, series: 1, x: times, y: values}], [{panel: 1, series: 0, index: 3, axis: "x", value: 0.5}]) draws
 // all curves that are live, from Float64Arrays, NaN a gap, which are kept, and are not to change, until the next, weaker
 // if they are `coarse`; and all bars that are, by their ends, and points, by their numbers along an axis. A third list
-// has pale curves, {panel, series, x, y, kind: "before", "held-a" or "held-b", label}. cursor(1.5) draws a line at this time
-// and a dot on each live curve; cursor(null) removes them. clear() leaves the printed figure, to the byte.
+// has pale curves, {panel, series, x, y, kind: "before", "held-a" or "held-b", label}. A fourth is what planes need beside
+// them, as `linearDrawing` in answers.js gives it: sets of points and arrows, and the ranges of panels. cursor(1.5) draws a
+// line at this time and a dot on each live curve; cursor(null) removes them. refuse("why") greys the figure out below a
+// sentence, and refuse("") brings it back. clear() leaves the printed figure, to the byte.
 
 const SVG_SPACE = "http://www.w3.org/2000/svg";
 const DIGIT_HEIGHT = 0.676, ASCENT = 0.76; // of the size of the letters, as in pen.py
@@ -204,6 +206,10 @@ class LivePanel {
     this.printed = new Map(groups("series").map((group) => [Number(group.dataset.series), group]));
     this.marked = new Map(groups("marks").map((group) => [Number(group.dataset.series), group]));
     this.lines = { x: groups("vlines"), y: groups("hlines") };
+    this.guides = groups("guides"); // names on printed lines
+    const isGuide = (series) => panel.series[series].look === "guides";
+    this.printedGrid = [...this.printed].filter(([series]) => isGuide(series)).map(([, group]) => group);
+    this.sets = new Map(); // of points and arrows, by kind and series
     this.scales = { x: [], y: [] }; // the elements of rulers that have grown
     this.curves = new Map();
     this.pale = new Map(); // by kind and series
@@ -212,19 +218,37 @@ class LivePanel {
   }
 
   // Draw these curves, bars, points and pale curves of the panel, and remove all others.
-  show(asked, marks, pale) {
+  show(asked, marks, pale, sets = [], plane = null) {
     const kept = new Set(asked.map((one) => one.series));
     for (const [series, curve] of this.curves) if (!kept.has(series)) this.drop(series, curve);
-    const some = asked.length || marks.length || pale.length;
+    const some = asked.length || marks.length || pale.length || sets.length;
     if (some) this.open();
     for (const { series, x, y } of asked) this.curveOf(series)?.take(x, y, this.x, this.plate.points);
     this.takeMarks(marks);
     this.takePale(pale);
+    this.takeSets(sets);
+    this.plane = plane;
     this.fit();
     for (const { series, coarse } of asked) this.curves.get(series)?.draw(this.x, this.y, Boolean(coarse));
     for (const mark of this.marks.values()) mark.draw(this.x, this.y, this.box);
     this.drawPale(pale);
+    for (const one of this.sets.values()) one.draw(this.x, this.y, this.box, this.plate.letters.size);
     if (!some) this.shut();
+  }
+
+  // Give all sets of points and arrows their numbers, and remove the others.
+  takeSets(asked) {
+    const keyOf = ({ kind, series }) => `${kind} ${series}`, kept = new Set(asked.map(keyOf));
+    for (const [key, one] of this.sets) {
+      if (kept.has(key)) continue;
+      one.remove();
+      this.sets.delete(key);
+    }
+    for (const one of asked) {
+      const layer = one.kind === "now" ? this.markLayer : this.paleLayer, look = this.panel.series[one.series];
+      if (!this.sets.has(keyOf(one))) this.sets.set(keyOf(one), new LiveSet(look, this.marked.get(one.series), one.kind, layer));
+      this.sets.get(keyOf(one)).take(one);
+    }
   }
 
   // Give all pale curves their numbers, and remove the others.
@@ -312,15 +336,36 @@ class LivePanel {
   // Let both rulers hold the live numbers; what is printed moves with them.
   fit() {
     const across = [Infinity, -Infinity], up = [Infinity, -Infinity];
-    for (const { x, y, places } of [...this.curves.values(), ...this.pale.values()]) {
+    for (const { x, y } of this.plane?.ranges ?? []) { // which know how far curves are to be seen
+      widen(across, x, [0, 1], "linear");
+      widen(up, y, [0, 1], "linear");
+    }
+    for (const { x, y, places } of this.plane ? [] : [...this.curves.values(), ...this.pale.values()]) {
       widen(across, x, places, this.x.printed.scale);
       widen(up, y, places, this.y.printed.scale);
     }
     for (const mark of this.marks.values()) mark.widen(across, up, this.x, this.y);
-    const moved = [this.x.fit(...across), this.y.fit(...up)];
+    const moved = this.panel.equal ? fitEqual(this.x, this.y, across, up) : [this.x.fit(...across), this.y.fit(...up)];
     if (moved[0]) this.rule("x");
     if (moved[1]) this.rule("y");
-    if (moved[0] || moved[1]) this.movePrinted();
+    if (!(moved[0] || moved[1])) return;
+    this.movePrinted();
+    this.drawGuides(this.x.grown || this.y.grown);
+  }
+
+  // Where rulers have grown, the names of printed lines are hidden; in a map of poles its lines are drawn anew.
+  drawGuides(grown) {
+    this.grid?.remove();
+    this.grid = null;
+    const isAnew = grown && this.plane?.poles;
+    for (const group of [...this.guides, ...this.printedGrid]) {
+      if (isAnew || (grown && this.guides.includes(group))) group.setAttribute("visibility", "hidden");
+      else group.removeAttribute("visibility");
+    }
+    if (!isAnew) return;
+    this.grid = svgElement("g", { class: "live-ruler" });
+    this.paleLayer.before(this.grid);
+    drawGrid(poleGrid(this.x, this.y, this.plane.period), this.x, this.y, this.box, this.grid);
   }
 
   movePrinted() {
@@ -353,7 +398,7 @@ class LivePanel {
     this.scales[name] = [];
     if (!ruler.grown) return;
     const room = name === "y" ? (ruler.printed.room + NEARER) / this.plate.letters.size : ROOM_ACROSS;
-    const { power, marks } = rulerMarks(ruler.printed.scale, ruler.low, ruler.high, ruler.count, room);
+    const { power, marks } = rulerMarks(ruler.printed.scale, ruler.low, ruler.high, ruler.count, room, ruler.printed.steps);
     const grid = svgElement("path", { class: "live-grid", d: this.strokes(name, marks, true) });
     this.rulers[name][0].after(grid);
     const scale = svgElement("g", { class: "live-ruler" }, this.above);
@@ -396,7 +441,7 @@ class LivePanel {
     const { left, top, width, height } = this.box, at = time === null ? NaN : this.x.at(time);
     if (!(at >= left - 0.01 && at <= left + width + 0.01)) {
       this.pointer?.replaceChildren();
-      if (!this.curves.size && !this.marks.size && !this.pale.size) this.shut();
+      if (!this.curves.size && !this.marks.size && !this.pale.size && !this.sets.size) this.shut();
       return;
     }
     this.open();
@@ -417,13 +462,17 @@ class LiveFigure {
   }
 
   // Draw these curves, bars and points again, over pale ones, and leave all others as they are printed.
-  show(series, marks = [], pale = []) {
-    const asked = this.panels.map(() => ({ series: [], marks: [], pale: [] }));
+  show(series, marks = [], pale = [], { sets = [], planes = new Map() } = {}) {
+    const asked = this.panels.map(() => ({ series: [], marks: [], pale: [], sets: [] }));
     for (const one of series) asked[one.panel].series.push(one);
     for (const one of marks) asked[one.panel].marks.push(one);
     for (const one of pale) asked[one.panel].pale.push(one);
-    this.panels.forEach((panel, i) => panel.show(asked[i].series, asked[i].marks, asked[i].pale));
-    if (series.length || marks.length) this.svg.setAttribute("class", `${this.given ?? ""} live`.trim());
+    for (const one of sets) asked[one.panel].sets.push(one);
+    this.panels.forEach((panel, i) => {
+      const { series, marks, pale, sets } = asked[i];
+      panel.show(series, marks, pale, sets, planes.get(i) ?? null);
+    });
+    if (series.length || marks.length || sets.some(({ kind }) => kind === "now")) this.svg.setAttribute("class", `${this.given ?? ""} live`.trim());
     else if (this.given === null) this.svg.removeAttribute("class");
     else this.svg.setAttribute("class", this.given);
     if (this.time !== null) this.cursor(this.time);
@@ -435,7 +484,20 @@ class LiveFigure {
     for (const panel of this.panels) panel.cursor(time);
   }
 
+  // Grey the figure out below a sentence that says why it shows nothing; an empty one brings it back.
+  refuse(sentence) {
+    if (sentence === (this.note?.textContent ?? "")) return;
+    this.note?.remove();
+    this.note = null;
+    const figure = this.svg.closest("figure") ?? this.svg.parentElement;
+    figure.classList.toggle("live-refused", Boolean(sentence));
+    if (!figure.classList.length) figure.removeAttribute("class");
+    if (sentence) this.note = part("p", { class: "live-reason" }, sentence);
+    if (this.note) figure.prepend(this.note);
+  }
+
   clear() {
+    this.refuse("");
     this.cursor(null);
     this.show([]);
   }

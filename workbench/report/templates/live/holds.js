@@ -41,7 +41,7 @@ class Slot {
 // What a live page has shown before: the runs before the last step of a knob, and those of the settings that are held.
 class Holds {
   constructor(page) {
-    Object.assign(this, { page, before: new Map(), held: SLOTS.map(() => null) });
+    Object.assign(this, { page, before: new Map(), answersBefore: new Map(), held: SLOTS.map(() => null) });
     this.slots = SLOTS.map((letter, i) => new Slot(letter, {
       hold: () => this.hold(i),
       name: (name) => this.rename(i, name),
@@ -56,17 +56,19 @@ class Holds {
   step() {
     const whole = [...this.page.views].filter(([, view]) => view.done || view.phase === "coarse");
     this.before = new Map(whole);
+    this.answersBefore = answersOf(this.page.answers);
   }
 
   hold(i) {
     const { page } = this, inputs = page.inputs();
-    const hold = { name: SLOTS[i], state: copiedState(page.state), inputs, views: new Map() };
+    const hold = { name: SLOTS[i], state: copiedState(page.state), inputs, views: new Map(), answers: new Map() };
+    for (const [place, { key, answer }] of page.answers) if (key === inputs.get(place)) hold.answers.set(place, answer);
     for (const [place, view] of page.views) if (view.done && view.key === inputs.get(place)) hold.views.set(place, view);
     this.put(i, hold);
   }
 
   put(i, hold) {
-    const places = new Set([...(this.held[i]?.views.keys() ?? []), ...(hold?.views.keys() ?? [])]);
+    const places = new Set([...placesOf(this.held[i]), ...placesOf(hold)]);
     this.held[i] = hold;
     this.slots[i].show(hold);
     for (const place of places) this.page.redraw(place);
@@ -77,13 +79,35 @@ class Holds {
     if (!this.held[i]) return;
     this.held[i].name = name;
     this.slots[i].show(this.held[i]);
-    for (const place of this.held[i].views.keys()) this.page.redraw(place);
+    for (const place of placesOf(this.held[i])) this.page.redraw(place);
     this.page.report();
   }
 
   // A run that is whole now: settings that were held before it was take it.
   hear(place, view) {
     for (const hold of this.held) if (hold && hold.inputs.get(place) === view.key) hold.views.set(place, view);
+  }
+
+  // A linear answer that has come, of what is turned as in a setting.
+  hearAnswer(place, key, answer) {
+    for (const hold of this.held) if (hold && hold.inputs.get(place) === key) hold.answers.set(place, answer);
+  }
+
+  // The linear answers of settings, those before the last step first: [{answers, kind, label}].
+  get answers() {
+    const shown = [{ answers: this.answersBefore, kind: "before", label: "" }];
+    this.held.forEach((hold, i) => {
+      if (hold) shown.push({ answers: hold.answers, kind: `held-${SLOTS[i].toLowerCase()}`, label: hold.name });
+    });
+    return shown;
+  }
+
+  // The text of a number of the linear answers under each setting that is held.
+  linearNumbers(place, cell, baseline) {
+    return this.held.filter(Boolean).map(({ inputs, answers }) => {
+      if (!inputs.get(place)) return baseline;
+      return answers.has(place) ? linearText(answers.get(place).value(cell)) : "\u2026";
+    });
   }
 
   get names() {
@@ -118,4 +142,19 @@ class Holds {
     if (!view.numbers.has(curve)) view.numbers.set(curve, numbersOfCurve(curve, view, loop));
     return view.numbers.get(curve);
   }
+}
+
+// The loops that a setting shows, in time or in linear answers.
+function placesOf(hold) {
+  return new Set(hold ? [...hold.views.keys(), ...hold.answers.keys()] : []);
+}
+
+// Answers by loops, out of those that a page holds with their inputs.
+function answersOf(held) {
+  return new Map([...held].map(([place, { answer }]) => [place, answer]));
+}
+
+// A number of a linear answer, or the words in its place, as text.
+function linearText(value) {
+  return typeof value === "number" ? evenNumber(value) : value;
 }

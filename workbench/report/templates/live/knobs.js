@@ -201,7 +201,7 @@ class Bench {
     this.restore = part("button", { type: "button", disabled: true, onclick: () => this.undo() }, "Undo");
     this.restore.setAttribute("aria-label", "Undo: the numbers as they were before All to baseline");
     const copies = [this.copyButton("Copy link", () => this.link())];
-    if (data.python) copies.push(this.copyButton("Copy as Python", () => this.python()));
+    if (data.python || data.loops.some((loop) => loop?.linear)) copies.push(this.copyButton("Copy as Python", () => this.python()));
     const pairs = [[this.back, this.restore], copies].map((pair) => part("div", {}, ...pair));
     const buttons = part("div", { class: "bench-buttons" }, ...pairs);
     const still = { class: "bench-copied", readonly: true, hidden: true, rows: 4, "aria-label": "To copy" };
@@ -319,11 +319,11 @@ class Bench {
     this.results.replaceChildren();
     this.results.hidden = !lines.length;
     if (!lines.length) return;
-    const several = new Set(lines.map((line) => line.scenario)).size > 1;
-    const rows = lines.flatMap(({ scenario, label, now, held, baseline, rough }, i) => {
+    const several = new Set(lines.filter((line) => !line.linear).map((line) => line.scenario)).size > 1;
+    const rows = lines.flatMap(({ scenario, label, now, held, baseline, rough, linear }, i) => {
       const row = part("tr", rough ? { class: "rough" } : {},
         part("th", { scope: "row", title: label }, label), ...[now, ...held, baseline].map((text) => part("td", {}, text)));
-      if (!several || (i && lines[i - 1].scenario === scenario)) return [row];
+      if (!(several || linear) || (i && lines[i - 1].scenario === scenario)) return [row];
       return [part("tr", {}, part("th", { scope: "rowgroup", colspan: 3 + names.length, class: "bench-scenario" }, scenario)), row];
     });
     const heads = [head, "now", ...names, "baseline"].map((text) => part("th", { scope: "col", title: text }, text));
@@ -337,20 +337,26 @@ class Bench {
   // The lines that compute the same in Python: those that name a case stand there for each loop that is turned.
   python() {
     const { data, state } = this, turned = (knob) => !Object.is(state.values[knob], data.knobs[knob].value);
-    const cases = data.loops.filter((loop) => loop && isAsked(loop, state)).map((loop) => {
+    const places = [...data.loops.keys()].filter((place) => data.loops[place] && isAsked(data.loops[place], state));
+    const cases = places.map((place) => {
+      const loop = data.loops[place];
       const items = loop.moves.map((move) => move.knob).filter(turned)
         .map((knob) => `${JSON.stringify(data.knobs[knob].name)}: ${state.values[knob]}`);
       const seed = isReseeded(loop, state, printedState(data)) ? state.seed : "None";
-      return { case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
+      return { place, case: JSON.stringify(`${loop.scenario}: ${loop.law}`), values: `{${items.join(", ")}}`, seed };
     });
     const moved = cases.filter(({ values, seed }) => values !== "{}" || seed !== "None");
     const chosen = moved.length ? moved : cases, several = chosen.length > 1;
+    if (!data.python) return `import workbench as wb\n\n${linearLines(data, state, places)}`;
     const written = (line, one) => line.replace(/^scores\b/, several ? `scores[${one.case}]` : "scores")
       .replace(/\{(case|values|seed)\}/g, (_, name) => one[name]);
+    const linear = chosen.filter((one) => data.loops[one.place].linear)
+      .map((one) => written(data.python_linear, one).replace(/^linear\b/, several ? `linear[${one.case}]` : "linear"));
+    if (several && linear.length) linear.unshift("linear = {}\n");
     return data.python.split("\n").flatMap((line) => {
       if (!line.includes("{case}")) return [line];
       return [...(several ? ["scores = {}"] : []), ...chosen.map((one) => written(line, one))];
-    }).join("\n");
+    }).join("\n") + linear.join("");
   }
 
   // The address of this page with all that is turned.
@@ -378,6 +384,33 @@ class Bench {
       this.copied.select();
     }
   }
+}
+
+// The lines that make the loop of a page without a study linear in Python as it is here; it is named `loop` there.
+function linearLines(data, state, places) {
+  const lines = places.filter((place) => data.loops[place].linear).map((place) => {
+    const loop = data.loops[place], { rests, held, period } = loop.linear;
+    const options = [`values={${turnedNumbers(data, state, loop).join(", ")}}`];
+    if (held.length) options.push(`freeze=(${held.map((one) => JSON.stringify(one)).join(", ")},)`);
+    if (!rests) options.push("at_rest=False");
+    if (period !== null) options.push(`substeps=${Math.round(period / loop.whole.h)}`);
+    return `linear = wb.linear_loop(loop, ${options.join(", ")})\n`;
+  });
+  return ["# loop: the one of which this page was made\n", ...lines].join("");
+}
+
+// The numbers of a loop that are turned, each by its name in Python; states only where the loop does not seek its rest.
+function turnedNumbers(data, state, loop) {
+  const { rests, held } = loop.linear;
+  return loop.moves.flatMap(({ knob, p, x, names }) => {
+    const value = state.values[knob], { share, value: baseline } = data.knobs[knob];
+    if (Object.is(value, baseline)) return [];
+    const own = [...p.map((place) => loop.p[place]), ...x.map((place) => loop.x0[place])];
+    const items = names.map((name, i) => [name, share ? own[i] * value : value, i >= p.length]);
+    const isHeld = (name) => held.some((one) => name === one || name.startsWith(`${one}[`));
+    return items.filter(([name, , isState]) => !isState || !rests || isHeld(name))
+      .map(([name, number]) => `${JSON.stringify(name)}: ${number}`);
+  });
 }
 
 function inScenario(loop, state) {

@@ -42,6 +42,7 @@ function numbersOfCurve(curve, view, loop) {
 class LivePage {
   constructor(text, source) {
     Object.assign(this, { text, source, views: new Map(), figures: new Map(), wanted: new Map() });
+    this.answers = new Map(); // the newest linear answers, {key, answer} by loops
     Object.assign(this, { late: new Set(), away: new Set() }); // loops and figures that are to be drawn
     this.near = new Set(); // figures in sight
     this.flight = null; // what was asked for last: its inputs, and the loops whose runs are not there yet
@@ -63,7 +64,7 @@ class LivePage {
       return this.bench.refuse("This browser is too old to run the loops of this page; it stays as it was made.");
     }
     try {
-      this.data = JSON.parse(this.text);
+      this.data = { linear_marks: [], ...JSON.parse(this.text) };
       this.printed = printedState(this.data);
       this.state = stateOfAddress(location.hash, this.data);
       this.tables = openTables(document, this.data);
@@ -125,7 +126,7 @@ class LivePage {
     if (this.failed) return;
     this.failed = true;
     if (this.pool) this.pool.end();
-    for (const place of [...this.views.keys()]) this.drop(place);
+    for (const place of [...this.views.keys(), ...this.answers.keys()]) this.drop(place);
     this.bench.refuse(`The loops cannot run here, and the page stays as it was made (${error.message || error}).`);
   }
 
@@ -167,7 +168,7 @@ class LivePage {
       const inputs = inputsOf(this.data.loops[place], this.state, this.printed, this.data.knobs);
       if (inputs.key) this.wanted.set(place, inputs);
     }
-    for (const place of [...this.views.keys()]) if (!this.wanted.has(place)) this.drop(place);
+    for (const place of [...this.views.keys(), ...this.answers.keys()]) if (!this.wanted.has(place)) this.drop(place);
     this.motion.offer();
     this.ask();
   }
@@ -195,7 +196,7 @@ class LivePage {
 
   // The loops that a reader sees in a figure now.
   inSight() {
-    const drawn = [...this.data.curves, ...this.data.marks];
+    const drawn = [...this.data.curves, ...this.data.marks, ...this.data.linear_marks];
     return new Set(drawn.filter((link) => this.near.has(link.figure)).map((link) => link.loop));
   }
 
@@ -203,6 +204,7 @@ class LivePage {
   hear(view) {
     const { flight } = this, place = view.loop;
     if (this.failed || !flight || view.ticket !== this.pool.ticket) return;
+    if (view.phase === "linear") return this.hearLinear(view);
     if (view.printed) return this.motion.takePrinted(view);
     if (!this.wanted.has(place)) return;
     const { phase, done, ends } = view, errors = phase === "half"; // which have the curves of the step itself
@@ -225,9 +227,21 @@ class LivePage {
     if (!flight.rough.size && this.held) this.ask();
   }
 
+  // The linear answer of a loop has come.
+  hearLinear({ loop: place, printed, linear }) {
+    const about = this.data.loops[place].linear;
+    if (printed || !about || !this.wanted.has(place)) return;
+    const key = this.flight.keys.get(place), answer = new LoopAnswer(linear, about);
+    this.answers.set(place, { key, answer });
+    this.holds.hearAnswer(place, key, answer);
+    this.redraw(place);
+    this.report();
+  }
+
   // A loop goes back to the baseline.
   drop(place) {
     this.views.delete(place);
+    this.answers.delete(place);
     this.redraw(place);
   }
 
@@ -245,7 +259,8 @@ class LivePage {
     this.late.clear();
     for (const place of places) {
       this.guarded(() => this.drawNumbers(place, this.views.get(place)));
-      for (const link of [...this.data.curves, ...this.data.marks]) if (link.loop === place) names.add(link.figure);
+      const { curves, marks, linear_marks: linear } = this.data;
+      for (const link of [...curves, ...marks, ...linear]) if (link.loop === place) names.add(link.figure);
     }
     for (const name of names) {
       if (this.near.has(name)) this.guarded(() => this.paint(name));
@@ -259,6 +274,7 @@ class LivePage {
     if (!view) this.tables.clear(place);
     else if (view.done) this.tables.show(place, view.scores, view.divergedAt);
     if (!view || view.done) this.motion.load(place);
+    this.tables.showLinear(place, this.answerOf(place));
   }
 
   // A fault ends all that is live.
@@ -290,16 +306,33 @@ class LivePage {
   paint(name) {
     this.away.delete(name);
     const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
-    const marks = this.marksOf(name), pale = this.holds.curves(name), some = curves.length + marks.length + pale.length;
-    if (!some && !this.figures.has(name)) return;
+    const marks = this.marksOf(name), pale = this.holds.curves(name), linear = this.linearOf(name);
+    const some = curves.length + marks.length + pale.length + linear.curves.length + linear.pale.length + linear.sets.length;
+    if (!some && !linear.refused && !this.figures.has(name)) return;
     const figure = this.figure(name);
     if (!figure) return;
-    if (!some) return figure.clear();
+    if (!some && !linear.refused) return figure.clear();
     const drawn = curves.map((curve) => {
       const { panel, series, loop } = curve, view = this.views.get(loop), coarse = view.phase === "coarse";
       return { panel, series, coarse, ...this.holds.numbersOf(view, curve, this.data.loops[loop]) };
     });
-    figure.show(drawn, marks, pale);
+    figure.show([...drawn, ...linear.curves], marks, [...pale, ...linear.pale], linear);
+    figure.refuse?.(linear.refused);
+  }
+
+  // The linear answer of a loop now: none at the baseline, and a refusal where a page cannot make the loop linear.
+  answerOf(place) {
+    const { linear, linear_refused: reason } = this.data.loops[place];
+    if (linear) return this.answers.get(place)?.answer ?? null;
+    return reason && this.wanted.has(place) ? new LoopAnswer({ rests: false, reason }, { channels: [], period: null }) : null;
+  }
+
+  // What a figure shows of linear answers: those of now, and pale ones of the last step and of held settings.
+  linearOf(name) {
+    const { loops, plates, linear_marks: all } = this.data;
+    const links = all.filter(({ figure, loop }) => figure === name && isAsked(loops[loop], this.state));
+    const now = { answers: new Map(links.map(({ loop }) => [loop, this.answerOf(loop)])), kind: "now", label: "" };
+    return linearDrawing(links, plates[name], links.length ? [now, ...this.holds.answers] : []);
   }
 
   // The bars and points of a figure that have a score of a run.
@@ -314,7 +347,7 @@ class LivePage {
   report() {
     const { bench, data, wanted } = this, places = this.asked(this.state);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
-    const lines = places.map((place) => this.line(place));
+    const lines = [...places.map((place) => this.line(place)), ...(places.length === 1 ? this.linearLines(places[0]) : [])];
     bench.report(first ? headOfMetric(first) : "", lines, this.holds.names);
     document.documentElement.classList.toggle("live-late", Boolean(this.flight?.whole.size));
     if (this.flight?.fine.size) return bench.tell(this.runningText());
@@ -356,6 +389,20 @@ class LivePage {
       line.spoken = `${label}: ${metric.name} ${withUnit(line.now, unitOfMetric(metric))} (baseline ${baseline}).`;
     } else if (late) line.now = "\u2026";
     return line;
+  }
+
+  // The numbers of the linear answers of a loop, as its table has them, below a sentence on the point.
+  linearLines(place) {
+    const { cells, loops } = this.data, about = loops[place].linear, several = about && about.channels.length > 1;
+    const mine = about ? cells.filter((cell) => cell.quantity && cell.loop === place) : [];
+    const wanted = this.wanted.get(place), { key, answer } = this.answers.get(place) ?? {};
+    return mine.map((cell) => {
+      const { quantity, label, unit, printed } = cell, baseline = typeof printed === "number" ? evenNumber(printed) : cell.words;
+      const at = several && label ? ` at ${label}` : "", named = withUnit(`${quantity}${at}`, unit === "1" ? "" : `[${unit}]`);
+      const now = !wanted ? "" : answer ? linearText(answer.value(cell)) : "\u2026";
+      const held = this.holds.linearNumbers(place, cell, baseline), rough = key !== wanted?.key;
+      return { scenario: about.said, label: named, now, held, baseline, rough, linear: true };
+    });
   }
 }
 

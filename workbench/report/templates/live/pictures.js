@@ -24,7 +24,8 @@ function heightInSight(panel) {
 
 // Bring the nearest of the pictures that loops move to the top of the window, unless one, or a table of theirs, is seen.
 function bringIntoSight(data, places, panel) {
-  const names = new Set([...data.curves, ...data.marks].filter(({ loop }) => places.has(loop)).map(({ figure }) => figure));
+  const drawn = [...data.curves, ...data.marks, ...data.linear_marks];
+  const names = new Set(drawn.filter(({ loop }) => places.has(loop)).map(({ figure }) => figure));
   const figures = [...document.querySelectorAll("[data-figure]")].filter((one) => names.has(one.dataset.figure) && !one.hidden);
   const cells = [...document.querySelectorAll("[data-cell]")].filter((one) => places.has(data.cells[one.dataset.cell]?.loop));
   const tables = new Set(cells.map((cell) => cell.closest("table")));

@@ -58,9 +58,10 @@ class Pool {
   }
 
   async hand(place) {
-    const { p, x0, rows, whole, half, outputs, coarse = [] } = this.data.loops[place], modules = {};
-    for (const { module } of [whole, half, outputs].filter(Boolean)) modules[module] = await this.module(module);
-    const loop = { p, x0, rows, whole, half, outputs, coarse };
+    const { p, x0, rows, whole, half, outputs, coarse = [], linear = null } = this.data.loops[place], modules = {};
+    const marches = [whole, half, outputs, ...(linear ? [linear.values, linear.jump, linear.flow] : [])].filter(Boolean);
+    for (const { module } of marches) modules[module] = await this.module(module);
+    const loop = { p, x0, rows, whole, half, outputs, coarse, linear };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
   }
 

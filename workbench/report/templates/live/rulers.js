@@ -15,7 +15,7 @@ function grownRange(ruler, least, most, count) {
   const wanted = [Math.min(printed[0], straight(least)), Math.max(printed[1], straight(most))];
   const whole = wanted[1] - wanted[0];
   if (ruler.fixed || !(whole > printed[1] - printed[0]) || !Number.isFinite(whole)) return [ruler.low, ruler.high];
-  const step = ruler.scale === "log" ? 1 : niceStep(whole, count).step, air = ruler.scale === "log" ? 0 : AIR * whole;
+  const step = ruler.scale === "log" ? 1 : niceStep(whole, count, ruler.steps).step, air = ruler.scale === "log" ? 0 : AIR * whole;
   const low = wanted[0] < printed[0] ? step * Math.floor((wanted[0] - air) / step) : printed[0];
   const high = wanted[1] > printed[1] ? step * Math.ceil((wanted[1] + air) / step) : printed[1];
   const back = ruler.scale === "log" ? (number) => 10 ** number : (number) => number;
@@ -30,8 +30,11 @@ function straightOf({ scale, low, high, cut }) {
   return (number) => (number > cut ? cut + slope * (number - cut) : number);
 }
 
-// The step 1, 2, 2.5 or 5 times a power of ten that divides a length into at most `count` parts, and its decimals.
-function niceStep(length, count) {
+// The step 1, 2, 2.5 or 5 times a power of ten that divides a length into at most `count` parts, and its decimals; or
+// the least of the `steps` that does, as 45 degrees.
+function niceStep(length, count, steps = []) {
+  const own = steps.find((one) => length / one <= count * (1 + 1e-9));
+  if (own) return { step: own, decimals: -Math.floor(Math.log10(own)) };
   const power = Math.floor(Math.log10(length / count)), part = length / count / 10 ** power;
   const nice = NICE_STEPS.find((one) => part <= one * (1 + 1e-9)) ?? 10;
   return {step: Number(`${nice}e${power}`), decimals: (nice === 2.5 ? 1 : 0) - power - (nice === 10 ? 1 : 0)};
@@ -39,17 +42,17 @@ function niceStep(length, count) {
 
 // The marks of a ruler: [place, text before the raised part, raised part], and the power of ten that all share, or 0.
 // Where their numbers are wider than the room, in sizes of the letters, even in the smallest letters, there are fewer.
-function rulerMarks(scale, low, high, count, room) {
+function rulerMarks(scale, low, high, count, room, steps = []) {
   if (scale === "log") return { power: 0, marks: decades(Math.log10(low), Math.log10(high), count) };
   const fits = ({ marks }) => SMALLEST_LETTERS * widestText(marks) <= room;
-  const choices = Array.from({ length: Math.max(1, count - 1) }, (_, i) => linearMarks(low, high, count - i, room));
+  const choices = Array.from({ length: Math.max(1, count - 1) }, (_, i) => linearMarks(low, high, count - i, room, steps));
   const enough = choices.filter(({ marks }) => marks.length > 1), narrow = (a, b) => widestText(a.marks) - widestText(b.marks);
   return choices.find(fits) ?? [...(enough.length ? enough : choices)].sort(narrow)[0];
 }
 
 // The marks of an even ruler with at most so many parts.
-function linearMarks(low, high, count, room) {
-  const { step, decimals } = niceStep(high - low, count), places = [];
+function linearMarks(low, high, count, room, steps) {
+  const { step, decimals } = niceStep(high - low, count, steps), places = [];
   for (let k = Math.ceil(low / step - 1e-9); k <= high / step + 1e-9; k++) places.push(k * step);
   const largest = Math.floor(Math.log10(Math.max(...places.map(Math.abs))));
   const written = (power) => places.map((place) => [place, decimalText(place, power, decimals), ""]);
@@ -117,7 +120,11 @@ class LiveRuler {
 
   // Grow to hold all numbers from least to most, or go back to the printed range; true if the range has changed.
   fit(least, most) {
-    const [low, high] = grownRange(this.printed, least, most, this.count);
+    return this.set(...grownRange(this.printed, least, most, this.count));
+  }
+
+  // Stand from low to high; true if that is new.
+  set(low, high) {
     if (low === this.low && high === this.high) return false;
     [this.low, this.high] = [low, high];
     this.measure();

@@ -293,13 +293,14 @@ class LiveTables {
       columns.set(key, [...(columns.get(key) || []), live]);
       this.cells.push(live);
     }
-    const printed = ({ loop, metric, number, scale }) => scaledScore(data.loops[loop].scores[metric][number], scale);
+    const printed = ({ loop, metric, number, scale, quantity }) =>
+      quantity ? [NaN, NaN] : scaledScore(data.loops[loop].scores[metric][number], scale);
     this.columns = [...columns.values()].map((cells) => new LiveColumn(document, cells, cells.map(printed)));
   }
 
   show(place, scores, divergedAt = null) {
     const isCoarse = divergedAt === null && Boolean(scores) && scores.some((pairs) => pairs && pairs[0][1] === null);
-    this.change((cell) => cell.loop === place, ({ metric, number, scale }) => {
+    this.change((cell) => cell.loop === place && !cell.quantity, ({ metric, number, scale }) => {
       if (divergedAt !== null) return scoreText(NaN, null, divergedAt);
       if (!scores || !scores[metric]) return null; // without a program
       return scoreText(...scaledScore(scores[metric][number], scale), null);
@@ -307,7 +308,15 @@ class LiveTables {
   }
 
   clear(place) {
-    this.change((cell) => place === undefined || cell.loop === place, () => null, false);
+    this.change((cell) => (place === undefined || cell.loop === place) && !cell.quantity, () => null, false);
+  }
+
+  // Write the numbers of a linear answer of a loop; null takes them away.
+  showLinear(place, answer) {
+    this.change((cell) => cell.loop === place && Boolean(cell.quantity), (cell) => {
+      const value = answer && answer.value(cell);
+      return typeof value === "number" ? measuredText(value, 0) : value;
+    }, false);
   }
 
   // Give some cells new contents, and write the columns that have changed.

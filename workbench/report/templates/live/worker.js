@@ -11,6 +11,7 @@ const GROWTH = 60; // ms between two views of a run that is under way
 const COARSE = 60; // ms that the coarse pictures of all loops of this worker shall take together
 const SLOWER = 1.25; // how much slower a call may make the pace, as a call that had to wait says nothing of it
 const TRIES = 3; // lengths of the step that a coarse picture may try, however long they take
+const WARM = 4; // linear answers after which a browser has compiled their code
 const TRIAL = 200; // steps by which the pace of a kernel is measured before its first run
 
 // The march of one module, at most so many steps at once, of its own or of other lengths: a memory with all its arrays,
@@ -221,7 +222,17 @@ function take({ place, loop, modules }) {
     if (march) kernels[name] = new Kernel(modules[march.module], march, steps, name === "whole" ? loop.coarse : []);
   }
   if (loop.coarse.length) kernels.whole.measure(loop.p, loop.x0);
-  loops.set(place, { loop, kernels });
+  const linear = loop.linear ? new LinearAnswers(loop.linear, modules) : null;
+  for (let round = 0; linear && round < WARM; round++) linear.answer(Float64Array.from(loop.p), Float64Array.from(loop.x0));
+  loops.set(place, { loop, kernels, linear });
+}
+
+// The linear answer of a run, where its loop has one, before its march.
+function answerLinear(ticket, { loop: place, printed, p, x }) {
+  const { linear } = loops.get(place);
+  if (!linear) return;
+  const began = performance.now(), answer = linear.answer(p, x);
+  postMessage({ ticket, loop: place, printed, phase: "linear", linear: answer, milliseconds: performance.now() - began });
 }
 
 // What the page is told: of a run under way copies, of a run that is done the arrays themselves.
@@ -299,6 +310,11 @@ async function serve({ ticket, runs }) {
   newest = ticket;
   await pause();
   if (ticket !== newest) return;
+  for (const run of runs) {
+    answerLinear(ticket, run);
+    await pause();
+    if (ticket !== newest) return;
+  }
   const drawn = await sketch(ticket, runs);
   if (!drawn) return;
   for (const phase of ["whole", "half"]) {

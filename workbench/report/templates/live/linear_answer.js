@@ -1,0 +1,69 @@
+"use strict";
+
+// The linear answer of a loop of the page: where it rests, L at the cut, poles, and the figures of its margins.
+
+const CORNERED = "The loop is on a corner at this point, where a law or its plant switches, and has no linear answer there.";
+const NOT_FINITE = "The Jacobians of the loop are not finite at this point.";
+const NO_NUMBER = "A number of the loop is not finite.";
+const NO_POLES = "The poles of the loop could not be computed.";
+
+class LinearAnswers {
+  constructor(linear, modules) {
+    this.linear = linear;
+    this.model = new LinearModel(linear, modules);
+    this.omega = Float64Array.from(linear.omega);
+  }
+
+  // The answer at parameters and first states of the page; one that fails says why and has nothing else.
+  answer(p, x0) {
+    const { model, linear } = this, { m, n } = model;
+    if (!allFinite(p, 0, p.length) || !allFinite(x0, 0, x0.length)) return { rests: false, reason: NO_NUMBER };
+    model.take(p, x0);
+    const { x, reason } = findRest(model);
+    if (reason) return { rests: false, reason };
+    if (![model.A, model.B, model.C, model.D, model.closed].every((M) => allFinite(M, 0, M.length))) {
+      return { rests: false, reason: NOT_FINITE };
+    }
+    if (model.isCornered && !isStraightAt(model, x)) return { rests: false, reason: CORNERED };
+    const [whole, cut] = linear.read.map((read) => reduced(model, read));
+    const poles = polesOf(whole.closed, whole.n, linear.period), openPoles = polesOf(cut.A, cut.n, linear.period);
+    if (!poles || !openPoles) return { rests: false, reason: NO_POLES };
+    const stable = allDecay(whole.closed, whole.n, poles, linear.period);
+    const response = new LinearResponse(cut, linear.period), L = this.loopGain(response);
+    const roots = [poles, openPoles], margins = [];
+    for (let i = 0; i < m; i++) {
+      const own = m === 1 ? cut : closedAt(cut, [...Array(m).keys()].filter((j) => j !== i));
+      const ownRoots = m === 1 ? roots : [...roots, polesOf(own.A, own.n, linear.period) || poles];
+      margins.push(marginsOf(new ChannelLoop(own, linear.period, this.omega, ownRoots), stable));
+    }
+    let diskMargin = stable && m === 1 ? margins[0].diskMargin : null;
+    if (stable && m > 1) diskMargin = diskMarginOf(response, searchGrid(this.omega, roots, linear.period), cut.D);
+    for (const one of margins) delete one.diskMargin;
+    return {
+      rests: true, reason: "", x0: x.slice(), omega: this.omega.slice(), L, poles, stable, openPoles, margins, diskMargin,
+    };
+  }
+
+  // L = -G at the frequencies of the page, [frequency][row][column].
+  loopGain(response) {
+    const { omega } = this, { m } = response, L = { re: new Float64Array(omega.length * m * m), im: new Float64Array(omega.length * m * m) };
+    omega.forEach((w, k) => {
+      const isFinite = response.at(w);
+      for (let i = 0; i < m * m; i++) {
+        L.re[k * m * m + i] = isFinite ? -response.re[i] : Infinity;
+        L.im[k * m * m + i] = isFinite ? -response.im[i] : 0;
+      }
+    });
+    return L;
+  }
+}
+
+// The model without the states of a computer that nothing reads.
+function reduced({ A, B, C, D, closed, n, m, isSampled }, read) {
+  const all = [...Array(n).keys()], channels = [...Array(m).keys()];
+  const states = isSampled ? all.filter((j) => read[j]) : all;
+  return {
+    A: part(A, n, states, states), B: part(B, m, states, channels), C: part(C, n, channels, states), D: D.slice(),
+    closed: part(closed, n, states, states), n: states.length, m,
+  };
+}

@@ -1,0 +1,181 @@
+"""A specification: limits on the figures of a loop, which are checked as claims."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Any
+
+from workbench.design.linear_loop import LinearLoop
+from workbench.design.loop_boxes import ParameterBox
+from workbench.design.matrices import Refused
+from workbench.study.loop_pictures import Disk, GainBound
+from workbench.study.specifications.box_verdicts import BoxCheck
+from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts
+from workbench.study.specifications.limits import KINDS, Limit
+from workbench.study.specifications.loop_systems import LoopSystems
+from workbench.study.specifications.point_figures import point_figure
+from workbench.study.specifications.specification_regions import disks_of, gain_bounds_of
+from workbench.validation.refusals import refusal, seed, whole
+from workbench.validation.signatures import door
+
+CHECK = "Specification.check"
+DRAWS, PARTS = 512, 1000
+
+
+@dataclass(frozen=True)
+@door
+class Specification:
+    """Limits on the figures of a loop, each of which may be left out.
+
+    Parameters
+    ----------
+    Ms, Mt
+        The largest peaks of S and T at the cut, as factors; of several channels of the largest singular value.
+    bandwidth
+        (low, high) in rad/s, of the frequency at which an answer has fallen by 3 dB from its gain at zero.
+    damping
+        The least damping of a pole, below 1: -Re s / |s|.
+    gain_margin
+        The least factor by which a gain may grow or shrink before the loop is unstable, above 1.
+    phase_margin
+        The least phase margin, in degrees.
+    delay_margin
+        The least delay margin, in s.
+    disk_margin
+        The least size of the disk (2 + d) / (2 - d), |d| < disk_margin, of changes of all channels at once.
+    noise_gain
+        The largest gain from the noise of the readings to the inputs of the plant, in their units.
+    overshoot
+        The largest overshoot of a step answer, in % of its final value.
+    settling_time
+        The longest time in s after which a step answer stays within 2 % of its final value.
+    rise_time
+        The longest time in s that a step answer takes from 10 % to 90 % of its final value.
+    decay
+        The slowest decay of a pole, -Re s, in 1/s.
+
+    Raises
+    ------
+    ValueError
+        If there is no limit, or one is out of its range: Ms <= 1, a damping of 1 or more, a reversed bandwidth.
+
+    Examples
+    --------
+    >>> import control
+    >>> verdicts = wb.Specification(Ms=2.0, phase_margin=45.0).check(control.tf([4], [1, 2, 0]))
+    >>> [(one.name, one.kind) for one in verdicts]
+    [('Ms', 'holds'), ('phase_margin', 'holds')]
+    """
+
+    Ms: float | None = None
+    Mt: float | None = None
+    bandwidth: tuple[float, float] | None = None
+    damping: float | None = None
+    gain_margin: float | None = None
+    phase_margin: float | None = None
+    delay_margin: float | None = None
+    disk_margin: float | None = None
+    noise_gain: float | None = None
+    overshoot: float | None = None
+    settling_time: float | None = None
+    rise_time: float | None = None
+    decay: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.limits:
+            names = ", ".join(KINDS)
+            raise ValueError(f"`Specification(...)` must have at least one limit of {names}; got none.")
+
+    @property
+    def limits(self) -> tuple[Limit, ...]:
+        """The limits, in the order of the fields."""
+        given = ((field.name, getattr(self, field.name)) for field in fields(self))
+        return tuple(Limit.of(KINDS[name], value) for name, value in given if value is not None)
+
+    @door
+    def check(
+        self,
+        loop: Any,
+        box: Mapping[str, Any] | None = None,
+        *,
+        inputs: str | None = None,
+        outputs: str | None = None,
+        draws: int = DRAWS,
+        seed: int = 0,
+        parts: int = PARTS,
+    ) -> SpecificationVerdicts:
+        """The verdict on each limit, at the point of a loop or over a box of its parameters.
+
+        Over a box a limit is refuted by the worst draw of a search, proved by intervals, or not refuted in its draws.
+
+        Parameters
+        ----------
+        loop
+            A `LinearLoop`, or a loop gain L of negative feedback as a system of python-control.
+        box
+            (low, high) by the path of a parameter: {"plant.m": (0.8, 1.2)}. Of a `LinearLoop` alone.
+        inputs, outputs
+            The signals of the closed loop whose bandwidth and step are limited. Without them they are the one reference
+            and what follows it; of a loop that follows none, or of L, the answer is T.
+        draws, seed, parts
+            The size of the Sobol sample, beside which all corners and refined draws are looked at, and its seed; and
+            the most parts of the box in a proof.
+
+        Raises
+        ------
+        ValueError
+            If the loop is neither, a range is not within the bounds of its parameter, or no draw has an answer.
+        LookupError
+            If a parameter or a signal has another name.
+        Refused
+            If the loop at its point is not stable, as all figures are those of a stable loop.
+        """
+        systems = LoopSystems.of(f"{CHECK}(loop=...)", loop, inputs, outputs)
+        if not systems.stable:
+            raise Refused(f"`{CHECK}(loop=...)` must have a stable loop: {systems.unstable_words}")
+        subject = _subject(loop)
+        if box is None:
+            return SpecificationVerdicts(tuple(_at_point(limit, systems) for limit in self.limits), subject)
+        if not isinstance(loop, LinearLoop):
+            raise refusal(f"{CHECK}(box=...)", "left out of a system of python-control, which has no parameters", box)
+        ranges = ParameterBox.of(f"{CHECK}(box=...)", loop.parameters, box)
+        count = whole(f"{CHECK}(draws=...)", draws, 1, 100_000, " of draws")
+        most = whole(f"{CHECK}(parts=...)", parts, 0, 100_000, " of parts of a box")
+        check = BoxCheck(systems, ranges, self.limits, count, _seed(seed), most)
+        return SpecificationVerdicts(check.verdicts(), subject, str(ranges))
+
+    @door
+    def gain_bounds(self, of: str = "S") -> tuple[GainBound, ...]:
+        """The limits as regions of a Bode plot that a gain must not reach.
+
+        They are those of the gain of "S" (Ms), of "T" (Mt and the bandwidth), or of "CS", from noise (noise_gain).
+
+        Raises
+        ------
+        ValueError
+            If `of` is none of them.
+        """
+        return gain_bounds_of(self.limits, of)
+
+    @property
+    def disks(self) -> tuple[Disk, ...]:
+        """The limits as disks of a Nyquist plot that the curve of L must not enter: of Ms, Mt and the disk margin."""
+        return disks_of(self.limits)
+
+
+def _seed(value: int) -> int:
+    return seed(f"{CHECK}(seed=...)", value)
+
+
+def _subject(loop: Any) -> str:
+    return f"'{loop.point.equations.closed.name}'" if isinstance(loop, LinearLoop) else f"'{loop.name}'"
+
+
+def _at_point(limit: Limit, systems: LoopSystems) -> LimitVerdict:
+    figure = point_figure(limit.kind.name, systems)
+    if figure.value is None:
+        return LimitVerdict(limit, "not checkable", figure, f"There is no figure: {figure.why}")
+    doubt = "" if figure.proved else ", with estimated bounds"
+    where = f" {figure.of}" if figure.of else ""
+    return LimitVerdict(limit, limit.judged(figure.value), figure, f"The {limit.kind.words}{where}{doubt}.")
