@@ -8,6 +8,7 @@ import numpy as np
 
 from studies.b3_any_plant.choices import choice_tables
 from studies.b3_any_plant.findings import answer, findings, mass_claim
+from studies.b3_any_plant.frequency_pages import frequency_blocks, frequency_table
 from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indices, laws_of, loop
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
@@ -27,7 +28,7 @@ def sections(results: Results) -> Page:
     pictures = [Section(capital(setting.name), blocks(setting, results)) for setting in SETTINGS]
     first = [one for one, setting in zip(pictures, SETTINGS, strict=True) if setting.name == HARD]
     rest = [one for one in pictures if one not in first]
-    tables = (summary_table(results), laws_table(), computers_table(results), plants_table())
+    tables = (summary_table(results), laws_table(), computers_table(results), plants_table(), frequency_table(results))
     return Page(
         answer=answer(results),
         findings=findings(results),
@@ -36,9 +37,10 @@ def sections(results: Results) -> Page:
 
 
 def blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
-    """The runs of a plant, its Sobol bars, and what else is known of it."""
+    """The runs of a plant, what else is known of it, its Sobol bars, and its loops over frequency."""
     more: dict[str, tuple[Block, ...]] = {HARD: (tanks_table(results),), "two masses": (mass_claim(results),)}
-    return (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
+    known = (picture(setting, results), *more.get(setting.name, ()), bars(setting, results))
+    return (*known, *frequency_blocks(setting, results))
 
 
 def capital(words: str) -> str:

@@ -1,8 +1,10 @@
 """Eight plants in one loop: LQG and PID, in continuous time, in a computer, and over the plants' parameters.
 
-Runs in about half a minute on two cores.
+Runs in about a minute on two cores.
 """
 
+from studies.b3_any_plant.frequency import ITEMS as LOOPS
+from studies.b3_any_plant.frequency import frequency_answer
 from studies.b3_any_plant.loops import ITEMS, PUSHED, SEED, cases, margins, recovery, sweeps
 from studies.b3_any_plant.pages import sections
 from studies.b3_any_plant.tanks import SIDES, TANKS, levels, step_settling
@@ -27,6 +29,7 @@ study = Study(
     works=(
         Work("margins", margins, ITEMS, seconds=0.3),
         Work("recovery", recovery, PUSHED, seconds=0.3),
+        Work("frequency", frequency_answer, LOOPS, seconds=2.0),
         Work("tanks", levels, TANKS, seconds=0.5),
         Work("tank_steps", step_settling, SIDES, seconds=0.5),
     ),

@@ -21,6 +21,7 @@ REPORTS = (
     "a8_fair_comparison",
     "a9_sampling",
     "b4_handover",
+    "d0_frequency",
 )
 FIRST, LAST = "<!-- answers of the reports -->\n", "<!-- end of the answers -->\n"
 WIDTH = 118

@@ -1,0 +1,120 @@
+"""The pictures and the table of the linear loops of b3 over frequency."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer, answers
+from studies.b3_any_plant.loops import called, laws_of
+from studies.b3_any_plant.settings import Setting
+from workbench.design.frequency import StabilityMargins
+from workbench.study import Results, Table
+from workbench.study.document.document import Block, Cell, Column, Missing, Paragraph
+from workbench.study.loop_pictures import FrequencyCurve, bode_figure, nyquist_figure
+
+UNSTABLE = Missing("not stable")
+
+
+def frequency_blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
+    """The Bode and the Nyquist plot of a plant under its laws, and a sentence for each loop that has none."""
+    held = {law: answers(results)[setting.name, law] for law in laws_of(setting)}
+    curves = [curve for law, own in held.items() for curve in curves_of(law, own)]
+    missing = tuple(
+        Paragraph(f"{setting.name}, {law}: no linear answer. {reason}")
+        for law, own in held.items()
+        for reason in own.reasons
+    )
+    if not curves:
+        return missing
+    stem = called(setting, "").strip("_")
+    others = ", the loops of the other inputs closed" if len(setting.inputs) > 1 else ""
+    words = f"{setting.name[0].upper()}{setting.name[1:]}: the loop gain at each input{others}, in continuous time."
+    figures = (bode_figure(f"bode_{stem}", words, curves), nyquist_figure(f"nyquist_{stem}", words, curves))
+    return (*figures, *missing)
+
+
+def curves_of(law: str, own: FrequencyAnswer) -> list[FrequencyCurve]:
+    """The loop gain of a law at each input of its plant, with its margins."""
+    if own.continuous is None:
+        return []
+    inputs, several = own.continuous.inputs, len(own.continuous.inputs) > 1
+    return [
+        FrequencyCurve(
+            f"{law}, {name}" if several else law,
+            own.omega,
+            own.gains[:, place],
+            margins=own.continuous.margins[place],
+            all_channels=own.continuous.alpha if several else None,
+        )
+        for place, name in enumerate(inputs)
+    ]
+
+
+def frequency_table(results: Results) -> Table:
+    """Margins and poles of each loop, in continuous time and in the computer of its plant."""
+    rows: list[tuple[Cell, ...]] = []
+    last = ""
+    for name, law in ITEMS:
+        own = answers(results)[name, law]
+        for place in ("continuous", "computer"):
+            found: LinearAnswer | None = getattr(own, place)
+            plant = name if name != last else ""
+            last = name
+            if found is None:
+                rows.append((plant, law, place, Missing("no linear answer"), *(8 * (None,))))
+                continue
+            for k, margins in enumerate(found.margins):
+                head = (plant if not k else "", law if not k else "", place if not k else "", found.inputs[k])
+                common: tuple[Cell, ...] = (found.alpha or UNSTABLE, pole_words(found)) if not k else ("", "")
+                rows.append((*head, *margin_cells(margins), *common))
+    columns = (
+        Column("plant"),
+        Column("law"),
+        Column("time"),
+        Column("input"),
+        Column("gain down to", align="right"),
+        Column("up to", align="right"),
+        Column("phase", "deg", "right"),
+        Column("delay", "s", "right"),
+        Column("Ms", "", "right", digits=3),
+        Column("disk margin", "", "right", digits=3),
+        Column("of all inputs", "", "right", digits=3),
+        Column("largest pole"),
+    )
+    notes = (
+        "At rest at the operating point, each input cut with the others closed. Computer: that of the plant, whose "
+        "command acts one period late; the margins are those that this leaves. No limit: no such change makes the loop "
+        "unstable. Largest pole: the one that decays slowest, in 1/s, and of a computer its absolute value.",
+    )
+    return Table("frequency", "Margins and poles of the linear loops.", columns, tuple(rows), notes)
+
+
+def margin_cells(found: StabilityMargins) -> tuple[Cell, ...]:
+    """Gain, phase and delay margins, Ms and the disk margin of one input."""
+    held = found.margins
+    if held is None:
+        return (UNSTABLE, *(5 * (None,)))
+    high, delay = held.gain_high.value, held.delay_margin.value
+    phase = held.phase_margin.value
+    return (
+        digits(held.gain_low.value),
+        digits(high),
+        digits(phase),
+        digits(delay),
+        held.Ms.gain.value,
+        held.disk_margin.value,
+    )
+
+
+def digits(value: float) -> str:
+    """A number with three digits, or that there is no limit."""
+    return f"{value:.3g}" if np.isfinite(value) else "no limit"
+
+
+def pole_words(found: LinearAnswer) -> str:
+    """The slowest pole of a loop."""
+    pole = found.largest
+    if found.computer:
+        return f"|z| = {abs(pole):.4f}"
+    imaginary = f" ± {abs(pole.imag):.3g}i" if pole.imag else ""
+    return f"{pole.real:.3g}{imaginary}".replace("-", "\N{MINUS SIGN}")

@@ -1,0 +1,1 @@
+"""The linear answers of the paper's loops over frequency, beside nonlinear runs of the same loops."""

@@ -1,0 +1,229 @@
+"""The pictures of d0: over frequency at one pose, over draws, and predictions beside runs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.d0_frequency.draws import OMEGA as OF_DRAWS
+from studies.d0_frequency.draws import drawn
+from studies.d0_frequency.limit_cycles import PERIODS, PHI, K, LimitCycle, linear_part
+from studies.d0_frequency.loops import CONTINUOUS, DRAWN, RUNS, SHORT, AtPose
+from studies.d0_frequency.period_limits import STARTS, limits
+from studies.d0_frequency.rest_answers import Curves, all_curves, rests
+from studies.d0_frequency.step_sizes import SIZES, settlings
+from studies.paper.card import LAWS, PROPOSED
+from studies.paper.linearization import LEVEL
+from workbench.design.chattering import BoundaryLayer
+from workbench.study import Figure, Results
+from workbench.study.document.document import Panel, Points, Series
+from workbench.study.loop_pictures import (
+    Envelope,
+    FrequencyCurve,
+    FrequencyMatrix,
+    PoleZeroSet,
+    bode_envelope,
+    bode_figure,
+    characteristic_loci_figure,
+    describing_function_figure,
+    determinant_figure,
+    nyquist_figure,
+    pole_zero_map,
+    singular_value_figure,
+)
+
+STYLES = {law: i for i, law in enumerate(LAWS)}
+WHERE = "at rest at the level of the second scenario"
+SAME = "ASMC and Fuzzy-ASMC lie on SMC, as all three have the same gain at rest."
+SLOW = 150.0  # 1/s: poles beyond are left to a table
+SHOWN_CYCLE = 5e-3  # s
+SIX = {
+    "TF": "reference to q",
+    "CSF": "reference to torque",
+    "PS": "load to q and qd",
+    "T": "load to torque",
+    "CS": "noise to torque",
+    "S": "noise to readings",
+}
+
+
+def curve_of(results: Results, law: str, joint: int, late: bool = False) -> FrequencyCurve:
+    """The loop gain of a joint with the other closed, with its margins."""
+    own: Curves = all_curves(results)[law][int(late)]
+    rest = rests(results)[AtPose(law, LEVEL)][f"{1e3 * SHORT:g} ms" if late else CONTINUOUS]
+    return FrequencyCurve(
+        law,
+        own.omega,
+        own.single[:, joint],
+        own.period or None,
+        margins=rest.joints[joint],
+        style=STYLES[law],
+        all_channels=rest.alpha or None,
+    )
+
+
+def matrix_of(results: Results, law: str, late: bool = False) -> FrequencyMatrix:
+    """The loop gain at both torques."""
+    own: Curves = all_curves(results)[law][int(late)]
+    rest = rests(results)[AtPose(law, LEVEL)][CONTINUOUS]
+    names = ("torque 1", "torque 2")
+    return FrequencyMatrix(law, own.omega, own.L, names, names, own.period or None, None if late else rest.alpha)
+
+
+def bode(results: Results, joint: int, late: bool = False) -> Figure:
+    """The Bode plot of a joint with the other one closed."""
+    curves = [curve_of(results, law, joint, late) for law in DRAWN]
+    time = f"in a computer with a period of {1e3 * SHORT:g} ms, a period late" if late else "in continuous time"
+    caption = f"Joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
+    return bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
+
+
+def nyquist(results: Results, joint: int) -> Figure:
+    """The Nyquist plot of a joint with the other one closed."""
+    curves = [curve_of(results, law, joint) for law in DRAWN]
+    caption = f"Joint {joint + 1}, the other joint closed, {WHERE}, in continuous time. {SAME}"
+    return nyquist_figure(f"nyquist_{joint + 1}", caption, curves, reach=3.0)
+
+
+def several_channels(results: Results) -> tuple[Figure, ...]:
+    """Singular values, det(I + L) and characteristic loci of both torques at once."""
+    every = [matrix_of(results, law) for law in DRAWN]
+    caption = f"The singular values of L at both torques, {WHERE}, in continuous time. {SAME}"
+    found = [singular_value_figure("singular_values", caption, every)]
+    caption = f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME}"
+    found.append(determinant_figure("determinant", caption, every, reach=3.0))
+    for law in (PROPOSED, "PID"):
+        caption = f"The characteristic loci of {law}, {WHERE}, in continuous time."
+        name = f"loci_{law.lower().replace('-', '_')}"
+        found.append(characteristic_loci_figure(name, caption, matrix_of(results, law), reach=3.0))
+    return tuple(found)
+
+
+def poles(results: Results) -> Figure:
+    """The slow poles of each loop that is drawn."""
+    sets = []
+    for law in DRAWN:
+        held = rests(results)[AtPose(law, LEVEL)][CONTINUOUS].poles
+        sets.append(PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
+    caption = (
+        f"The poles of the closed loops nearer to zero than {SLOW:g} 1/s, {WHERE}, in continuous time. The laws with a "
+        "layer have two more, at a few thousand 1/s, which the table of ranges has."
+    )
+    return pole_zero_map("poles", caption, sets)
+
+
+def gang_of_six(results: Results) -> Figure:
+    """The largest singular values of the gang of six."""
+    every, panels = all_curves(results), []
+    for name, words in SIX.items():
+        series = [
+            Series(law, own.omega, own.gang[name], STYLES[law])
+            for law, (own, _) in every.items()
+            if (own.gang[name] > 0).all()
+        ]
+        label = f"gain, {words}"
+        panels.append(Panel(label, tuple(series), "frequency [rad/s]", xscale="log", yscale="log", title=name))
+    caption = (
+        f"The gang of six {WHERE}, in continuous time: the largest singular value from all signals of a kind to all of "
+        "another, in rad, rad/s, s and N m. The reference moves its position, speed and acceleration each by itself. "
+        "The noise of AOSMC-RGS is on the positions alone, as it reads no speed."
+    )
+    return Figure("gang_of_six", caption, tuple(panels), columns=2)
+
+
+def envelopes(results: Results) -> tuple[Figure, ...]:
+    """The loop gain of joint 1 over the draws, a figure a law."""
+    found = []
+    for law in (PROPOSED, "SMC", "PID"):
+        own = drawn(results)[AtPose(law, LEVEL)]
+        worst = own.worst
+        name = f"draw {worst}, disk margin {own.alpha[worst]:.3g}"
+        caption = f"{law}: the loop gain of joint 1 with joint 2 closed, at rest at the level, over the draws."
+        draws = Envelope(OF_DRAWS, own.single, worst, name)
+        found.append(bode_envelope(f"draws_{law.lower().replace('-', '_')}", caption, draws))
+    return tuple(found)
+
+
+def limit_figure(results: Results) -> Figure:
+    """The longest period of the runs over the one that the linear map predicts."""
+    every, panels = limits(results), []
+    for start, size in STARTS.items():
+        marks = []
+        for law in LAWS:
+            own = [every[one] for one in RUNS if one.law == law]
+            x = np.array([1e3 * one.limit for one in own])
+            ends = np.array([one.ends(start) for one in own])
+            low, high = x * np.maximum(ends[:, 0], 0.05), x * ends[:, 1]
+            middle = np.sqrt(low * np.where(np.isfinite(high), high, low))
+            marks.append(Points(law, x, middle, style=STYLES[law], ylow=low, yhigh=high))
+        line = np.array([0.2, 50.0])
+        series = (*marks, Series("as predicted", line, line, "reference"))
+        panels.append(
+            Panel(
+                "longest period of the runs [ms]",
+                series,
+                "period predicted by the linear map [ms]",
+                xscale="log",
+                yscale="log",
+                title=f"started off by {size:g} rad",
+            )
+        )
+    caption = (
+        "The longest period at which runs from rest come to rest again, over the longest one at which the linear map "
+        "of the period is stable, for each law at each pose, with the torque a period late. A bar ends at the longest "
+        "period at which a run rests and at the next one tried. The layer ends 1.7 mrad off rest."
+    )
+    return Figure("period_limits", caption, tuple(panels), columns=2)
+
+
+def size_figure(results: Results) -> Figure:
+    """The settling times of runs over the size of the start, as shares of the linear prediction."""
+    every = settlings(results)
+    series = []
+    for law in LAWS:
+        own = every[AtPose(law, LEVEL)]
+        share = np.where(np.isfinite(own.runs), own.runs / own.predicted, np.nan)
+        series.append(Series(law, np.array(SIZES), share, STYLES[law]))
+    caption = (
+        "The settling time of runs that start off the level of the second scenario, over that of the linear part, "
+        "which is the same for all sizes. The layer ends at 1.7 mrad."
+    )
+    panel = Panel(
+        "settling time over the predicted one",
+        tuple(series),
+        "both joints start off by [rad]",
+        xscale="log",
+        yscale="log",
+        hlines=(1.0,),
+        vlines=(1.7e-3,),
+    )
+    return Figure("step_sizes", caption, (panel,))
+
+
+def cycle_figures(results: Results) -> tuple[Figure, ...]:
+    """The describing function at one period, and amplitude and frequency over the period."""
+    held: dict[float, LimitCycle] = dict(zip(PERIODS, results.work("limit_cycles"), strict=True))
+    W, shown = linear_part(SHOWN_CYCLE), held[SHOWN_CYCLE]
+    omega = np.geomspace(1.0, np.pi / SHOWN_CYCLE * (1 - 1e-9), 400)
+    caption = (
+        f"SMC on the folded arm with a period of {1e3 * SHOWN_CYCLE:g} ms and a delay of one: the linear part W from "
+        "the switched torque of joint 1 to its s, and the line of the layer."
+    )
+    curve = FrequencyCurve("W", omega, W.response(omega)[0], SHOWN_CYCLE, unit="rad/s per N m")
+    layer = BoundaryLayer(K, PHI)
+    first = describing_function_figure("describing_function", caption, curve, layer, shown.balance, "rad/s")
+    panels = []
+    for place, label in ((1, "amplitude of s [rad/s]"), (0, "frequency of s [rad/s]")):
+        moving = [(T, one) for T, one in held.items() if one.predicted is not None and not one.rest]
+        x = np.array([1e3 * T for T, _ in moving])
+        balance = np.array([(one.predicted or (0.0, 0.0))[place] for _, one in moving])
+        seen = np.array([[(run.frequency or np.nan, run.amplitude)[place] for run in one.runs] for _, one in moving])
+        series = (
+            Series("balance", x, balance, 0),
+            *(Series(f"run {k + 1}", x, column, k + 1, "marks") for k, column in enumerate(seen.T)),
+        )
+        panels.append(Panel(label, series, "period [ms]"))
+    caption = (
+        "The limit cycle of SMC in its layer over the period, by harmonic balance and in runs from "
+        f"{len(held[SHOWN_CYCLE].runs)} starts. At shorter periods balance and runs are at rest."
+    )
+    return first, Figure("limit_cycles", caption, tuple(panels), columns=2)

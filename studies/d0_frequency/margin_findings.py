@@ -1,0 +1,82 @@
+"""The finding of d0 on margins: those of one joint beside that of both at once, at poses and over draws."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from studies.d0_frequency.draws import COUNT, DRAWN_POSES, drawn
+from studies.d0_frequency.loops import ARM_POSES, CONTINUOUS, SHORT, AtPose
+from studies.d0_frequency.rest_answers import over_poses, rests
+from studies.d0_frequency.tables import number
+from studies.paper.card import LAWS
+from studies.paper.linearization import LEVEL
+from workbench.study import Finding, Results, Variation
+
+LATE = f"{1e3 * SHORT:g} ms"
+
+
+def shares(results: Results) -> dict[str, dict[str, float]]:
+    """By law and pose the disk margin of both joints at once over the least of a joint, where the loop is stable."""
+    held = rests(results)
+    return {
+        law: {pose: one.alpha / one.single for pose, one in over_poses(held, law).items() if one.stable} for law in LAWS
+    }
+
+
+def least(held: dict[str, dict[str, float]]) -> tuple[str, str]:
+    """The law and the pose with the least share."""
+    places = [(law, pose) for law, poses in held.items() for pose in poses]
+    return min(places, key=lambda place: held[place[0]][place[1]])
+
+
+def one_channel(results: Results) -> Finding:
+    """The margins of one joint beside that of both at once."""
+    held = shares(results)
+    law, pose = least(held)
+    answer = rests(results)[AtPose(law, pose)][CONTINUOUS]
+    variations = []
+    for place in ARM_POSES:
+        some = {name: {place: poses[place]} for name, poses in held.items()}
+        worst, _ = least(some)
+        variations.append(Variation(f"the pose {place}", worst, f"{number(some[worst][place])}"))
+    late = {one: rests(results)[AtPose(one, LEVEL)][LATE] for one in LAWS}
+    parts = {one: found.alpha / found.single for one, found in late.items() if found.stable}
+    worst = min(parts, key=lambda one: parts[one])
+    variations.append(Variation(f"a period of {LATE}, a period late, {LEVEL}", worst, number(parts[worst])))
+    others = {name: poses for name, poses in held.items() if name != law}
+    worst, at = least(others)
+    variations.append(Variation(f"leaving out {law}", worst, f"{number(others[worst][at])}, {at}"))
+    return Finding(
+        name="one_joint_or_both",
+        statement=f"With one joint changed at a time {law} has a disk margin of {number(answer.single)} ({pose}), with "
+        f"both at once {number(answer.alpha)}: {number(held[law][pose])} of it, the least share of all laws and poses.",
+        evidence=drawn_words(results),
+        statistic="The disk margin of both torques at once over the smaller one of a joint with the other closed. "
+        "Answer: the law with the least share.",
+        sample=f"{len(LAWS)} laws at {len(ARM_POSES)} poses in continuous time; {COUNT} draws of three laws at "
+        f"{len(DRAWN_POSES)} poses.",
+        given="AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact "
+        "model, in the draws one that is off.",
+        chosen="The numbers of the laws as in a1, the adapting gains held at K(0); the ranges of the draws, as in a7.",
+        fitted="Q and R of AOSMC-RGS, to its printed RMSE (a1).",
+        answer=law,
+        variations=tuple(variations),
+        untried="cuts at the readings, and draws of learned gains",
+    )
+
+
+def drawn_words(results: Results) -> str:
+    """A sentence on the draws: those without rest, and the loss of margin of the worst."""
+    every = drawn(results)
+    lost = {one: COUNT - own.resting for one, own in every.items()}
+    without = max(lost, key=lambda one: lost[one])
+    falls = {one: float(np.nanmin(own.alpha)) / own.own for one, own in every.items()}
+    worst = min(falls, key=lambda one: falls[one])
+    unstable = sum(int((own.alpha == 0).sum()) for own in every.values())
+    rested = sum(own.resting for own in every.values())
+    return (
+        f"Over draws of the arm and the gains, {unstable} of {rested} loops at rest are unstable. The margin of both "
+        f"falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "
+        f"{number(float(np.nanmin(every[worst].alpha)))}. {without.law} has the most draws without a rest, "
+        f"{lost[without]} of {COUNT} ({without.pose})."
+    )
