@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.drawers import draw
 from workbench.design.frequency import (
     MeanGain,
     Peak,
@@ -29,9 +30,9 @@ from workbench.design.linear_loop.frequency_answers import (
 )
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
-from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks
+from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay
+from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks, point_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
-from workbench.design.matrices import Refused
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
@@ -105,8 +106,8 @@ class LinearLoop:
         LookupError
             If a name is none of an input or an output of this kind.
         """
-        self._refuse_delay("LinearLoop.system(...)")
-        self._refuse_bent("LinearLoop.system", outputs)
+        refuse_delay("LinearLoop.system(...)", self.models)
+        refuse_bent("LinearLoop.system", self.bent, _names(outputs))
         model = self.models.selected("LinearLoop.system", of, _names(inputs), _names(outputs))
         return model.system(f"{of} of {self.point.equations.closed.name}")
 
@@ -128,7 +129,7 @@ class LinearLoop:
     @cached_property
     def poles(self) -> tuple[Pole, ...]:
         """The poles of the closed loop, the slowest first; of the map over the common period in a computer."""
-        self._refuse_delay("LinearLoop.poles")
+        refuse_delay("LinearLoop.poles", self.models)
         return poles(self.models.closed.system())
 
     @property
@@ -142,16 +143,13 @@ class LinearLoop:
     @cached_property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
-        closed, found = self.models.closed, list[str]()
+        found: tuple[str, ...] = ()
         if not self.models.delays.any():
+            closed, cut = self.models.closed, self.models.opened is not None
             size = float(np.linalg.norm(closed.A[0], 2)) if closed.states else 0.0
             found += mode_remarks(self.poles, size, self.period is not None, hidden=True)
-            if self.models.opened is not None:
-                found += hidden_remarks(self.L)
-        if not self.point.resting:
-            found.append("The loop is frozen at a state at which it does not rest, which proves nothing of its motion.")
-        found += [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in self.bent]
-        return tuple(found)
+            found += hidden_remarks(self.L) if cut else ()
+        return (*found, *point_remarks(self.point.resting, self.bent))
 
     @door
     def response(
@@ -174,7 +172,7 @@ class LinearLoop:
         """
         call = "LinearLoop.response"
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
-        self._refuse_bent(call, outputs)
+        refuse_bent(call, self.bent, _names(outputs))
         values, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
         return refuse_pole(f"{call}(...)", FrequencyResponse(omega, values[0], seen, shown, np.zeros(1, dtype=bool)))
 
@@ -216,7 +214,7 @@ class LinearLoop:
     @property
     def disk_margin(self) -> DiskMargin:
         """The disk margin of all channels of the cut at once; refused if the closed loop is not stable."""
-        self._refuse_delay("LinearLoop.disk_margin")
+        refuse_delay("LinearLoop.disk_margin", self.models)
         return common_margin("LinearLoop.disk_margin", self.models)
 
     @door
@@ -258,6 +256,25 @@ class LinearLoop:
         """
         return linear_rows(self.point, self.bent, values)
 
+    def plot(self, kind: str = "", **options: Any) -> Any:
+        """A picture, by default Bode and Nyquist plots with margins, and the poles; a notebook shows it.
+
+        Parameters
+        ----------
+        kind
+            "bode", "nyquist", "nichols", "poles", "root_locus" (`over` as in {"plant.m": values}), "step", "impulse",
+            "gang_of_six", "singular_values", "determinant", "characteristic_loci" or "relative_gains".
+        options
+            `frequencies` (m,) in rad/s; `of`, `inputs` and `outputs` as of `response`; `until` in s; `asymptotes`,
+            `bounds`, `forbidden` and `reach` as of `wb.bode` and `wb.nyquist`.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind, an option does not fit, or the loop has no such picture, as poles with a delay.
+        """
+        return draw(self, kind, **options)
+
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""
         time = "in continuous time" if self.period is None else f"in a computer, every {self.period:g} s"
@@ -272,21 +289,6 @@ class LinearLoop:
             "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
             "alone, or take a `PadeDelay` of `Equipped`."
         )
-
-    def _refuse_delay(self, call: str) -> None:
-        if self.models.delays.any():
-            raise Refused(
-                f"`{call}` needs finitely many states, and a delay has infinitely many; ask for `response` or `margins`"
-                ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
-            )
-
-    def _refuse_bent(self, call: str, outputs: str | tuple[str, ...] | None) -> None:
-        for name in _names(outputs) or ():
-            if name in self.bent:
-                raise Refused(
-                    f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
-                    "take another output, another state, or a `side`."
-                )
 
 
 def _names(names: str | tuple[str, ...] | None) -> tuple[str, ...] | None:

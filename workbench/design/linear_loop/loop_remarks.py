@@ -54,3 +54,12 @@ def hidden_remarks(L: control.StateSpace) -> tuple[str, ...]:
             states = ", ".join(mode.states)
             sentences.append(f"The loop gain has a mode that {words}: {pole_text(mode.value)}{unit} of {states}.")
     return tuple(sentences)
+
+
+def point_remarks(resting: bool, bent: Sequence[str]) -> tuple[str, ...]:
+    """Sentences on a state at which the loop does not rest, and on the signals that have a corner there."""
+    found = [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in bent]
+    if not resting:
+        said = "The loop is frozen at a state at which it does not rest, which proves nothing of its motion."
+        found.insert(0, said)
+    return tuple(found)
