@@ -174,23 +174,23 @@ def answer_curves(
 
 
 def signal_units(linear: LinearLoop | LinearRows) -> dict[str, str]:
-    """The unit of each signal of a loop by its name, and of each that comes from outside."""
+    """The unit of each signal of a loop by its name, and of each that comes from outside; '' where it is unknown."""
     equations, units = linear.point.equations, dict[str, str]()
     for each in (equations.opened, equations.closed):
         if each is not None:
             flow = flow_of(each)
             for entry in (*flow.outputs.entries, *(flow.parameters[name] for name in flow.inputs)):
                 units |= zip(labels_of(Layout((entry,))), entry.units, strict=True)
-    return units
+    return {name: unit.replace("?", "") for name, unit in units.items()}
 
 
 def unit_ratio(above: str, below: str) -> str:
     """The unit of an answer per unit of its input; '' if they are the same or one is unknown."""
-    if above == below or "?" in (above, below):
+    if above == below or "" in (above, below):
         return ""
-    if below in ("", "1"):
+    if below == "1":
         return above
-    return f"{above or '1'}/({below})" if set(below) & set(" /*^") else f"{above or '1'}/{below}"
+    return f"{above}/({below})" if set(below) & set(" /*^") else f"{above}/{below}"
 
 
 def loop_matrix(

@@ -53,7 +53,7 @@ def overview(loops: Any, frequencies: Array | None = None) -> Picture:
     poles, refused = _or_reason(lambda: pole_zero_map("loop", "", roots_of(CALL, loops)))
     if poles is None and turns is not None:
         poles = nichols_figure("loop", "", found.curves)
-        refused = [f"The poles are not drawn, but a Nichols plot: {refused[0]}"]
+        refused = [f"In the place of the poles there is a Nichols plot: {refused[0]}"]
     others = [figure for figure in (turns, poles) if figure is not None]
     remarks = [*found.remarks, bode.caption, *(figure.caption for figure in others[:1] if figure is turns)]
     remarks += [*beside, *refused]

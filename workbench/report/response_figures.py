@@ -54,7 +54,7 @@ def responses_figure(
 
 
 def _added(name: str, unit: str) -> str:
-    return f"1{f' {unit}' if unit not in ('', '1', '?') else ''} at {name}"
+    return f"1{f' {unit}' if unit not in ('', '1') else ''} at {name}"
 
 
 def _said(inputs: str, impulse: bool) -> str:
