@@ -49,16 +49,12 @@ def responses_figure(
         panels = {"": [each for held in panels.values() for each in held]}
     made = impulse_figure if impulse else step_figure
     figures = [made(name, "", held, output or "response") for output, held in panels.items()]
-    remarks = [_said(joined([_added(*one) for one in inputs_of.items()]), impulse)] if inputs_of else []
+    remarks = []
+    if inputs_of:
+        added = [f"1 {' '.join((*filter(None, (unit,)), *('s',) * impulse))}".strip() for unit in inputs_of.values()]
+        words = joined([f"{size} at {into}" for into, size in zip(inputs_of, added, strict=True)])
+        remarks.append(f"{'Impulse' if impulse else 'Step'} of {words}.")
     return joined_figures(name, remarks, figures, min(2, len(figures)))
-
-
-def _added(name: str, unit: str) -> str:
-    return f"1{f' {unit}' if unit not in ('', '1') else ''} at {name}"
-
-
-def _said(inputs: str, impulse: bool) -> str:
-    return f"Impulse of the area in s of {inputs}." if impulse else f"Step of {inputs}."
 
 
 def joined_figures(name: str, remarks: Sequence[Phrase], figures: Sequence[Figure], columns: int) -> Figure:
