@@ -105,4 +105,5 @@ def _answers(model: LoopModel, until: float | None, impulse: bool) -> tuple[Arra
     ahead = values.reshape(q, ny, nu, -1).transpose(1, 2, 3, 0).reshape(ny, nu, -1)
     settled = final.reshape(q, ny, nu)
     last = np.where(np.ptp(settled, axis=0) <= NO_STEP * np.abs(settled).max(initial=0.0), settled[0], np.nan)
-    return np.arange(ahead.shape[-1]) * float(model.period or 0), ahead, last
+    times = np.arange(ahead.shape[-1]) * float(model.period or 0)
+    return np.asarray(times, dtype=float), np.asarray(ahead), np.asarray(last, dtype=float)

@@ -187,7 +187,7 @@ def _cut_at(rows: LinearRows, at: str | None) -> CutModels:
     return alone(rows.models, names.index(at))
 
 
-def _some(values: Any) -> Array:
+def _some(values: Any) -> Any:
     """The places of rows of poles (N, nx) that are drawn: all, or some with the extremes of each part among them."""
     count = max(1, DRAWN // max(1, values.shape[1]))
     if len(values) <= count:

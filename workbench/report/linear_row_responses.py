@@ -46,14 +46,14 @@ def row_steps(
     if not sound.size:
         raise Refused(f"`{CALL}` draws stable rows; there is none.")
     if until is None:
-        poles = rows.poles[sound]
-        if h is not None:
-            poles = np.log(np.where(poles == 0, 1e-3, poles)) / h
+        held = rows.poles[sound]
+        poles = held if h is None else np.asarray(np.log(np.where(held == 0, 1e-3, held)) / h)
         until = float(np.quantile([showing_time(row, h) for row in poles], RARE))
     end = positive(f"{CALL[:-8]}(until=...)", until)
     if h is not None and end / h > LONGEST:
         raise Refused(f"`{CALL}` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f}: give a shorter `until`.")
-    t = np.linspace(0, end, TIMES) if h is None else h * np.arange(max(2, round(end / h) + 1))
+    count = TIMES if h is None else max(2, round(end / h) + 1)
+    t = np.asarray(np.linspace(0, end, count) if h is None else h * np.arange(count), dtype=float)
     A, B, Cy, D = (M[sound] for M in (model.A, model.B, model.Cy, model.D))
     if h is None:
         n = A.shape[1]
@@ -65,4 +65,4 @@ def row_steps(
     for k in range(len(t)):
         values[sound, k] = (Cy @ x + D)[:, 0, 0]
         x = A @ x + B
-    return t, values, (into, out, signal_units(rows)[out])
+    return t, np.asarray(values), (into, out, signal_units(rows)[out])

@@ -36,7 +36,7 @@ def responses_figure(
             inputs_of |= {each.input: units[each.input] for each in answers}
             for each in answers:
                 alone = not label or len({other.input for other in answers if other.output == each.output}) > 1
-                words = ": ".join(filter(None, (label, each.response.label if alone else "")))
+                words = ": ".join(filter(None, (label, f"{each.output} from {each.input}" if alone else "")))
                 panels.setdefault(each.output, []).append(replace(each.response, label=words))
             continue
         if inputs is not None or outputs is not None:
