@@ -44,7 +44,7 @@ def plot(thing: Any, *names: str, **options: Any) -> Any:
     1
     >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
-    >>> wb.plot({"slow": linear}, "step").caption
-    'Step of 1 rad/s at omega_ref. Rise time 0.09 s, overshoot 27.2 %, settling time 0.6 s, final value 1.'
+    >>> wb.plot({"PI": linear}, "bode").caption.split(", ")[0]
+    'Phase margin 38.7 degrees'
     """
     return draw(thing, *names, **options)
