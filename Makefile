@@ -40,8 +40,10 @@ test: export PYTHONDONTWRITEBYTECODE = # else each process that a test starts wo
 test: .venv/.dev
 	@echo "ruff";   $(RUN) -m ruff check --quiet $(CODE)
 	@echo "format"; $(RUN) -m ruff format --check --quiet $(CODE)
-	@echo "mypy";   $(RUN) -m mypy --strict --no-error-summary
-	@echo "pytest, with the architecture test"; $(RUN) -m pytest $(WORKERS) $(MARKED)
+	@echo "mypy, and beside it pytest with the architecture test"; \
+	$(RUN) -m mypy --strict --no-error-summary & types=$$!; \
+	$(RUN) -m pytest $(WORKERS) $(MARKED); tests=$$?; \
+	wait $$types && exit $$tests
 
 test-all: MARKED = -m ""
 test-all: test
@@ -68,10 +70,12 @@ env: .venv/.dev
 	@$(RUN) $(PIP) --editable .
 	@touch $@
 
-.venv/.dev: .venv/.runtime
-	@echo "Installing what the tests need: about half a minute ..."
+.venv/.dev: pyproject.toml constraints.txt # at once, as two calls of pip build the project twice
+	@$(MAKE) --no-print-directory python
+	@echo "Making .venv and installing what the workbench and its tests need: about a minute ..."
+	@$(PYTHON) -m venv --clear .venv
 	@$(RUN) $(PIP) --editable '.[dev]'
-	@touch $@
+	@touch .venv/.runtime $@
 
 .venv/.docs: .venv/.runtime
 	@echo "Installing what the site needs ..."

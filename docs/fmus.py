@@ -20,7 +20,7 @@ import numpy as np  # noqa: E402
 import workbench as wb  # noqa: E402
 from docs.loops import of_arms, of_plants  # noqa: E402
 from workbench.core import Entry, Layout, Step  # noqa: E402
-from workbench.handover.fmi import fmu  # noqa: E402
+from workbench.handover.fmi import Fmu, fmu  # noqa: E402
 
 FOLDER = ROOT / "docs" / "_fmus"
 STEPS = 500
@@ -117,9 +117,9 @@ def outputs_of(step: Step, steps: int, p: np.ndarray | None = None, x0: np.ndarr
     return run.x[0][1:, step.states.size :]
 
 
-def write(example: Example, folder: Path, version: str) -> Path:
-    """The files of an example in a folder of its own, which is returned."""
-    unit = fmu(example.what, version, example.name, h=example.h)
+def write(example: Example, folder: Path, version: str, unit: Fmu | None = None) -> Path:
+    """The files of an example, or of its `unit` that is there, in a folder of its own, which is returned."""
+    unit = unit or fmu(example.what, version, example.name, h=example.h)
     own = folder / version / "cs" / unit.identifier
     own.mkdir(parents=True, exist_ok=True)
     unit.write(own / f"{unit.identifier}.fmu")

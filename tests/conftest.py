@@ -1,8 +1,11 @@
 """What all tests share: repeatable random examples, and the command line as a user meets it."""
 
+import gc
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import hypothesis
@@ -12,8 +15,18 @@ from click.testing import CliRunner
 # Compiled kernels stay in the project's folder, never in the user's own cache; what runs below inherits it.
 os.environ.setdefault("WORKBENCH_CACHE", str(Path(__file__).parent.parent / ".pytest_cache" / "kernels"))
 
+# One thread of linear algebra for each worker and what it starts: threads that wait for each other spin, and take the
+# time of the other worker. NumPy asks once, when it is imported.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# What tests write goes to memory where there is room and programs may run: a disk takes its time over each file.
+MEMORY, ROOM = Path("/dev/shm"), 4 * 2**30  # bytes; a run of all tests leaves less than one
+if MEMORY.is_dir() and os.access(MEMORY, os.W_OK | os.X_OK) and shutil.disk_usage(MEMORY).free > ROOM:
+    runs_programs = not os.statvfs(MEMORY).f_flag & os.ST_NOEXEC
+    os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY if runs_programs else Path(tempfile.gettempdir())))
+
 # The same examples in every run: a test that fails fails again. No deadline: machines differ.
-hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=50)
+hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=30)
 hypothesis.settings.load_profile("house")
 
 STUDY = """
@@ -30,6 +43,12 @@ study = Study(
 """
 
 
+def pytest_collection_finish():
+    """Leave ten thousand tests and their modules out of every later search for garbage."""
+    gc.collect()
+    gc.freeze()
+
+
 def pytest_collection_modifyitems(items):
     """Files with `heavy` tests come first: a worker that got one last would work on when the others are done."""
     heavy = {item.path for item in items if item.get_closest_marker("heavy")}
@@ -42,6 +61,15 @@ def usual_precision():
     yield
     if flint := sys.modules.get("flint"):
         flint.ctx.prec = 53
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """One Chromium for the pages of all tests of a process."""
+    from studies.performance.chromium import open_browser
+
+    with open_browser() as found:
+        yield found
 
 
 @pytest.fixture

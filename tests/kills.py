@@ -135,10 +135,10 @@ def _uncounted(folder, now):
     return {name for name in now if name not in about.chunks and not name.startswith("gains_by_search")}
 
 
-def survive(folder, kills, seed):
-    """The tally of so many kills, each folder held against an undisturbed run in the end."""
+def survive(folder, kills, seed, other=None):
+    """The tally of so many kills, each folder held in the end against the `other` run, which nobody disturbed."""
     rng, tally = random.Random(seed), Tally()
-    pieces, wanted = undisturbed(folder / "undisturbed")
+    pieces, wanted = other or undisturbed(folder / "undisturbed")
     while tally.kills < kills and len(tally.faults) < 5:
         place = folder / f"killed_{tally.folders}"
         disturb(place, pieces, rng, kills - tally.kills, tally)

@@ -52,13 +52,14 @@ def cart(law: str) -> tuple[Any, tuple[str, ...], float]:
     return loop.digital(period, instruments, delay=True), (), 3.0
 
 
-LOOPS: Mapping[str, Callable[[], tuple[Any, tuple[str, ...], float]]] = {
+MAKERS: Mapping[str, Callable[[], tuple[Any, tuple[str, ...], float]]] = {
     "AOSMC-RGS": lambda: arm(proposed_repaired("FS")),
     **{name: lambda name=name: arm(rival("FS", name)) for name in RIVALS},
     "PID2": motor,
     "EKF": lambda: cart("EKF"),
     "LQG": lambda: cart("LQG"),
 }
+LOOPS = {name: cache(make) for name, make in MAKERS.items()}
 
 
 @cache

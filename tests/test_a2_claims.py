@@ -79,9 +79,13 @@ class Rows(HTMLParser):
 
 @pytest.fixture(scope="module")
 def results():
-    study = a2_claims.study
+    """What the page is made of. The laws of a1 are run once for the page, and for the witnesses that compare them."""
+    study, laws = a2_claims.study, replay.compared()
+    first, *others = study.cases
+    assert [one.name for one in others] == [outcome.case.name for outcome in laws.outcomes]
+    own = run(replace(study, cases=(first,), works=()))
     answers = {work.name: tuple(map(work.function, work.over)) for work in study.works}
-    return replace(run(study), works=answers)
+    return replace(own, outcomes=(*own.outcomes, *laws.outcomes), works=answers)
 
 
 @pytest.fixture(scope="module")
@@ -97,18 +101,23 @@ def rows(results):
 
 @pytest.fixture(scope="module")
 def replayed(rows):
-    """By claim, what its printed witness gives in a new process in the folder of the project."""
-    with_witness = {name: witness for name, _, _, witness in rows if witness}
+    """By claim, what its printed witness gives in a new process in the folder of the project.
+
+    Those that compare the laws of a1 are asked here, where the laws were run.
+    """
+    witnesses = {name: witness for name, _, _, witness in rows if witness}
+    compared = {name: eval(line, vars(replay)) for name, line in witnesses.items() if line.startswith("beside(")}
+    alone = {name: line for name, line in witnesses.items() if name not in compared}
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT],
-        input=json.dumps(list(with_witness.values())),
+        input=json.dumps(list(alone.values())),
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
         capture_output=True,
         text=True,
         check=True,
     )
-    return dict(zip(with_witness, map(json.loads, done.stdout.splitlines()), strict=True))
+    return compared | dict(zip(alone, map(json.loads, done.stdout.splitlines()), strict=True))
 
 
 def a_rival_is_lower(found):

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 
 from studies.a9_sampling import period_findings
-from studies.a9_sampling import study as a9
 from studies.a9_sampling.evidence import Evidence
 from studies.a9_sampling.period_rules import PeriodRules
 from studies.a9_sampling.quiet_periods import ON_REFERENCE, PAPERS, TRUTH, QuietPeriod, quiet_period
 from studies.b4_handover import findings, machine_tables, machines, margins, missed_periods, operations
-from studies.b4_handover import study as b4
 from studies.b4_handover.loops import (
     EKF,
     ERROR,
@@ -130,7 +128,23 @@ def test_a_loss_is_the_mean_of_the_worst_ratio_of_each_draw():
 # The periods that both pages search
 
 
-def test_both_pages_search_the_longest_period_by_the_same_function_on_the_same_loops():
+@pytest.fixture(scope="module")
+def both_studies():
+    """a9 and b4, imported where they are asked for: all their loops and sweeps take ten seconds."""
+    from studies.a9_sampling import study as a9
+    from studies.b4_handover import study as b4
+
+    return a9, b4
+
+
+def test_the_sweeps_have_names_of_their_own_and_the_laws_at_the_period_of_aosmc_rgs_are_among_them(both_studies):
+    names = [sweep.name for sweep in both_studies[1].study.sweeps]
+    assert len(set(names)) == len(names)
+    assert {missed_periods.name_of(one) for one in missed_periods.shared_period()} <= set(names)
+
+
+def test_both_pages_search_the_longest_period_by_the_same_function_on_the_same_loops(both_studies):
+    a9, b4 = both_studies
     (own,) = (work for work in b4.study.works if work.name == "quiet")
     (other,) = (work for work in a9.study.works if work.name == "quiet")
     assert own.function is other.function is quiet_period
@@ -244,7 +258,8 @@ def test_the_longest_period_is_answered_by_start(figures):
     assert "too long: none from near starts, AOSMC-RGS from farther ones" in found.evidence[-1]
 
 
-def test_both_pages_give_the_same_answer_for_the_same_searches(figures):
+def test_both_pages_give_the_same_answer_for_the_same_searches(figures, both_studies):
+    a9, b4 = both_studies
     _, quiet, _ = figures
     for search in quiet:
         if search.law == PROPOSED:

@@ -16,9 +16,11 @@ ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the larges
 EXAM = Path(__file__).parents[2] / "shared" / "exams" / "dynamics"
 
 
-def torque(arm, q, qd, qdd):
-    tau = arm.torque(*(ca.SX(ca.DM(each)) for each in (q, qd, qdd)))
-    return np.array(ca.evalf(ca.densify(tau))).ravel()
+def torque_of(arm):
+    """The torque of an arm as a function of numbers."""
+    state = [ca.SX.sym(name, arm.dof) for name in ("q", "qd", "qdd")]
+    function = ca.Function("torque", state, [ca.densify(arm.torque(*state))])
+    return lambda *numbers: np.array(function(*numbers)).ravel()
 
 
 @pytest.mark.parametrize("extras", [{}, {"viscous": 0.4, "coulomb": 0.3, "rotor": 1e-3, "gear": 20.0, "speed": 0.1}])
@@ -27,8 +29,9 @@ def test_the_regressor_times_the_parameters_is_the_torque(extras):
     arm = random_tree(5, rng, **extras)
     Y = wb.regressor(arm)
     assert len(Y.theta) == 5 * (10 + (3 if extras else 0))
+    torque = torque_of(arm)
     for state in rng.uniform(-3, 3, (20, 3, 5)):
-        theirs = torque(arm, *state)
+        theirs = torque(*state)
         np.testing.assert_allclose(Y.at(*state) @ Y.theta, theirs, rtol=0, atol=ROUNDING * np.abs(theirs).max())
 
 
@@ -36,7 +39,7 @@ def test_the_regressor_times_the_parameters_is_the_torque(extras):
 def test_the_regressor_of_a_planar_arm_agrees_with_the_equation_of_lagrange(moving):
     arm, q, qd = moving
     qdd = np.cos(np.arange(arm.dof))
-    Y, theirs = wb.regressor(arm), torque(arm, q, qd, qdd)
+    Y, theirs = wb.regressor(arm), torque_of(arm)(q, qd, qdd)
     size = np.abs(Y.at(q, qd, qdd)) @ np.abs(Y.theta)
     assert np.all(np.abs(Y.at(q, qd, qdd) @ Y.theta - theirs) <= ROUNDING * (size.max() + np.abs(theirs).max()))
 
@@ -127,9 +130,9 @@ def test_the_panda_has_as_many_base_parameters_as_its_identification_found():
 def test_the_base_parameters_make_the_same_torque_and_no_fewer_do(make, seed):
     arm = make()
     base = wb.base_parameters(arm, seed=seed)
-    rng = np.random.default_rng(6)
+    rng, torque = np.random.default_rng(6), torque_of(arm)
     for state in rng.uniform(-3, 3, (20, 3, arm.dof)):
-        tau = torque(arm, *state)
+        tau = torque(*state)
         np.testing.assert_allclose(base.at(*state) @ base.theta, tau, rtol=0, atol=ROUNDING * np.abs(tau).max())
     rows = base.at(*rng.uniform(-3, 3, (3, 200, arm.dof)))
     assert np.linalg.matrix_rank(rows / np.linalg.norm(rows, axis=0)) == len(base.theta)
@@ -139,8 +142,8 @@ def test_the_base_parameters_make_the_same_torque_and_no_fewer_do(make, seed):
 def test_the_base_parameters_are_what_a_fit_of_torques_finds():
     arm = random_tree(3, np.random.default_rng(8), viscous=0.2, coulomb=0.1)
     base, rng = wb.base_parameters(arm), np.random.default_rng(3)
-    states = rng.uniform(-2, 2, (3, 300, 3))
-    tau = np.concatenate([torque(arm, *state) for state in states.transpose(1, 0, 2)])
+    states, torque = rng.uniform(-2, 2, (3, 300, 3)), torque_of(arm)
+    tau = np.concatenate([torque(*state) for state in states.transpose(1, 0, 2)])
     found = np.linalg.lstsq(base.at(*states), tau, rcond=None)[0]
     size = np.abs(base.theta).max()
     np.testing.assert_allclose(found, base.theta, rtol=0, atol=base.condition * 1e-12 * size)

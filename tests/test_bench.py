@@ -7,7 +7,7 @@ from browsers import needs_chromium
 from compilers import needs_llvmlite
 
 import workbench as wb
-from studies.performance.chromium import open_browser, open_page
+from studies.performance.chromium import open_page
 
 pytestmark = [needs_chromium, needs_llvmlite]
 
@@ -33,12 +33,6 @@ def loop():
 @pytest.fixture(scope="module")
 def path(tmp_path_factory):
     return wb.live(loop(), until=1.0).write(tmp_path_factory.mktemp("bench") / "motor.html")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture

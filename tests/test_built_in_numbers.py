@@ -80,7 +80,7 @@ def test_a_number_edited_in_the_text_is_the_loop_with_that_number(name, tmp_path
         p[sampled.parameters.labels.index(label)] = value
         run = record(sampled, law, 60, p=p)
         (folder := tmp_path / str(i)).mkdir()
-        u, z, flags = compiled(Edited(code, variable, value), folder)(run.y, run.r)
+        u, z, flags = compiled(Edited(code, variable, value), folder, options=("-O0",))(run.y, run.r)
         assert (differing(u, run.u), differing(z, run.memory(1, 60)), flags.max()) == (0, 0, 0), label
 
 
@@ -118,7 +118,7 @@ def test_a_number_edited_in_single_precision_is_the_law_with_that_number(tmp_pat
         p = law.parameters.default.copy()
         p[law.parameters.labels.index(f"{path}{index}")] = value = changed(float(text))
         (folder := tmp_path / str(i)).mkdir()
-        u, z, _ = compiled(Edited(code, variable, value), folder)(run.y, run.r)
+        u, z, _ = compiled(Edited(code, variable, value), folder, options=("-O0",))(run.y, run.r)
         before = np.vstack([law.memory.default, z[:-1]])
         wanted = single_precision(law, np.arange(50), before, run.y, run.r, p)
         assert (differing(u, wanted.u), differing(z, wanted.z_next)) == (0, 0), path

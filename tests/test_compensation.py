@@ -90,7 +90,7 @@ def test_a_law_that_only_a_computer_can_run_is_told_the_period():
     """An implicit relay solves over the period of the loop, whether or not D_hat, here zero, is added."""
     relay = replace(SMC, saturation="implicit")
     runs = [
-        simulate(loop(law, FullState(2)).digital(1e-3).step(), until=0.3) for law in (relay, WithCompensation(relay))
+        simulate(loop(law, FullState(2)).digital(1e-3).step(2), until=0.3) for law in (relay, WithCompensation(relay))
     ]
     np.testing.assert_array_equal(runs[0]["tau"], runs[1]["tau"])
 

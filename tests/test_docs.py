@@ -1,11 +1,13 @@
 """The pages in `docs/`: every block of Python runs, page by page, and the site is built without a warning."""
 
+import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from forks import run_all
 
 from docs.loops import of_arms, of_plants
 
@@ -15,16 +17,23 @@ PAGES = sorted(page for page in (ROOT / "docs").rglob("*.md") if BLOCK.search(pa
 ENDS = "-- the block ends --"
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_the_blocks_of_a_page_run_one_after_the_other_and_print_what_stands_below_them(page, tmp_path):
-    blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
-    code = "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in blocks)
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """How the blocks of each page ended, and what they printed."""
+    programs = {
+        page: "\n".join(f"{code}\nprint({ENDS!r})" for code, _ in BLOCK.findall(page.read_text(encoding="utf-8")))
+        for page in PAGES
+    }
     environment = {"PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "PATH": ""}
-    done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-    for (_, wanted), printed in zip(blocks, done.stdout.split(f"{ENDS}\n"), strict=False):
+    environment |= {name: os.environ[name] for name in ("WORKBENCH_CACHE", "OPENBLAS_NUM_THREADS")}
+    return run_all(programs, tmp_path_factory.mktemp("pages"), environment)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_the_blocks_of_a_page_run_one_after_the_other_and_print_what_stands_below_them(page, done):
+    assert done[page].returncode == 0, done[page].stderr
+    blocks = BLOCK.findall(page.read_text(encoding="utf-8"))
+    for (_, wanted), printed in zip(blocks, done[page].stdout.split(f"{ENDS}\n"), strict=False):
         assert not wanted or printed == wanted
 
 

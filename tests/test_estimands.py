@@ -1,5 +1,7 @@
 """Estimands: intervals that hold as often as they say, heavy tails and two groups of draws included."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -65,6 +67,7 @@ class TwoGroups:
         return p
 
 
+@cache
 def held(estimand, laws, samples=300, runs=160, confidence=0.9, resamples=400):
     """How often all levels hold the truth, and how often all differences do."""
     rng = np.random.default_rng(3)

@@ -2,10 +2,10 @@
 
 import os
 import socket
-import subprocess
 import sys
 import time
 import zipfile
+from functools import partial
 
 import pytest
 from test_c_code import motor_law
@@ -62,23 +62,17 @@ def test_a_line_added_at_the_end_or_the_mark_in_an_own_file_is_an_edit(tmp_path)
     assert is_unchanged(source.read_bytes())
 
 
-def test_the_verb_leaves_an_edited_file_unless_it_is_told(tmp_path):
+def test_the_verb_leaves_an_edited_file_unless_it_is_told(command, tmp_path):
     (tmp_path / "motor.py").write_text(FILE)
-    command = [sys.executable, "-m", "workbench", "export", "motor.py", "--loop", "computer", "--name", "law"]
-
-    def run(*words):
-        return subprocess.run(
-            [*command, *words], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120
-        )
-
-    assert run().returncode == 0
+    run = partial(command, "export", "motor.py", "--loop", "computer", "--name", "law")
+    assert run().exit_code == 0
     source = tmp_path / "law" / "law.c"
     source.write_text(source.read_text().replace("= 100.0;", "= 80.0;"))
     mine, done = source.read_text(), run()
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
+    assert (done.exit_code, done.stderr.count("\n")) == (2, 1)
     assert "'law/law.c' was changed since an export wrote it" in done.stderr
     assert source.read_text() == mine
-    assert run("--overwrite").returncode == 0
+    assert run("--overwrite").exit_code == 0
     assert source.read_text() != mine
 
 

@@ -7,19 +7,13 @@ import pytest
 from browsers import needs_chromium
 from test_page import document
 
-from studies.performance.chromium import open_browser, open_page
+from studies.performance.chromium import open_page
 from workbench.report.html_page import html
 from workbench.study.document.document import Column, Figure, Finding, Panel, Section, Series, Table, Variation
 
 REPORTS = sorted((Path(__file__).parent.parent / "reports").glob("*/index.html"))
 ANSWER = "Words of an answer of the longest kind that a page may have. " * 4
 TITLE = "A title that is as long as titles of reports are, and takes two lines on a screen of this width"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with open_browser() as found:
-        yield found
 
 
 def box_of(page, selector):

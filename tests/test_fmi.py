@@ -184,8 +184,8 @@ def test_every_example_has_its_bits_in_an_importer(tmp_path):
     ran, described = [], []
     for number, case in enumerate(examples()):
         here, there = (VERSIONS[(number + other) % 2] for other in (0, 1))
-        ran.append(write(case, tmp_path / "ran", here))
-        units = [fmu(case.what, version, case.name, h=case.h, compiler="") for version in (here, there)]
+        units = [fmu(case.what, here, case.name, h=case.h), fmu(case.what, there, case.name, h=case.h, compiler="")]
+        ran.append(write(case, tmp_path / "ran", here, units[0]))
         assert equations_of(units[0]) == equations_of(units[1])
         assert "sources/model.h" in equations_of(units[0])
         described.append(tmp_path / "described" / units[1].identifier)

@@ -219,7 +219,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
     q = [0.1] * n
     closed = ClosedLoop(Manipulator(solved.model, q=q), FullState(n), solved, Hold(q))
     for step in (
-        closed.digital(1e-3).step(),
+        closed.digital(1e-3).step(2),
         closed.digital(1e-3, arm_instruments(n, noise_q=1e-4), delay=True).step(2),
     ):
         run = simulate(step, until=0.02)
@@ -233,17 +233,17 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
 
 def test_fine_is_the_exact_flow_of_the_memories_with_all_else_held():
     closed = loop(AosmcRgs(**LAW), Luenberger(**TUNED))
-    step = closed.digital(4e-3, integrator="fine").step()
+    step = closed.digital(4e-3, integrator="fine").step(1)  # no memory asks for the arm between two instants
     x = step.states.default
     after = step.states.unpack(np.array(step.F(0, x, step.parameters.default, [])).ravel())
     M = np.array(ca.DM(ARM.mass_matrix(ca.SX([0.5, -0.7]))))
     P = moebius(expm(4e-3 * hamiltonian(-107 * np.linalg.inv(M), np.diag([36.0, 25.0]), 3 * I)), 10 * I)
     np.testing.assert_allclose(after["controller.P"], P, rtol=1e-3)  # RK4 at 0.25 ms on modes of 1,250 1/s
-    tau, L = after["hold.tau"], np.array([0.6, -0.8])
+    L, q, v = np.array([0.6, -0.8]), ca.SX.sym("q", 2), ca.SX.sym("v", 2)
+    acceleration = ca.Function("a", [q, v], [ARM.acceleration(q, v, ca.SX(after["hold.tau"]))])
 
     def rate(t, z):
-        q, v = ca.SX(z[:2]), ca.SX(z[2:])
-        a = np.array(ca.DM(ARM.acceleration(q, v, ca.SX(tau)))).ravel()
+        a = np.array(acceleration(z[:2], z[2:])).ravel()
         return np.concatenate([z[2:] + 5.13 * (L - z[:2]), a + 3180 * (L - z[:2])])
 
     theirs = solve_ivp(rate, (0, 4e-3), [0.5, -0.7, 0.0, 0.0], rtol=1e-10, atol=1e-12).y[:, -1]
@@ -309,5 +309,7 @@ def test_a_law_with_compensation_steps_as_the_law_does():
         "memory of the controller: exact step of W, K by explicit Euler"
         in loop(WithCompensation(law), behind).digital(1e-3).methods
     )
-    alone, summed = (simulate(loop(one).digital(4e-3).step(), until=0.1)["tau"] for one in (law, WithCompensation(law)))
+    alone, summed = (
+        simulate(loop(one).digital(4e-3).step(2), until=0.1)["tau"] for one in (law, WithCompensation(law))
+    )
     np.testing.assert_array_equal(alone, summed)  # beside an observer without a disturbance D_hat = 0

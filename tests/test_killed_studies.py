@@ -4,13 +4,14 @@ import kills
 import pytest
 
 
-def test_a_killed_study_resumes_to_the_same_bits_and_computes_nothing_twice(tmp_path):
-    tally = kills.survive(tmp_path, 3, seed=30)
-    assert not tally.faults, str(tally)
+@pytest.fixture(scope="module")
+def undisturbed(tmp_path_factory):
+    """A run that nobody disturbs."""
+    return kills.undisturbed(tmp_path_factory.mktemp("kills") / "undisturbed")
 
 
-@pytest.mark.heavy
-def test_twelve_kills_at_random_moments_change_no_bit(tmp_path):
-    tally = kills.survive(tmp_path, 12, seed=2030)  # two hundred: `python tests/kills.py 200`
+@pytest.mark.parametrize(("count", "seed"), [(3, 30), pytest.param(5, 2030, marks=pytest.mark.heavy)])
+def test_a_killed_study_resumes_to_the_same_bits_and_computes_nothing_twice(undisturbed, tmp_path, count, seed):
+    tally = kills.survive(tmp_path, count, seed, undisturbed)  # two hundred: `python tests/kills.py 200`
     assert not tally.faults, str(tally)
-    assert tally.kills == 12
+    assert tally.kills == count

@@ -30,14 +30,9 @@ def folder(tmp_path):
     return tmp_path
 
 
-def workbench(folder, *words):
-    command = [sys.executable, "-m", "workbench", *words]
-    return subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=120)
-
-
 @needs_compiler
-def test_a_header_in_one_command(folder):
-    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--name", "motor_law", "--out", "code")
+def test_a_header_in_one_command(folder, shell):
+    done = shell("export", "motor.py", "--loop", "computer", "--name", "motor_law", "--out", "code")
     assert (done.returncode, done.stdout) == (0, "Written: code/motor_law.h, code/motor_law.c.\n")
     header = (folder / "code" / "motor_law.h").read_text()
     command = "with: workbench export motor.py --loop computer --name motor_law --out code."
@@ -46,15 +41,15 @@ def test_a_header_in_one_command(folder):
     subprocess.run([COMPILERS[0], *WARNINGS, "-c", "motor_law.c"], cwd=folder / "code", check=True, timeout=60)
 
 
-def test_a_case_of_a_study_at_a_period(folder):
-    done = workbench(folder, "export", "motor.py", "--case", "speed: PI", "--period", "0.005", "--name", "pi")
-    assert done.returncode == 0, done.stderr
+def test_a_case_of_a_study_at_a_period(command, folder):
+    done = command("export", "motor.py", "--case", "speed: PI", "--period", "0.005", "--name", "pi")
+    assert done.exit_code == 0, done.stderr
     assert "#define PI_PERIOD 0.005" in (folder / "pi" / "pi.h").read_text()
 
 
-def test_a_header_in_single_precision_states_what_it_loses(folder):
-    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--precision", "single", "--name", "law")
-    assert done.returncode == 0, done.stderr
+def test_a_header_in_single_precision_states_what_it_loses(command, folder):
+    done = command("export", "motor.py", "--loop", "computer", "--precision", "single", "--name", "law")
+    assert done.exit_code == 0, done.stderr
     header = " ".join((folder / "law" / "law.h").read_text().replace(" * ", " ").split())
     assert re.search(r"single precision .* at most [\d.e-]+ V", header), header
     assert "float omega;" in header
@@ -73,26 +68,26 @@ def test_a_header_in_single_precision_states_what_it_loses(folder):
         (("motor.py", "--loop", "lop", "--period", "0.1"), "'lop'"),
     ],
 )
-def test_bad_input_is_one_sentence_and_nothing_is_written(folder, words, sentence):
-    done = workbench(folder, "export", *words)
-    assert done.returncode == 2
+def test_bad_input_is_one_sentence_and_nothing_is_written(command, folder, words, sentence):
+    done = command("export", *words)
+    assert done.exit_code == 2
     assert sentence in done.stderr
     assert done.stderr.count("\n") == 1
     assert [path.name for path in folder.iterdir() if path.name != "__pycache__"] == ["motor.py"]
 
 
-def test_a_period_at_which_the_loop_is_lost_is_exported_with_a_warning(folder):
-    done = workbench(folder, "export", "motor.py", "--loop", "loop", "--period", "2", "--name", "slow")
-    assert done.returncode == 0
+def test_a_period_at_which_the_loop_is_lost_is_exported_with_a_warning(command, folder):
+    done = command("export", "motor.py", "--loop", "loop", "--period", "2", "--name", "slow")
+    assert done.exit_code == 0
     assert "Warning: in a simulation of the loop with this law, every 2 s, a number is not finite" in done.stderr
     assert "Note: in a simulation of the loop" in (folder / "slow" / "slow.h").read_text()
 
 
-def test_a_folder_that_is_not_ours_is_left_as_it_is(folder):
+def test_a_folder_that_is_not_ours_is_left_as_it_is(command, folder):
     (folder / "code").mkdir()
     (folder / "code" / "law.c").write_text("int mine;")
-    done = workbench(folder, "export", "motor.py", "--loop", "computer", "--name", "law", "--out", "code")
-    assert done.returncode == 2
+    done = command("export", "motor.py", "--loop", "computer", "--name", "law", "--out", "code")
+    assert done.exit_code == 2
     assert "'code/law.c' was not written by an export" in done.stderr
     assert (folder / "code" / "law.c").read_text() == "int mine;"
     assert [path.name for path in (folder / "code").iterdir()] == ["law.c"]

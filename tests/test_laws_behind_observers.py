@@ -1,5 +1,7 @@
 """Every law behind every observer, in a computer with noisy readings: a law knows what its observer says, no more."""
 
+from functools import cache
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -65,20 +67,22 @@ OBSERVERS = STATES | {
 }
 INSTRUMENTS = arm_instruments(2, noise_q=1e-4, noise_qd=5e-3, limit=[100.0, 50.0])
 INSTANT = ["readings", "readings and momentum"]  # where a reading of the velocity reaches the law at once
+# All pairs are built below. A third is run: each law behind two or three observers, each observer for seven laws.
+PAIRS = [(law, observer) for i, law in enumerate(LAWS) for j, observer in enumerate(OBSERVERS) if (i + j) % 3 == 0]
 
 
+@cache
 def sampled(law, observer):
     plant = Manipulator(ARM, q=START, disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))
     loop = ClosedLoop(plant, OBSERVERS[observer], LAWS[law], Sines([1.0, 0.5], [2.0, 3.0]))
     return loop.digital(PERIOD, INSTRUMENTS)
 
 
-@pytest.mark.parametrize("observer", OBSERVERS)
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("law", "observer"), PAIRS)
 def test_a_law_runs_behind_an_observer(law, observer):
     loop = sampled(law, observer)
     x0 = np.tile(loop.states.default, (3, 1))
-    run = simulate(loop.step(), until=0.25, x0=x0, seed=4, every=0.01)
+    run = simulate(loop.step(2), until=0.25, x0=x0, seed=4, every=0.01)
     assert np.isfinite(run.x).all()
     # noise, three draws of it, is the least that tells runs apart; from 0.8 rad none goes astray
     assert np.ptp(run["e"][:, -1], axis=0).min() > 0

@@ -1,5 +1,7 @@
 """The map of a period is that of the step that runs, and its answers are those of python-control and of runs."""
 
+import math
+
 import casadi as ca
 import control
 import numpy as np
@@ -71,9 +73,9 @@ def test_a_typed_in_loop_in_a_computer_is_that_of_python_control(at, delay):
     assert found.stable == linear.stable
     if found.stable:
         # python-control's margin finds a gain of 1e-12 beside the integrator; with the gain a pole is on the circle
-        on_circle = control.feedback(found.margins.gain_high.value * L, 1).poles()
+        on_circle = control.feedback(found.gain_high.value * L, 1).poles()
         assert np.abs(on_circle).max() == pytest.approx(1.0, abs=1e-7)
-        assert found.margins.phase_margin.value == pytest.approx(control.margin(L)[1], rel=1e-6)
+        assert found.phase_margin.value == pytest.approx(control.margin(L)[1], rel=1e-6)
         grid = np.exp(1j * np.linspace(1e-3, np.pi, 20_000))
         most = np.abs((1 - L(grid)) / (1 + L(grid))).max()
         assert linear.disk_margin.alpha == pytest.approx(2 / most, rel=1e-4)  # the grid misses less
@@ -139,8 +141,21 @@ def test_several_periods_are_lifted_over_their_common_one():
     kept = [names.index(name) for name in linear.models.closed.states]
     np.testing.assert_allclose(linear.models.closed.A[0], theirs[np.ix_(kept, kept)], atol=1e-13)
     assert np.abs(np.linalg.eigvals(theirs)).max() == pytest.approx(abs(linear.poles[0].value), rel=1e-9)
-    with pytest.raises(ValueError, match="several periods"):
-        linear.margins()
+    for figure in (linear.margins, linear.bandwidth, lambda: linear.step_info("u_load", "w")):
+        with pytest.raises(ValueError, match="several periods"):
+            figure()
+
+
+def test_the_lifted_sensitivity_bounds_the_gains_that_several_periods_stand():
+    linear = linear_loop(wb.DigitalLoop(rates(), 0.1), substeps=4)
+    M, L = linear.hinf_norm("S").gain.high, linear.L
+    turn = 2 * math.asin(1 / (2 * M))
+    low, high = M / (M + 1), M / (M - 1) if M > 1 else math.inf
+    for factor in (low, min(high, 1e6), 1 + 0.5 * (low - 1), np.exp(1j * turn), np.exp(-1j * turn)):
+        # I + k L of the lifted loop, closed at all instants with the same factor, inside of the open range
+        k = 1 + 0.999 * (factor - 1) if np.isreal(factor) else factor**0.999
+        E = np.linalg.inv(np.eye(L.ninputs) + k * L.D)
+        assert np.abs(np.linalg.eigvals(L.A - k * L.B @ E @ L.C)).max() < 1
 
 
 @pytest.mark.parametrize("turns", [1, 7, 24])

@@ -59,7 +59,26 @@ def pushed(**numbers):
     return wb.ClosedLoop(Pendulum(), controller=Push(**numbers))
 
 
+DISCRETE_PLANT = control.ss(0.9, 0.1, 1.0, 0.0, 0.1, inputs=["u"], outputs=["w"], states=["a"])
+DISCRETE_LAW = control.ss([], [], [], -0.5, 0.1, inputs=["w"], outputs=["u"])
+DISCRETE = wb.ClosedLoop(DISCRETE_PLANT, controller=DISCRETE_LAW)
+DIFFERENTIATOR = control.tf([1, 0, 0], [1, 1])
+
 REFUSALS = [
+    (lambda: linear_loop(DISCRETE), ValueError, "`LinearPlant` moves in discrete time.*where both are discrete"),
+    (lambda: linear_loop(wb.DigitalLoop(DISCRETE, 0.1)), ValueError, r"moves in discrete time.*P \* C"),
+    (lambda: LINEAR.step_info(), ValueError, r"inputs=...\).*must name one number.*take one of omega_ref"),
+    (lambda: LINEAR.step_info("v_load"), ValueError, r"outputs=...\).*must name one number"),
+    (lambda: LINEAR.bandwidth("L"), Refused, "has an integrator"),
+    (lambda: LINEAR.bandwidth("U"), ValueError, "one of 'L', 'S', 'T', 'closed', 'open'"),
+    (lambda: linear_loop(LOOP, delays={"v": 0.1}).bandwidth(), Refused, "infinitely many"),
+    (lambda: linear_loop(pushed()).step_info("u_load", "size"), Refused, "'size' has a corner"),
+    (lambda: wb.bode(control.tf([1], [1, 1]), [1.0, np.inf]), ValueError, "must be finite frequencies"),
+    (lambda: wb.bode(control.tf([1], [1, 1]), []), ValueError, "at least one frequency"),
+    (lambda: wb.bode(control.tf([1], [1, 0.5], 0.1), [40.0]), ValueError, "Nyquist's frequency pi / h = 31.4159"),
+    (lambda: wb.bode(control.tf([1], [1, np.nan])), ValueError, r"`bode\(system\)` must have finite numbers"),
+    (lambda: wb.step_response(DIFFERENTIATOR), ValueError, "must be proper; the numerator of 'sys.*' has degree 2"),
+    (lambda: wb.nyquist(DIFFERENTIATOR), ValueError, "must be proper"),
     (lambda: linear_loop(3), ValueError, "must be a `ClosedLoop`, a `DigitalLoop`"),
     (lambda: linear_loop(LOOP, "omgea"), LookupError, "must name a port.*'omgea' is none of v, omega.*'omega'"),
     (lambda: linear_loop(LOOP, delays={"w": 1.0}), LookupError, "must name a port"),
@@ -135,4 +154,6 @@ def test_modes_that_the_cut_does_not_see_and_poles_on_the_axis_are_named():
     pulled = linear_loop(wb.ClosedLoop(Pendulum(), controller=Push(d=-1.0)))
     assert any("not stable" in remark for remark in pulled.remarks)
     assert pulled.margins()["u"].margins is None
+    with pytest.raises(Refused, match="ask `stable` first"):
+        _ = pulled.margins()["u"].phase_margin
     assert np.isinf(free.hinf_norm("closed", "u_load", "q").gain.value)

@@ -55,7 +55,8 @@ def odd_curves(seed):
 
 def places_of(x, found):
     """The places in an abscissa, no two of whose numbers are equal, of some of its numbers."""
-    return [dict(zip(x.tolist(), range(len(x)), strict=True))[number] for number in found.tolist()]
+    places = {number: place for place, number in enumerate(x.tolist())}
+    return [places[number] for number in found.tolist()]
 
 
 @needs_node

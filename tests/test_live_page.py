@@ -13,7 +13,7 @@ from live_pages import data_of, write_page
 
 import workbench as wb
 from studies.paper.laws import rival
-from studies.performance.chromium import open_browser, open_page
+from studies.performance.chromium import open_page
 from workbench import metrics
 from workbench.metrics.accumulators import final_values
 from workbench.metrics.measured_equation import MeasuredEquation
@@ -42,12 +42,6 @@ def data():
 @pytest.fixture(scope="module")
 def path(data, tmp_path_factory):
     return write_page(tmp_path_factory.mktemp("live"), data)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture

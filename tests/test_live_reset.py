@@ -6,7 +6,7 @@ from compilers import needs_llvmlite
 from live_pages import data_of, write_page
 
 import workbench as wb
-from studies.performance.chromium import open_browser, open_page
+from studies.performance.chromium import open_page
 
 pytestmark = [needs_chromium, needs_llvmlite]
 
@@ -27,12 +27,6 @@ def path(tmp_path_factory):
     loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
     data = data_of({("speed", "PID"): loop.ode()}, 1e-3, 1.0, 0.01, KNOBS) | {"python": "scores = turned({values})"}
     return write_page(tmp_path_factory.mktemp("live"), data)
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with open_browser() as browser:
-        yield browser
 
 
 @pytest.fixture(params=WIDTHS)

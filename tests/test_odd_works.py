@@ -1,10 +1,6 @@
 """Odd works at the command line: each refused in one sentence with exit status 2, and no report that says otherwise."""
 
-import os
-import subprocess
-import sys
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +8,6 @@ import pytest
 import workbench as wb
 from workbench.study.work import Work, WorkError, compile_work
 
-ROOT = Path(__file__).parent.parent
 STUDY = """
 import datetime, sys
 import numpy as np
@@ -44,18 +39,12 @@ study = wb.Study("odd", "T", "Q?", "M.", sections, works=WORKS)
 """
 
 
-def run(folder, *words):
-    there = {**os.environ, "PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-m", "workbench", *words]
-    return subprocess.run(command, cwd=folder, env=there, capture_output=True, text=True, check=False, timeout=120)
-
-
 def study(folder, works, name="study.py"):
     (folder / name).write_text(STUDY.replace("WORKS", works), encoding="utf-8")
 
 
 def sentence(done):
-    assert done.returncode == 2, done.stderr
+    assert done.exit_code == 2, done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr.strip().splitlines()[-1]
 
@@ -69,55 +58,53 @@ def sentence(done):
         ("masks", "must give plain data, and at 1 the answer is an array that is masked in part: fill it"),
     ],
 )
-def test_an_odd_item_ends_the_study_with_one_sentence_and_without_a_report(tmp_path, function, says):
+def test_an_odd_item_ends_the_study_with_one_sentence_and_without_a_report(command, tmp_path, function, says):
     study(tmp_path, f"(wb.Work('odd', {function}, over=(1,)),)")
-    done = run(tmp_path, "run", "study.py", "--out", "out")
+    done = command("run", "study.py", "--out", "out")
     assert says in sentence(done)
     assert not (tmp_path / "out" / "index.html").exists()
 
 
-def test_a_study_that_was_edited_is_computed_again_and_every_verb_says_so(tmp_path):
+def test_a_study_that_was_edited_is_computed_again_and_every_verb_says_so(command, tmp_path):
     study(tmp_path, "(wb.Work('odd', scaled, over=(1.0, 2.0)),)")
-    assert run(tmp_path, "run", "study.py", "--out", "out").returncode == 0
+    assert command("run", "study.py", "--out", "out").exit_code == 0
     script = tmp_path / "study.py"
     script.write_text(script.read_text().replace("FACTOR = 1.0", "FACTOR = 2.0"), encoding="utf-8")
     for verb in ("status", "results"):
-        assert "has changed since it was run" in run(tmp_path, verb, "out").stdout
-    done = run(tmp_path, "run", "study.py", "--out", "out")
+        assert "has changed since it was run" in command(verb, "out").stdout
+    done = command("run", "study.py", "--out", "out")
     assert "2 chunks in 'out' are of other samples or equations than the study has now" in done.stderr
     assert "The sum is 6." in (tmp_path / "out" / "index.html").read_text(encoding="utf-8")
 
 
-def test_a_ledger_of_another_version_is_said_to_be_one_and_computed_again(tmp_path):
+def test_a_ledger_of_another_version_is_said_to_be_one_and_computed_again(command, tmp_path):
     study(tmp_path, "(wb.Work('odd', scaled, over=(1.0, 2.0)),)")
-    assert run(tmp_path, "run", "study.py", "--out", "out").returncode == 0
+    assert command("run", "study.py", "--out", "out").exit_code == 0
     for record in (tmp_path / "out" / "ledger").glob("*.record"):
         record.write_bytes(record.read_bytes().replace(b"workbench record 2", b"workbench record 1", 1))
     for verb in ("status", "results"):
-        assert "its head is damaged or of another version: a study has one as soon as" in sentence(
-            run(tmp_path, verb, "out")
-        )
-    done = run(tmp_path, "run", "study.py", "--out", "out")
-    assert done.returncode == 0
+        assert "its head is damaged or of another version: a study has one as soon as" in sentence(command(verb, "out"))
+    done = command("run", "study.py", "--out", "out")
+    assert done.exit_code == 0
     assert "or another version of the workbench has written them" in done.stderr
-    assert "2 of 2 items of work" in run(tmp_path, "status", "out").stdout
+    assert "2 of 2 items of work" in command("status", "out").stdout
 
 
 @pytest.mark.parametrize("verb", ["status", "results", "report"])
 @pytest.mark.parametrize(
     ("place", "says"), [("nowhere", "There is no folder 'nowhere'"), (".", "There is no ledger in '.'")]
 )
-def test_a_verb_without_a_ledger_says_so(tmp_path, verb, place, says):
-    assert says in sentence(run(tmp_path, verb, place))
+def test_a_verb_without_a_ledger_says_so(command, verb, place, says):
+    assert says in sentence(command(verb, place))
 
 
 @pytest.mark.parametrize(
     ("samples", "says"),
     [("0", "must be a positive whole number; got 0."), ("3", "is for sweeps, and the study 'odd' has none")],
 )
-def test_samples_are_of_sweeps(tmp_path, samples, says):
+def test_samples_are_of_sweeps(command, tmp_path, samples, says):
     study(tmp_path, "(wb.Work('odd', scaled, over=(1.0,)),)")
-    assert says in sentence(run(tmp_path, "run", "study.py", "--out", "out", "--samples", samples))
+    assert says in sentence(command("run", "study.py", "--out", "out", "--samples", samples))
 
 
 def nothing(item):

@@ -168,7 +168,7 @@ def test_a_plant_of_the_literature_needs_no_numbers_and_closes_in_a_computer(pla
     first, driven = plant.outputs.names[0], plant.inputs.names[0]
     gauges = Instruments.of(plant, noise={first: 0.01}, limit={driven: (-0.5, 0.5)})
     loop = ClosedLoop(plant, controller=Still(plant.inputs)).digital(1e-5, gauges, delay=True)
-    run = simulate(loop.step(), until=1e-3)
+    run = simulate(loop.step(2), until=1e-3)
     assert not run.diverged.any()
     assert (run[driven][0, 0] == plant.inputs[driven].default).all()  # which acts until the first command does
     assert np.abs(run[driven][0, 1:]).max() <= 0.5

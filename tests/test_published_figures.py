@@ -22,7 +22,7 @@ def test_a_loop_of_lqg_has_the_gain_margins_of_doyle_which_vanish_as_its_weights
     K, L = f * np.ones((1, 2)), f * np.ones((2, 1))
     np.testing.assert_allclose(wb.lqr(control.ss(A, B, C, 0), q * ones, [[1.0]]).K, K, rtol=1e-8)
     law = control.ss(A - B @ K - L @ C, L, K, 0)
-    found = wb.stability_margins(law * control.ss(A, B, C, 0)).margins
+    found = wb.stability_margins(law * control.ss(A, B, C, 0))
     assert found.gain_high.value == pytest.approx(1 + 1 / f**2, rel=1e-12)
     assert 1 - (2 * f - 4) / (2 * f**2) < found.gain_low.low < 1
     for factor, inward in ((found.gain_low.value, 1.001), (found.gain_high.value, 0.999)):
@@ -41,13 +41,13 @@ def test_no_stabilising_controller_has_a_smaller_Ms_than_a_zero_and_a_pole_on_th
     z, p = 3.0, 1.0
     least = (z + p) / (z - p)
     plant = control.tf([1, -z], [1, -p])
-    best = wb.stability_margins(-0.5 * plant).margins  # S = 2 (s - 1) / (s + 1)
+    best = wb.stability_margins(-0.5 * plant)  # S = 2 (s - 1) / (s + 1)
     assert best.Ms.gain.low == best.Ms.gain.high == least
     rng, tried = np.random.default_rng(2), 0
-    while tried < 40:
+    while tried < 12:
         law = control.tf(rng.normal(size=3), np.poly(-(10.0 ** rng.uniform(-1, 1, 2))))
-        margins = wb.stability_margins(law * plant).margins
-        if margins is not None:
+        margins = wb.stability_margins(law * plant)
+        if margins.stable:
             tried += 1
             assert margins.Ms.gain.high >= least
 

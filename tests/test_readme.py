@@ -1,12 +1,12 @@
 """The walk of the README: its blocks are the files in `studies/`, and all of them run as they stand."""
 
+import os
 import re
 import runpy
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from forks import run_all
 
 import workbench as wb
 
@@ -27,15 +27,21 @@ def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
     assert len(walk(name).splitlines()) <= (10 if name == "first" else 40)
 
 
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """How each block that is no study ended."""
+    blocks = {block: block for block in BLOCKS if "wb.Study(" not in block}
+    return run_all(blocks, tmp_path_factory.mktemp("blocks"), os.environ | {"PYTHONPATH": str(ROOT)})
+
+
 @pytest.mark.parametrize("block", [block for block in BLOCKS if "wb.Study(" not in block])
-def test_a_block_that_is_no_study_runs(block, tmp_path):
-    (tmp_path / "example.py").write_text(block, encoding="utf-8")
-    done = subprocess.run([sys.executable, "example.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+def test_a_block_that_is_no_study_runs(block, done):
+    folder, *ended, stdout, stderr = done[block]
+    assert (*ended, stderr) == (0, "")
     for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
-        assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+        assert (folder / picture).read_bytes().startswith(b"\x89PNG")
     for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
-        computed = re.findall(r"\[\[(.*?)\]\]", done.stdout)[0].split()
+        computed = re.findall(r"\[\[(.*?)\]\]", stdout)[0].split()
         assert [f"{float(number):.4f}" for number in computed] == printed.split()
 
 

@@ -121,7 +121,7 @@ def test_with_a_short_period_the_loop_comes_near_to_that_in_continuous_time_at_f
     limit = simulate(rk4(loop(law).ode(), 1e-3), until=1.0, every=1.0)
     periods, errors = np.array([4e-3, 2e-3, 1e-3]), []
     for period in periods:
-        run = simulate(loop(law).digital(period).step(), until=1.0, every=1.0)
+        run = simulate(loop(law).digital(period).step(2), until=1.0, every=1.0)
         errors.append(np.abs(run["plant.q"] - limit["plant.q"])[0, -1].max())
     assert np.polyfit(np.log(periods), np.log(errors), 1)[0] == pytest.approx(1, abs=0.1)
 

@@ -53,7 +53,7 @@ def test_the_loop_is_the_one_written_by_hand():
 
 
 def test_along_a_run_the_equation_is_solved_to_rounding():
-    run = simulate(loop().digital(2e-3).step(), until=2.0, every=0.02)
+    run = simulate(loop().digital(2e-3).step(2), until=2.0, every=0.02)
     assert run["residual"].max() < 1e-12
     assert np.abs(run["e"][0, -1]).max() < 0.1  # the disturbance is about 0.5 N m, the stiffness about 100 N m/rad
 

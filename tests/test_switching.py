@@ -153,7 +153,7 @@ def test_in_sliding_s_is_what_the_push_of_one_period_makes(kind):
     """Each period takes back the s of the last, whatever the law: s+ = h times the push, of first order in h."""
     left = []
     for h in (4e-3, 2e-3):
-        run = simulate(loop(law("implicit", kind)).digital(h).step(), until=4.0)
+        run = simulate(loop(law("implicit", kind)).digital(h).step(2), until=4.0)
         left.append(np.abs(run["s"][0, run.t > 2.0]).max(axis=0))
     np.testing.assert_allclose(left[0] / left[1], 2.0, rtol=0.05)
 
@@ -203,7 +203,7 @@ def test_an_implicit_law_is_refused_in_continuous_time(kind):
 @pytest.mark.parametrize("saturation", ["sign", "implicit"])
 def test_every_law_with_a_relay_is_near_the_one_with_a_thin_layer(kind, saturation):
     """Within a layer of 0.1 rad/s, with all of them below 1 % of the initial error in the end."""
-    run = simulate(loop(law(saturation, kind)).digital(2e-3).step(), until=3.0)
+    run = simulate(loop(law(saturation, kind)).digital(2e-3).step(2), until=3.0)
     assert np.abs(run["e"][0, -1]).max() < 1e-2
 
 

@@ -83,7 +83,7 @@ def test_both_filters_of_one_cut_off_make_the_same_estimate():
 
 
 def test_in_a_computer_the_derivative_at_one_over_the_period_is_the_difference_of_two_readings():
-    run = simulate(loop(DirtyDerivative(2, 1000.0, [0.6, -0.8])).digital(1e-3).step(), until=0.2)
+    run = simulate(loop(DirtyDerivative(2, 1000.0, [0.6, -0.8])).digital(1e-3).step(2), until=0.2)
     estimate = (run["qd"] - run["qd_error"])[0]
     difference = np.diff(run["q"][0], axis=0) / 1e-3
     np.testing.assert_allclose(estimate[1:-1], difference[:-1], rtol=0, atol=1e-9)  # rounding of q, over h
@@ -93,7 +93,7 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
     """tanh(omega h / 2), for an arm that hangs still whatever the law is told."""
     law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, 100.0), law, Hold([0.0, 0.0]))
-    run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(), until=20.0, seed=3)
+    run = simulate(still.digital(1e-3, instruments=arm_instruments(2, noise_qd=0.01)).step(2), until=20.0, seed=3)
     filtered = run["qd_error"][0, 1000:]
     # of 38,000 samples, correlated over 1 / (omega h) = 10, the variance is known to some 2.5 %
     np.testing.assert_allclose(filtered.var() / 1e-4, np.tanh(0.05), rtol=0.1)
@@ -103,7 +103,7 @@ def test_noise_of_the_velocity_passes_with_its_share_of_the_variance():
 def test_in_a_computer_the_derivative_is_stable_up_to_two_over_the_period(omega, lost):
     law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])  # the estimate drives nothing
     still = ClosedLoop(Manipulator(ARM, q=[0.3, 0.1]), DirtyDerivative(2, omega, [0.1, 0.0]), law, Hold([0.0, 0.0]))
-    run = simulate(still.digital(1e-3).step(), until=1.0)
+    run = simulate(still.digital(1e-3).step(2), until=1.0)
     assert (np.abs(run["qd_error"][0, -1]).max() > 1e3) == lost
 
 
@@ -112,7 +112,7 @@ def test_in_a_computer_the_filter_forgets_at_its_own_rate_whatever_the_period(om
     """exp(-omega h) a period, of an arm that stands still: also where explicit Euler would not be stable."""
     law = PID([0.0, 0.0], [0.0, 0.0], [0.0, 0.0])
     still = ClosedLoop(Manipulator(ARM, q=[0.0, 0.0]), VelocityFilter(2, omega, [1.0, -2.0]), law, Hold([0.0, 0.0]))
-    run = simulate(still.digital(4e-3).step(), until=0.04)
+    run = simulate(still.digital(4e-3).step(2), until=0.04)
     there = -run["qd_error"][0, 1:]  # held from this instant on
     expected = np.array([1.0, -2.0]) * np.exp(-omega * 4e-3 * np.arange(1, 1 + len(there)))[:, None]
     np.testing.assert_allclose(there, expected, rtol=0, atol=1e-12)  # rounding

@@ -15,8 +15,8 @@ from workbench.simulate.kernel.plan import Plan
 from workbench.study.live.knob import Knob
 from workbench.study.live.marches import Modules, march, watched
 
-POSITIONS = 1000
-STEPS = 240  # with which a thousand positions of seven laws take seconds; each bit of a step decides the next ones
+POSITIONS = 200
+STEPS = 240  # with which two hundred positions of seven laws take seconds; each bit of a step decides the next ones
 STRANGE = """
 declare double @fmin(double, double)
 define double @f(double %x) {
@@ -42,7 +42,7 @@ def turned(step, rng):
 
 
 @pytest.mark.parametrize("case", comparison("FS"), ids=lambda case: case.law)
-def test_a_browser_computes_the_bits_of_the_portable_arithmetic_at_a_thousand_positions_of_all_knobs(case):
+def test_a_browser_computes_the_bits_of_the_portable_arithmetic_at_two_hundred_positions_of_all_knobs(case):
     step = MeasuredEquation.of(equations_of(case.run.loop, case.name), case.run.metrics).step(case.run.h)
     kernel = opened(step, STEPS // 2, rows=2)
     p = turned(step, np.random.default_rng(18))

@@ -29,9 +29,11 @@ _ROOMS = {
     "simulate": "simulate",
     "metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
-    "design.frequency": "c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains stability_margins",
+    "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
+    "stability_margins",
     "design.linear": "equilibria lead_lag place",
     "design.linear_loop": "linear_loop",
+    "design.step_response": "step_info",
     "design.riccati": "lqg lqr steady_kalman",
     "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
     "Work side_by_side sobol sobol_bars",

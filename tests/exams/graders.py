@@ -73,7 +73,8 @@ def loaded(grader: Grader) -> Iterator[Loaded]:
             assert spec.loader is not None
             module = importlib.util.module_from_spec(spec)
             spec.loader.exec_module(module)
-            beside = tuple(m for m in list(sys.modules.values()) if _below(m, folder))
+            new = [m for name, m in list(sys.modules.items()) if name in own or name not in known]
+            beside = tuple(m for m in new if _below(m, folder))
             yield Loaded(module, (module, *beside), printed)
     finally:
         for name in [name for name, m in sys.modules.items() if name not in known and _below(m, folder)]:

@@ -16,7 +16,7 @@ from workbench.loop.command_queue import Queue
 from workbench.loop.contracts import AbstractController, AbstractObserver, AbstractPlant, is_recursion
 from workbench.loop.dependence import roles
 from workbench.loop.feedback_sign import opposite, refuse_wrong_sign
-from workbench.loop.injected_signals import Outside, Shown, cut, outside_of
+from workbench.loop.injected_signals import Outside, Shown, cut, outside_of, refuse_inputs_of_recursion
 from workbench.loop.instruments import Instruments
 from workbench.loop.linear_blocks import LinearLaw, LinearPlant, as_it_stands, standing_for
 from workbench.loop.linear_filter import LinearFilter, beside
@@ -203,6 +203,7 @@ def _refuse_wrong_sign(
 def _refuse_instants(closed: ClosedLoop, outside: Outside) -> None:
     """Refuse a loop in continuous time with a block that moves at instants alone."""
     refuse_instants(closed.plant)
+    refuse_inputs_of_recursion(closed, outside)
     for part in (closed.plant, closed.observer, closed.controller):
         if is_recursion(part):
             way = (

@@ -107,8 +107,17 @@ def cut(call: str, loop: Blocks, at: str | tuple[str, ...] | None) -> Outside:
 
 def refuse_inputs_of_recursion(loop: Blocks, outside: Outside) -> None:
     """Refuse signals from outside at the inputs of a plant in discrete time, which moves by the held command."""
-    if outside.touches("inputs") and is_recursion(loop.plant):
+    if not (outside.touches("inputs") and is_recursion(loop.plant)):
+        return
+    name = type(loop.plant).__name__
+    if outside.added.get("inputs"):
         raise ValueError(
-            f"`ClosedLoop.digital(...)` must have a plant in continuous time where signals meet its inputs; "
-            f"`{type(loop.plant).__name__}` moves in discrete time. Cut the loop at an output: `at=...`."
+            "`linear_loop(loop)`, and `inputs=True`, add signals to the inputs of a plant at any time, and "
+            f"`{name}` moves in discrete time, at its instants alone. Give the plant in continuous time, and the law "
+            "to its computer; where both are discrete systems P and C, ask python-control's P * C by "
+            "`wb.stability_margins`, `wb.bode` and `wb.step_info`."
         )
+    raise ValueError(
+        f"`ClosedLoop.digital(...)` must have a plant in continuous time where signals meet its inputs; "
+        f"`{name}` moves in discrete time. Cut the loop at an output: `at=...`."
+    )

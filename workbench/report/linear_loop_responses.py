@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,12 +15,15 @@ from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.loop_channels import visible
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.loop_model import LoopModel
+from workbench.design.step_response import exact_figures
 from workbench.report.linear_loop_curves import signal_units
 from workbench.study.document.figure import STYLES
 from workbench.study.loop_pictures import TimeResponse
 from workbench.validation.refusals import Array
 
 NO_STEP = 1e-9  # of the largest value of a response: a final value that is nearer to the first one is no step
+
+FEW = 4  # responses, of which the figures are exact; of more they are those of the samples
 
 Names = str | tuple[str, ...] | None
 
@@ -34,12 +37,14 @@ class Answer(NamedTuple):
 
 
 def time_response(
-    label: str, t: Array, y: Array, final: float, unit: str = "", period: float | None = None
+    label: str, t: Array, y: Array, final: float, unit: str = "", period: float | None = None, system: Any = None
 ) -> TimeResponse:
-    """A response with its final value, if there is one and it is a step from the first value."""
-    step = abs(final - float(y[0]))
-    known = bool(np.isfinite(final) and np.isfinite(y).all() and step > NO_STEP * float(np.abs(y).max(initial=0.0)))
-    return TimeResponse(label, t, y, final if known else None, unit, period)
+    """A response with its final value, if it tends to one and not to zero; the step of a `system` has exact figures."""
+    least = NO_STEP * float(np.abs(y).max(initial=0.0))
+    known = bool(np.isfinite(final) and np.isfinite(y).all() and abs(final) > least)
+    info = exact_figures(system) if known and system is not None else None
+    stands = info is not None or (known and abs(final - float(y[0])) > least)
+    return TimeResponse(label, t, y, final if stands else None, unit, period, info=info)
 
 
 def loop_responses(
@@ -61,9 +66,15 @@ def loop_responses(
     units, answers = signal_units(linear), []
     for one, other in pairs:
         place, words = (out.index(other), into.index(one)), f"{other} from {one}"
-        response = time_response(words, t, values[place], float(final[place]), units[other], linear.period)
+        exact = None if impulse or len(pairs) > FEW or linear.models.closed.count > 1 else _system(linear, one, other)
+        response = time_response(words, t, values[place], float(final[place]), units[other], linear.period, exact)
         answers.append(Answer(one, other, response))
     return answers
+
+
+def _system(linear: LinearLoop, into: str, out: str) -> Any:
+    """The closed loop from one input to one output, of the states that lie between them."""
+    return visible(linear.models.selected("LinearLoop.plot", "closed", (into,), (out,))).system()
 
 
 def response_pairs(linear: LinearLoop | LinearRows, inputs: Names, outputs: Names) -> list[tuple[str, str]]:

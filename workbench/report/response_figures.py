@@ -43,7 +43,8 @@ def responses_figure(
             raise refusal(f"{name}(system)", "a `LinearLoop`, if inputs or outputs are named", one)
         system = one_channel(name, lti(name, one))
         t, y, final = step_answers(system, until, impulse)
-        held = time_response(label, t, y[0, 0], float(final[0, 0]), period=period_of(system))
+        exact = None if impulse else system
+        held = time_response(label, t, y[0, 0], float(final[0, 0]), period=period_of(system), system=exact)
         panels.setdefault("", []).append(held)
     if "" in panels:  # the output of a system has no name, and is drawn over those that have one
         panels = {"": [each for held in panels.values() for each in held]}

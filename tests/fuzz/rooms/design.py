@@ -11,7 +11,7 @@ import numpy as np
 from workbench import design
 from workbench.controllers import SlidingMode
 from workbench.core import Dynamics, Entry, Layout, Ode
-from workbench.design import chattering, frequency, linear, observer_gains, riccati, riccati_flow
+from workbench.design import chattering, frequency, linear, observer_gains, riccati, riccati_flow, step_response
 from workbench.loop import ClosedLoop
 from workbench.observers import FullState
 from workbench.plants import Manipulator
@@ -21,7 +21,7 @@ from workbench.signals import Hold
 
 from ..parts import LOOP, signals
 
-ROOMS = (design, linear, frequency, riccati, riccati_flow, chattering, observer_gains)
+ROOMS = (design, linear, frequency, riccati, riccati_flow, chattering, observer_gains, step_response)
 MODULES = tuple(room.__name__ for room in ROOMS)
 
 A, B, C, Q, R = np.array([[0.0, 1.0], [-2.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2), np.eye(2), np.eye(1)
@@ -125,6 +125,10 @@ def _frequency() -> dict[str, Any]:
     law = control.ss([[0.5]], [[1.0]], [[0.2]], [[0.1]], 0.1)
     rows = (np.stack([M] * 2) for M in (A, B, C, np.zeros((1, 1))))
     return {
+        "bandwidth": partial(frequency.bandwidth, SYSTEM, 3.0),
+        "exact_figures": partial(step_response.exact_figures, SYSTEM),
+        "sensitivity_bandwidth": partial(frequency.sensitivity_bandwidth, SYSTEM, 3.0),
+        "step_info": partial(step_response.step_info, SYSTEM),
         "c2d": partial(frequency.c2d, SYSTEM, 0.1, "zoh", None),
         "common_period": partial(frequency.common_period, [0.1, 0.25]),
         "condition_number": partial(frequency.condition_number, np.eye(2)),

@@ -4,6 +4,7 @@ The room knows arrays and systems of python-control, and no robot, law or loop b
 first for one loop, `hinf_norm.py` for norms, and `hold_loop.py` for a loop in a computer.
 """
 
+from workbench.design.frequency.bandwidth import Bandwidth, LevelCrossing, bandwidth, sensitivity_bandwidth
 from workbench.design.frequency.certified_values import CertifiedValue, Peak
 from workbench.design.frequency.channel_interaction import condition_number, relative_gains
 from workbench.design.frequency.discretization import c2d
@@ -18,10 +19,12 @@ from workbench.design.frequency.row_responses import RowResponses, row_responses
 from workbench.design.frequency.stability_margins import stability_margins
 
 __all__ = [
+    "Bandwidth",
     "CertifiedValue",
     "Crossover",
     "HoldLoop",
     "HoldResponse",
+    "LevelCrossing",
     "LiftedLoop",
     "MeanGain",
     "Peak",
@@ -31,6 +34,7 @@ __all__ = [
     "RowResponses",
     "StabilityMargins",
     "StableMargins",
+    "bandwidth",
     "c2d",
     "common_period",
     "condition_number",
@@ -41,5 +45,6 @@ __all__ = [
     "pole_zero_structure",
     "relative_gains",
     "row_responses",
+    "sensitivity_bandwidth",
     "stability_margins",
 ]

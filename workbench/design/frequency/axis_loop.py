@@ -64,18 +64,20 @@ class AxisLoop:
     @property
     def top(self) -> CertifiedValue:
         """The frequency in rad/s at which x is infinite: infinity, or that of Nyquist."""
-        return self._frequency_of(math.inf, math.inf)
+        return axis_frequency(None, self.period)
 
     def frequency(self, root: Root) -> CertifiedValue:
         """The frequency in rad/s that belongs to a value of x."""
-        omega = root_of(root.low, root.high)
-        return omega if self.period is None else self._frequency_of(omega.low, omega.high)
+        return axis_frequency(root, self.period)
 
-    def _frequency_of(self, low: float, high: float) -> CertifiedValue:
-        if self.period is None:
-            return CertifiedValue(low, low, high)
-        first, last = (2 * math.atan(omega) / self.period for omega in (low, high))
-        return enclosure(first, last, steps=3)
+
+def axis_frequency(root: Root | None, period: float | None) -> CertifiedValue:
+    """The frequency in rad/s that belongs to a value of x, None for infinity; in z it is 2 atan(x^0.5) / h."""
+    omega = CertifiedValue(math.inf, math.inf, math.inf) if root is None else root_of(root.low, root.high)
+    if period is None:
+        return omega
+    first, last = (2 * math.atan(end) / period for end in (omega.low, omega.high))
+    return enclosure(first, last, steps=3)
 
 
 def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, delay: float) -> AxisLoop:
@@ -89,7 +91,7 @@ def axis_loop(call: str, loop: control.TransferFunction | control.StateSpace, de
     Refused
         If 1 + L is zero at infinity.
     """
-    numerator, denominator = _coefficients(call, loop)
+    numerator, denominator = whole_coefficients(call, loop)
     if not denominator:
         raise ValueError(f"`{call}(loop=...)` must have a denominator that is not zero; got 0.")
     if len(numerator) > len(denominator):
@@ -124,19 +126,19 @@ def _moduli(N: Polynomial, D: Polynomial) -> tuple[Polynomial, Polynomial, Polyn
     return trim(squared_modulus(N)), trim(squared_modulus(D)), trim(P), trim(Q)
 
 
-def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
-    """Numerator and denominator as whole numbers."""
+def whole_coefficients(call: str, loop: Any, name: str = "loop") -> tuple[Polynomial, Polynomial]:
+    """Numerator and denominator of a system with one channel as whole numbers; `name` is that of the argument."""
     import control
 
     if isinstance(loop, control.TransferFunction):
         if len(loop.den[0][0]) > MOST_STATES + 1:
             raise Refused(
-                f"`{call}(loop=...)` must have at most {MOST_STATES} poles as a `TransferFunction`, as doubles do not "
-                f"hold the coefficients of more; got {len(loop.den[0][0]) - 1}. Give a `StateSpace`."
+                f"`{call}({name}=...)` must have at most {MOST_STATES} poles as a `TransferFunction`, as doubles do "
+                f"not hold the coefficients of more; got {len(loop.den[0][0]) - 1}. Give a `StateSpace`."
             )
         numerator, denominator = (np.asarray(p[0][0], dtype=float)[::-1] for p in (loop.num, loop.den))
         if not (np.isfinite(numerator).all() and np.isfinite(denominator).all()):
-            raise ValueError(f"`{call}(loop=...)` must have finite numbers; got nan or an infinity.")
+            raise ValueError(f"`{call}({name}=...)` must have finite numbers; got nan or an infinity.")
         numbers, _ = whole(np.concatenate([numerator, denominator]))
         return trim(numbers[: len(numerator)].tolist()), trim(numbers[len(numerator) :].tolist())
     transfer = TransferPolynomials.of(*state_space(call, loop), discrete=False)
@@ -144,25 +146,25 @@ def _coefficients(call: str, loop: Any) -> tuple[Polynomial, Polynomial]:
     return trim(transfer.in_variable(transfer.numerators[0][0])), trim(poles)
 
 
-def refuse_odd_loop(call: str, loop: Any) -> None:
+def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "Take one of them by `one_loop`.") -> None:
     """Refuse what is no linear system of python-control with one channel."""
     import control
 
     if not isinstance(loop, control.StateSpace | control.TransferFunction):
-        raise refusal(f"{call}(loop=...)", "a `StateSpace` or `TransferFunction` of python-control", loop)
+        raise refusal(f"{call}({name}=...)", "a `StateSpace` or `TransferFunction` of python-control", loop)
     if loop.ninputs != 1 or loop.noutputs != 1:
         raise ValueError(
-            f"`{call}(loop=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. Take "
-            "one of them by `one_loop`."
+            f"`{call}({name}=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. "
+            f"{advice}"
         )
 
 
-def period_of(call: str, loop: Any) -> float | None:
+def period_of(call: str, loop: Any, name: str = "loop") -> float | None:
     """The period in s of a discrete loop, None for a continuous one."""
     if not loop.dt:
         return None
     if loop.dt is True:
-        raise ValueError(f"`{call}(loop=...)` must have a period in s, or be continuous (dt = 0); got dt = True.")
+        raise ValueError(f"`{call}({name}=...)` must have a period in s, or be continuous (dt = 0); got dt = True.")
     return float(loop.dt)
 
 

@@ -48,12 +48,35 @@ def _simple_roots(p: Polynomial) -> list[complex]:
     smallest = min(_hull_radii(p))
     for bits in WORKING_BITS:
         places = bits + max(0, -math.floor(smallest))  # binary digits behind the point
-        roots = _aberth(p, places)
-        if roots is not None:
-            return roots
+        disks = _aberth(p, places, CLOSE)
+        if disks is not None:
+            return [_double(z, places) for z, _ in disks]
     raise Refused(
         f"the roots of a polynomial of degree {len(p) - 1} could not be proved apart: some agree in their first "
         f"{WORKING_BITS[-1]} binary digits and yet differ. Round the numbers of the system."
+    )
+
+
+def root_disks(p: Polynomial, bits: int) -> tuple[list[tuple[Point, float]], int]:
+    """Disjoint disks about the roots of a polynomial without repeated ones and not zero at 0, as sharp as so many bits.
+
+    A centre is in units of 2^-places, which is returned beside the disks; the radius is a double. A root is real
+    exactly if the imaginary part of its centre is zero.
+
+    Raises
+    ------
+    Refused
+        If the roots cannot be told apart.
+    """
+    smallest = min(_hull_radii(p), default=0.0)
+    for extra in (128, 1024):
+        places = bits + extra + max(0, -math.floor(smallest))
+        disks = _aberth(p, places, 2.0**-bits)
+        if disks is not None:
+            return disks, places
+    raise Refused(
+        f"the poles of a system with {len(p) - 1} of them could not be told apart in {bits} binary digits; round the "
+        "numbers of the system."
     )
 
 
@@ -80,8 +103,8 @@ def _slope(a: tuple[int, float], b: tuple[int, float]) -> float:
     return (b[1] - a[1]) / (b[0] - a[0])
 
 
-def _aberth(p: Polynomial, places: int) -> list[complex] | None:
-    """The roots by the iteration of Ehrlich and Aberth on numbers with so many binary places; None if it is in doubt.
+def _aberth(p: Polynomial, places: int, close: float) -> list[tuple[Point, float]] | None:
+    """Disks by the iteration of Ehrlich and Aberth on numbers with so many binary places; None if it is in doubt.
 
     Values of p are exact and the corrections doubles, so each step gains up to fifteen digits.
     """
@@ -103,9 +126,9 @@ def _aberth(p: Polynomial, places: int) -> list[complex] | None:
             largest = max(largest, abs(step) / size if size else math.inf)
             moved = _point(step, places)
             points[i] = (z[0] - moved[0], z[1] - moved[1])
-        if largest < 2.0**-70:
+        if largest < close / 1024:
             break
-    return _proved(p, points, places)
+    return _proved(p, points, places, close)
 
 
 def _point(z: complex, places: int) -> Point:
@@ -164,8 +187,8 @@ def _correction(p: Polynomial, slope: Polynomial, points: list[Point], i: int, p
     return newton / rest if rest else newton
 
 
-def _proved(p: Polynomial, points: list[Point], places: int) -> list[complex] | None:
-    """The points as doubles, if disks about them are small, disjoint, and so hold one root each.
+def _proved(p: Polynomial, points: list[Point], places: int, close: float) -> list[tuple[Point, float]] | None:
+    """The points and radii of disks about them that are small, disjoint, and so hold one root each.
 
     The disk about z_i has the radius n |p(z_i) / (a_n prod (z_i - z_j))| (Smith 1970). A disk that reaches the real
     axis is moved onto it: if it then holds one root, the root is real, as its conjugate lies in it too.
@@ -182,13 +205,13 @@ def _proved(p: Polynomial, points: list[Point], places: int) -> list[complex] | 
     n = len(points)
     doubles = [_double(z, places) for z in snapped]
     for i in range(n):
-        if not radii[i] <= CLOSE * abs(doubles[i]):
+        if not radii[i] <= close * abs(doubles[i]):
             return None
         for j in range(i):
             apart = _ratio((snapped[i][0] - snapped[j][0], snapped[i][1] - snapped[j][1]), (1, 0), -places)
             if not radii[i] + radii[j] < abs(apart):
                 return None
-    return doubles
+    return list(zip(snapped, radii, strict=True))
 
 
 def _radii(p: Polynomial, points: list[Point], places: int) -> list[float] | None:

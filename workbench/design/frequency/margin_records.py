@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from workbench.design.frequency.certified_values import CertifiedValue, Peak
+from workbench.design.matrices import Refused
 from workbench.validation.notebook_display import show
 
 
@@ -41,12 +42,13 @@ class StableMargins:
 @dataclass(frozen=True)
 @show
 class StabilityMargins:
-    """The crossovers of a loop L, and its margins if the closed loop is stable; else `margins` is None.
+    """The crossovers of a loop L, and if the closed loop is stable its margins, each by its name.
 
     `gain_crossovers` are all frequencies with |L| = 1, with the phase margin there in degrees, in (-180, 180].
     `phase_crossovers` are those where L is real and negative, zero, infinity and Nyquist's included, with the gain
     margin -1 / L; a touch counts once. `remarks` says where |L| is one, or L real, at every frequency, so that only
-    the ends of the axis are listed.
+    the ends of the axis are listed. `margins` are those of a stable loop in one record, and None for any other, whose
+    `phase_margin` and the like are refused.
     """
 
     stable: bool
@@ -54,3 +56,51 @@ class StabilityMargins:
     phase_crossovers: tuple[Crossover, ...]
     margins: StableMargins | None
     remarks: tuple[str, ...] = ()
+
+    @property
+    def gain_low(self) -> CertifiedValue:
+        """The factor of gain below one down to which the closed loop stays stable."""
+        return self._known("gain_low").gain_low
+
+    @property
+    def gain_high(self) -> CertifiedValue:
+        """The factor of gain above one up to which the closed loop stays stable."""
+        return self._known("gain_high").gain_high
+
+    @property
+    def phase_margin(self) -> CertifiedValue:
+        """The loss of phase in degrees up to which the closed loop stays stable."""
+        return self._known("phase_margin").phase_margin
+
+    @property
+    def delay_margin(self) -> CertifiedValue:
+        """The delay in s up to which the closed loop stays stable."""
+        return self._known("delay_margin").delay_margin
+
+    @property
+    def Ms(self) -> Peak:
+        """The peak of S = 1 / (1 + L)."""
+        return self._known("Ms").Ms
+
+    @property
+    def Mt(self) -> Peak:
+        """The peak of T = L / (1 + L)."""
+        return self._known("Mt").Mt
+
+    @property
+    def disk_margin(self) -> CertifiedValue:
+        """The size of complex d up to which factors (2 + d) / (2 - d) keep the closed loop stable."""
+        return self._known("disk_margin").disk_margin
+
+    @property
+    def disk_frequency(self) -> float:
+        """The frequency in rad/s at which the disk is touched."""
+        return self._known("disk_frequency").disk_frequency
+
+    def _known(self, name: str) -> StableMargins:
+        if self.margins is None:
+            raise Refused(
+                f"`StabilityMargins.{name}` is the distance of a stable loop from instability, and this closed loop is "
+                "not stable; ask `stable` first, or read the crossovers, which it has too."
+            )
+        return self.margins

@@ -58,6 +58,15 @@ def positive_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
     return sorted(roots, key=lambda root: root.low)
 
 
+def unit_roots(p: Polynomial, bits: int = BITS) -> list[Root]:
+    """The roots of a polynomial between 0 and 1, without these, in ascending order."""
+    roots = []
+    for factor, multiplicity in square_free_factors(trim(p)):
+        factor = factor[next(i for i, a in enumerate(factor) if a) :]
+        roots += [Root(low, high, multiplicity, factor).refined(bits) for low, high in _isolate(factor, 0)]
+    return sorted(roots, key=lambda root: root.low)
+
+
 def at(p: Polynomial, x: Fraction) -> Fraction:
     """The value p(x), exactly."""
     places = _places(x)
@@ -99,11 +108,14 @@ def _sign(p: Polynomial, x: Fraction) -> int:
     return (value > 0) - (value < 0)
 
 
-def _isolate(p: Polynomial) -> list[tuple[Fraction, Fraction]]:
-    """Open intervals with one root each, or exact roots twice, of a square-free polynomial that is not zero at 0."""
+def _isolate(p: Polynomial, top: int | None = None) -> list[tuple[Fraction, Fraction]]:
+    """Open intervals with one root each, or exact roots twice, of a square-free polynomial that is not zero at 0.
+
+    They are the positive roots, or those below 2^top if it is given.
+    """
     if _variations(p) == 0:
         return []
-    top = _upper_bound(p)
+    top = _upper_bound(p) if top is None else top
     unit, intervals = Fraction(2) ** top, []
     nodes = [(stretch(p, 2**top) if top >= 0 else stretch(p, 1, 2**-top), 0, 0)]
     while nodes:

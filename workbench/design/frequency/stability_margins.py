@@ -80,7 +80,7 @@ def stability_margins(
     --------
     >>> import control
     >>> found = wb.stability_margins(control.tf([4], [1, 3, 3, 1]))
-    >>> found.margins.gain_high.value, found.margins.Ms.gain.value
+    >>> found.gain_high.value, found.Ms.gain.value
     (2.0, 3.0)
     """
     if band is not None:

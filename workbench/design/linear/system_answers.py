@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.refusals import Array, numbers, refusal
+from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
@@ -55,7 +56,32 @@ def lti(call: str, system: Any) -> Any:
     if not isinstance(system, control.StateSpace | control.TransferFunction) or system.dt is True:
         must = "a `StateSpace` or `TransferFunction` of python-control, and its `dt` a number"
         raise refusal(f"{call}(system)", must, system)
+    if not all(np.isfinite(part).all() for part in _numbers_of(system)):
+        raise ValueError(f"`{call}(system)` must have finite numbers; '{system.name}' has nan or an infinity.")
     return system
+
+
+def _numbers_of(system: Any) -> list[Array]:
+    """The matrices, or all numerators and denominators, of a system."""
+    if hasattr(system, "A"):
+        parts = [system.A, system.B, system.C, system.D]
+    else:
+        parts = [entry for rows in (*system.num_list, *system.den_list) for entry in rows]
+    return [np.asarray(part, dtype=float) for part in parts]
+
+
+def _refuse_improper(call: str, system: Any) -> None:
+    """Refuse a transfer function that differentiates: its response to a step is no function of time."""
+    if hasattr(system, "A"):
+        return
+    for tops, bottoms in zip(system.num_list, system.den_list, strict=True):
+        for top, bottom in zip(tops, bottoms, strict=True):
+            degrees = [len(np.trim_zeros(np.asarray(part, dtype=float), "f")) - 1 for part in (top, bottom)]
+            if degrees[0] > degrees[1]:
+                raise ValueError(
+                    f"`{call}(system)` must be proper; the numerator of '{system.name}' has degree {degrees[0]}, its "
+                    f"denominator {degrees[1]}. Add the poles that its differentiation has in truth."
+                )
 
 
 def period_of(system: Any) -> float | None:
@@ -138,14 +164,15 @@ def system_answers(
     Raises
     ------
     ValueError
-        If the system is none of python-control, or the frequencies are no vector of finite numbers.
+        If the system is none of python-control, or the frequencies are none, not finite, negative, falling or above
+        Nyquist's.
     """
     held = lti("system_answers", system)
     h = period_of(held)
     if frequencies is None:
         omega = fitting_frequencies(system_roots(held))
     else:
-        omega = numbers("system_answers(frequencies=...)", frequencies, 1)
+        omega = checked_frequencies("system_answers(frequencies=...)", frequencies, h)
     at = 1j * omega if h is None else np.exp(1j * omega * h)
     with np.errstate(all="ignore"):
         values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
@@ -164,13 +191,14 @@ def step_answers(
     Raises
     ------
     ValueError
-        If the system is none of python-control, or `until` is not positive.
+        If the system is none of python-control, or improper, or `until` is not positive.
     Refused
         If the response would have too many periods.
     """
     import control
 
     held = lti("step_answers", system)
+    _refuse_improper("step_answers", held)
     h = period_of(held)
     poles = np.asarray(held.poles(), dtype=complex)
     if h is not None:

@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from workbench.design.frequency import StabilityMargins, stability_margins
+from workbench.design.frequency import Bandwidth, StabilityMargins, bandwidth, sensitivity_bandwidth, stability_margins
 from workbench.design.linear import DiskMargin, disk_margin
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Refused
+
+if TYPE_CHECKING:
+    import control
 
 
 def channel_margins(call: str, models: CutModels, names: Sequence[str]) -> dict[str, StabilityMargins]:
@@ -40,11 +44,17 @@ def common_margin(call: str, models: CutModels) -> DiskMargin:
     return DiskMargin(found.alpha, found.alpha_above, 2 / L.period * math.atan(found.frequency))
 
 
+def kind_bandwidth(system: control.StateSpace, of: str) -> Bandwidth:
+    """The bandwidth of a kind: of "S" the first frequency at which it rises above -3 dB."""
+    return (sensitivity_bandwidth if of == "S" else bandwidth)(system)
+
+
 def _refuse_rates(call: str, models: CutModels) -> None:
     if models.closed.count > 1:
         raise ValueError(
             f"`{call}` needs one loop gain; here blocks run at several periods, and the gain at an instant is not that "
-            "at the next. `poles`, `response` and the norms are those of the lifted loop."
+            "at the next. Ask for M = `hinf_norm('S')` of the lifted loop: gains from M / (M + 1) to M / (M - 1), or a "
+            "phase lost below 2 asin(1 / 2M), keep it stable."
         )
 
 

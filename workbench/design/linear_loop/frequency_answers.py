@@ -113,6 +113,23 @@ class CutModels:
         model = self.kind(call, of)
         return model.part(*_places(call, of, model.outputs, model.inputs, outputs, inputs))
 
+    def single(self, call: str, of: str, inputs: Sequence[str] | None, outputs: Sequence[str] | None) -> LoopModel:
+        """The model of a kind from one input to one output, of a loop that is the same at each instant."""
+        model = self.selected(call, of, inputs, outputs)
+        for argument, labels in (("inputs", model.inputs), ("outputs", model.outputs)):
+            if len(labels) != 1:
+                raise ValueError(
+                    f"`{call}({argument}=...)` must name one number; of={of!r} has {len(labels)} {argument} here: take "
+                    f"one of {', '.join(labels)}."
+                )
+        if model.count > 1:
+            raise ValueError(
+                f"`{call}` needs a loop that is the same at each instant; here blocks run at several periods, and the "
+                "answer depends on the instant at which a signal comes. Ask for `response` or the norms, or give all "
+                "blocks one period."
+            )
+        return model
+
     def _cut(self, call: str, of: str) -> LoopModel:
         if self.opened is None:
             raise ValueError(

@@ -12,32 +12,26 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.drawers import draw
-from workbench.design.frequency import (
-    MeanGain,
-    Peak,
-    StabilityMargins,
-    h2_norm,
-    hinf_norm,
-)
+from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear import DiskMargin, Pole, poles
-from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
-from workbench.design.linear_loop.frequency_answers import (
-    CutModels,
-    FrequencyResponse,
-    refuse_pole,
-)
+from workbench.design.linear_loop.cut_margins import channel_margins, common_margin, kind_bandwidth
+from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
-from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay
-from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, hidden_remarks, mode_remarks, point_remarks
+from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay, refuse_late_channels
+from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
+from workbench.design.step_response import StepInfo, step_info
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control
+
+
+Names = str | tuple[str, ...] | None  # of inputs or outputs; all of them if None
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +88,7 @@ class LinearLoop:
         return tuple(self.point.equations.drive[i] for i in self.models.channels)
 
     @door
-    def system(
-        self, of: str = "L", inputs: str | tuple[str, ...] | None = None, outputs: str | tuple[str, ...] | None = None
-    ) -> control.StateSpace:
+    def system(self, of: str = "L", inputs: Names = None, outputs: Names = None) -> control.StateSpace:
         """A kind of this loop as a `StateSpace` of python-control, from some of its inputs to some of its outputs.
 
         Raises
@@ -136,28 +128,21 @@ class LinearLoop:
     def stable(self) -> bool:
         """True if every pole of the closed loop decays, by more than rounding may have moved it."""
         if self.models.delays.any():
-            return self._stable_with_delay()
+            refuse_late_channels(self.models)
+            return all(one.stable for one in self.margins().values())
         discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed.A[0], 2))
         return all(decay_of(pole, discrete) > doubt_of(pole.condition, size, len(self.poles)) for pole in self.poles)
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
         """Sentences on what is near the axis, hidden from the cut, or without an answer, by name."""
-        found: tuple[str, ...] = ()
-        if not self.models.delays.any():
-            closed, cut = self.models.closed, self.models.opened is not None
-            size = float(np.linalg.norm(closed.A[0], 2)) if closed.states else 0.0
-            found += mode_remarks(self.poles, size, self.period is not None, hidden=True)
-            found += hidden_remarks(self.L) if cut else ()
-        return (*found, *point_remarks(self.point.resting, self.bent))
+        late = bool(self.models.delays.any())
+        L = None if late or self.models.opened is None else self.L
+        return loop_remarks(self.models.closed, () if late else self.poles, L, self.point.resting, self.bent)
 
     @door
     def response(
-        self,
-        frequencies: Array,
-        of: str = "L",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
+        self, frequencies: Array, of: str = "L", inputs: Names = None, outputs: Names = None
     ) -> FrequencyResponse:
         """The answers of a kind at frequencies (m,) in rad/s that rise from zero on, in a computer up to Nyquist's.
 
@@ -218,22 +203,41 @@ class LinearLoop:
         return common_margin("LinearLoop.disk_margin", self.models)
 
     @door
-    def hinf_norm(
-        self,
-        of: str = "closed",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
-    ) -> Peak:
+    def bandwidth(self, of: str = "T", inputs: Names = None, outputs: Names = None) -> Bandwidth:
+        """The bandwidth of a kind from one input to one output: where its gain first falls 3 dB below that at zero.
+
+        With of="S" it is the frequency at which |S| first rises above -3 dB. Of a cut with several channels name one,
+        as both input and output; the others are closed.
+
+        Raises
+        ------
+        ValueError
+            If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
+        Refused
+            As `workbench.design.frequency.bandwidth`.
+        """
+        return kind_bandwidth(self._one_answer("LinearLoop.bandwidth", of, inputs, outputs), of)
+
+    @door
+    def step_info(self, inputs: Names = None, outputs: Names = None, of: str = "closed") -> StepInfo:
+        """The figures of the step response from one input to one output, see `workbench.design.step_response`.
+
+        Raises
+        ------
+        ValueError
+            If there are several inputs or outputs, the blocks of a computer run at several periods, or as `system`.
+        Refused
+            As `workbench.design.step_response.step_info`.
+        """
+        return step_info(self._one_answer("LinearLoop.step_info", of, inputs, outputs))
+
+    @door
+    def hinf_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> Peak:
         """The H-infinity norm of a kind, enclosed from both sides, see `workbench.design.frequency.hinf_norm`."""
         return hinf_norm(self.system(of, inputs, outputs))
 
     @door
-    def h2_norm(
-        self,
-        of: str = "closed",
-        inputs: str | tuple[str, ...] | None = None,
-        outputs: str | tuple[str, ...] | None = None,
-    ) -> MeanGain:
+    def h2_norm(self, of: str = "closed", inputs: Names = None, outputs: Names = None) -> MeanGain:
         """The H2 norm of a kind, see `workbench.design.frequency.h2_norm`; of lifted periods the mean over them."""
         norm, share = h2_norm(self.system(of, inputs, outputs)), math.sqrt(self.models.closed.count)
         if share == 1 or math.isinf(norm.gain.value):
@@ -282,14 +286,12 @@ class LinearLoop:
             f"<LinearLoop '{self.point.equations.closed.name}'{cut}: {len(self.models.closed.states)} states, {time}>"
         )
 
-    def _stable_with_delay(self) -> bool:
-        if len(self.models.delays) == 1:
-            return all(one.stable for one in self.margins().values())
-        raise ValueError(
-            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
-            "alone, or take a `PadeDelay` of `Equipped`."
-        )
+    def _one_answer(self, call: str, of: str, inputs: Names, outputs: Names) -> control.StateSpace:
+        refuse_delay(call, self.models)
+        refuse_bent(call, self.bent, _names(outputs))
+        model = self.models.single(call, of, _names(inputs), _names(outputs))
+        return model.system(f"{of} of {self.point.equations.closed.name}")
 
 
-def _names(names: str | tuple[str, ...] | None) -> tuple[str, ...] | None:
+def _names(names: Names) -> tuple[str, ...] | None:
     return (names,) if isinstance(names, str) else names

@@ -75,7 +75,7 @@ def linear_loop(
     >>> motor = wb.DCMotor()
     >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
     >>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
-    >>> linear.margins()["v"].margins.phase_margin.value.__round__(2)
+    >>> linear.margins()["v"].phase_margin.value.__round__(2)
     38.67
     >>> linear.response([1.0, 10.0], "closed", "omega_ref", "omega").bode().decibels.ravel().round(2)
     array([0.03, 3.01])

@@ -25,3 +25,12 @@ def refuse_bent(call: str, bent: Sequence[str], outputs: Sequence[str] | None) -
                 f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
                 "take another output, another state, or a `side`."
             )
+
+
+def refuse_late_channels(models: CutModels) -> None:
+    """Refuse the stability of a loop with several channels and a delay."""
+    if len(models.delays) > 1:
+        raise ValueError(
+            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
+            "alone, or take a `PadeDelay` of `Equipped`."
+        )

@@ -8,12 +8,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.linear import Pole, controllability, observability
+from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import EPS, pole_text
 
 if TYPE_CHECKING:
     import control
 
 DEAD = 1e-9  # a pole z of this size decays within a period, so that nothing of it can be hidden
+
+
+def loop_remarks(
+    closed: LoopModel, poles: Sequence[Pole], L: control.StateSpace | None, resting: bool, bent: Sequence[str]
+) -> tuple[str, ...]:
+    """Sentences on the poles of a closed loop, on what its gain L hides, on its motion, and on signals with corners."""
+    found: list[str] = []
+    if poles:
+        size = float(np.linalg.norm(closed.A[0], 2))
+        found += mode_remarks(poles, size, closed.period is not None, hidden=True)
+    if L is not None:
+        found += hidden_remarks(L)
+    if not resting:
+        found.append("The loop is frozen at a state at which it does not rest, which proves nothing of its motion.")
+    found += [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in bent]
+    return tuple(found)
 
 
 def decay_of(pole: Pole, discrete: bool) -> float:
@@ -54,12 +71,3 @@ def hidden_remarks(L: control.StateSpace) -> tuple[str, ...]:
             states = ", ".join(mode.states)
             sentences.append(f"The loop gain has a mode that {words}: {pole_text(mode.value)}{unit} of {states}.")
     return tuple(sentences)
-
-
-def point_remarks(resting: bool, bent: Sequence[str]) -> tuple[str, ...]:
-    """Sentences on a state at which the loop does not rest, and on the signals that have a corner there."""
-    found = [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in bent]
-    if not resting:
-        said = "The loop is frozen at a state at which it does not rest, which proves nothing of its motion."
-        found.insert(0, said)
-    return tuple(found)

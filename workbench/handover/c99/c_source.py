@@ -143,7 +143,8 @@ def _advance(writer: Writer) -> list[str]:
     """The function that makes the commands and the memory of the next instant."""
     body, graph, code = writer.body, writer.graph, writer.code
     if graph.adjustable:
-        body.make([i for i in graph.adjustable if i in _used(writer)])
+        used = _used(writer)
+        body.make([i for i in graph.adjustable if i in used])
     for stage, places in zip(writer.law.stages, graph.values, strict=True):
         _stage(writer, stage, places)
     body.make(graph.graph.results)

@@ -5,6 +5,7 @@ Each part is read and rewritten by itself. So the part of a computer has the sam
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from workbench.simulate.kernel.graph import Graph, Node, fused, opened, ordered
@@ -27,7 +28,7 @@ def joined(graph: Graph) -> Graph:
         for node in part.nodes:
             new.append(handed[node.entry] if node.op == "v" else len(nodes))
             if node.op != "v":
-                nodes.append(node._replace(operands=tuple([new[i] for i in node.operands])))
+                nodes.append(_moved(node, new))
         results = tuple(new[i] for i in part.results)
         for place in results if part is not graph else ():
             if place not in barriers:
@@ -43,5 +44,12 @@ def without_barriers(graph: Graph) -> Graph:
     for node in graph.nodes:
         new.append(new[node.operands[0]] if node.op == BARRIER else len(nodes))
         if node.op != BARRIER:
-            nodes.append(node._replace(operands=tuple([new[i] for i in node.operands])))
+            nodes.append(_moved(node, new))
     return Graph(tuple(nodes), tuple(new[i] for i in graph.results))
+
+
+def _moved(node: Node, new: Sequence[int]) -> Node:
+    """The node with its operands at their new places."""
+    if not node.operands:
+        return node
+    return Node(node.op, tuple([new[i] for i in node.operands]), node.value, node.entry)

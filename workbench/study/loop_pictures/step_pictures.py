@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.design.step_response import StepInfo as ExactStepInfo
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.phrases import Phrase, raised
 from workbench.study.loop_pictures.frequency_curves import captioned, number
@@ -25,7 +26,8 @@ class TimeResponse:
     """A response y (N,) at times t (N,) in s to a step or an impulse at the first of them; a NaN is a gap.
 
     `final` is the value to which it tends, None where that is not known or not finite. The values of a loop in a
-    computer, with its `period` in s, are those at its instants.
+    computer, with its `period` in s, are those at its instants. The figures of a linear system's response from zero
+    come from its `info`, as `wb.step_info` gives it, and else from lines between the samples.
     """
 
     label: Label
@@ -35,6 +37,7 @@ class TimeResponse:
     unit: str = ""
     period: float | None = None
     style: Style | None = None
+    info: ExactStepInfo | None = None
 
     def __post_init__(self) -> None:
         t, y = (numbers(f"TimeResponse({name}=...)", getattr(self, name), 1) for name in ("t", "y"))
@@ -105,6 +108,16 @@ def step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> StepIn
     )
 
 
+def _rounded(info: ExactStepInfo) -> StepInfo:
+    """The figures of a linear system, without their bounds; the peak is that on the side of the final value."""
+    final, overshoot = info.final.value, info.overshoot.value
+    inverse = info.undershoot.value > 100 + overshoot  # then `peak` is on the other side
+    times = info.rise_time.value, info.settling_time.value
+    return StepInfo(
+        *times, overshoot, final * (1 + overshoot / 100), math.nan if inverse else info.peak_time.value, final
+    )
+
+
 def _first_above(t: Array, share: Array, level: float) -> float:
     """The time, from the first one on, at which a response first reaches a level."""
     k = int(np.argmax(share >= level))
@@ -132,7 +145,7 @@ def step_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], y
     for k, one in enumerate(responses):
         if one.final is None or not np.isfinite(one.y).all():
             continue
-        info = step_info(one.t, one.y, one.final)
+        info = step_info(one.t, one.y, one.final) if one.info is None else _rounded(one.info)
         remarks.append(_sentence(one, info, len(responses) > 1))
         if len(responses) == 1:
             marks += _marked(one, info, k)
@@ -177,8 +190,8 @@ def _figure(
 
 def _marked(one: TimeResponse, info: StepInfo, k: int) -> list[Mark]:
     """The band about the final value, the rise, the peak and the settling."""
-    start, step = float(one.y[0]), info.final - float(one.y[0])
-    ends = one.t[[0, -1]]
+    start = float(one.y[0]) if one.info is None else 0.0
+    step, ends = info.final - start, one.t[[0, -1]]
     edges = sorted((info.final - SETTLED * step, info.final + SETTLED * step))
     marks: list[Mark] = [
         Series("final value", ends, np.full(2, info.final), "bound"),
@@ -187,11 +200,11 @@ def _marked(one: TimeResponse, info: StepInfo, k: int) -> list[Mark]:
     at = float(one.t[0])
     points: list[tuple[float, float, str]] = []
     rise = _first_above(one.t, (one.y - start) / step, RISE[1])
-    if math.isfinite(info.rise_time):
+    if math.isfinite(info.rise_time + rise):
         points.append((at + rise, start + RISE[1] * step, f"rise time {number(info.rise_time)} s"))
-    if info.overshoot > 0:
+    if info.overshoot > 0 and at + info.peak_time <= one.t[-1]:
         points.append((at + info.peak_time, info.peak, f"overshoot {number(info.overshoot)} %"))
-    if math.isfinite(info.settling_time) and info.settling_time > 0:
+    if info.settling_time > 0 and at + info.settling_time <= one.t[-1]:
         y = float(np.interp(at + info.settling_time, one.t, one.y))
         points.append((at + info.settling_time, y, f"settling time {number(info.settling_time)} s"))
     if points:
