@@ -18,36 +18,23 @@ PICTURES = ROOT / "docs" / "pictures"
 
 
 def main() -> None:
-    """Make all pictures."""
-    cart_pole()
-    first_loop()
-
-
-def first_loop() -> None:
-    """The first loop of the walk: its Bode plot, and its live page as it opens."""
+    """Draw the first loop of the walk, and show its page and that of a cart-pole whose gains and start are turned."""
     with tempfile.TemporaryDirectory() as folder:
         with contextlib.chdir(folder):
             loop = runpy.run_path(str(ROOT / "studies" / "first.py"))["loop"]
         shutil.copy(Path(folder) / "first_loop.png", PICTURES)
-        path = wb.live(loop, until=2.0).write(Path(folder) / "first.html")
-        with open_page(path, "", 900, 900) as shown:
-            shown.until("livePage.views.size")
-            shown.value("new Promise((done) => setTimeout(done, 1500))")
-            shown.picture(PICTURES / "first_live.png")
+        show(wb.live(loop, until=2.0).write(Path(folder) / "first.html"), "", "first_live.png")
+        one = of_plants()["LQG, cart-pole"]
+        page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole").write(Path(folder) / "live.html")
+        show(page, "#knobs=controller.K:1.8,plant.phi:0.25", "live.png")
 
 
-def cart_pole() -> None:
-    """Open the page of a cart-pole, turn its gains and its start, and keep what the window shows."""
-    one = of_plants()["LQG, cart-pole"]
-    page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole")
-    with tempfile.TemporaryDirectory() as folder:
-        path = page.write(Path(folder) / "live.html")
-        with open_page(path, "#knobs=controller.K:1.8,plant.phi:0.25", 1200, 640) as shown:
-            shown.until("livePage.views.size")
-            shown.value("document.querySelector('.bench-motion').open = true")
-            shown.value("document.querySelector('figure.drawing').scrollIntoView(); scrollBy(0, -16)")
-            shown.value("new Promise((done) => setTimeout(done, 1500))")
-            shown.picture(PICTURES / "live.png")
+def show(page: Path, address: str, name: str) -> None:
+    """Keep what the window shows of a page."""
+    with open_page(page, address, 1360, 900) as shown:
+        shown.until("livePage.data")
+        shown.value("new Promise((done) => setTimeout(done, 12000))")  # on a slow machine, too
+        shown.picture(PICTURES / name)
 
 
 if __name__ == "__main__":
