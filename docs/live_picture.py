@@ -7,6 +7,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from PIL import Image
+
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
 
@@ -15,6 +17,7 @@ from docs.loops import of_plants  # noqa: E402
 from studies.performance.chromium import open_page  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
+COLOURS = 128  # of a picture, so that README loads at once
 
 
 def main() -> None:
@@ -35,6 +38,8 @@ def show(page: Path, address: str, name: str) -> None:
         shown.until("livePage.data")
         shown.value("new Promise((done) => setTimeout(done, 12000))")  # on a slow machine, too
         shown.picture(PICTURES / name)
+    with Image.open(PICTURES / name) as picture:
+        picture.convert("RGB").quantize(COLOURS).save(PICTURES / name, optimize=True)
 
 
 if __name__ == "__main__":

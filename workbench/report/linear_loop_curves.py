@@ -1,4 +1,4 @@
-"""What pictures of a `LinearLoop` are made of: curves of its channels with their margins, matrices, and poles."""
+"""The curves, matrices and poles of a `LinearLoop` for its pictures, with the margins of its channels."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What pictures are made of, from systems of python-control, linear loops, or both by their names."""
+"""The curves, matrices and roots of systems of python-control and of linear loops, by their names, for pictures."""
 
 from __future__ import annotations
 
