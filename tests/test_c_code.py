@@ -1,6 +1,7 @@
 """A law in C: the bits of the simulation, without a warning, and with an answer to what is not finite."""
 
 import subprocess
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from workbench.simulate.kernel.target_operations import Number
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 
 
+@cache
 def motor_law(**numbers):
     """The law of a motor within limits."""
     motor = wb.DCMotor()
@@ -25,6 +27,7 @@ def motor_law(**numbers):
     return wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)).digital(0.01)
 
 
+@cache
 def kalman_law(observer=wb.ExtendedKalmanFilter):
     """The README's law of a cart-pole, behind a Kalman filter for equations that are not linear."""
     plant, period = wb.CartPole(phi=0.1), 0.01

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from functools import cache
 
 import pytest
 from c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
@@ -107,13 +108,19 @@ def test_the_root_of_the_processor_has_the_same_bits(precision, tmp_path):
     assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0)
 
 
+@cache
+def fused_run(name):
+    """A law of the catalogue and a run of its loop in the fused arithmetic."""
+    sampled, truths, _ = LOOPS[name]()
+    law = sampled.law(truths=truths)
+    return law, recorded(sampled, law, 200, arithmetic="fused")
+
+
 @needs_compiler
 @pytest.mark.parametrize("options", HARDWARE[1:])
 @pytest.mark.parametrize("name", ["EKF", "PID2", "SMC", "Fuzzy-ASMC"])
 def test_fused_products_have_the_bits_of_the_fused_simulation(name, options, tmp_path):
-    sampled, truths, _ = LOOPS[name]()
-    law = sampled.law(truths=truths)
-    y, r, u, z = recorded(sampled, law, 200, arithmetic="fused")
+    law, (y, r, u, z) = fused_run(name)
     found = compiled(c_code(law, "law", **options), tmp_path)(y, r)
     assert (differing(found[0], u), differing(found[1], z), found[2].max()) == (0, 0, 0)
     if name == "PID2":  # whose command is at its limit

@@ -272,7 +272,7 @@ def test_a_boundary_layer_is_entered_at_its_edge_and_ends_linear():
     np.testing.assert_allclose(result.x[result.t > T], expected, atol=10 * EXACT)
 
 
-@pytest.mark.parametrize("phi", [1e-4, 1e-7])
+@pytest.mark.parametrize("phi", [1e-5])
 def test_a_thin_boundary_layer_is_entered_and_followed(phi):
     result = run(lambda t, x: [x[1], -6 * x[1] - 5 * ca.fmax(-1, ca.fmin(1, (6 * x[0] + x[1]) / phi))], [1, 0], 3, 3)
     # s = 6 e + e' falls at the rate 5 to phi, and inside decays as exp(-5 t / phi); e' = -6 e + s

@@ -74,14 +74,14 @@ def bandwidth(system: control.TransferFunction | control.StateSpace, drop: float
     >>> wb.bandwidth(control.tf([1], [1, 1.4, 1])).frequency.value
     1.0088750172497358
     """
-    squares = _shares(positive("bandwidth(drop=...)", drop, " of dB"))
+    low, high = _shares(positive("bandwidth(drop=...)", drop, " of dB"))
     ratio = stable_ratio("bandwidth", system, NO_STATE)
     if ratio.final == 0:
         raise Refused(
             f"`bandwidth(system)` is where the gain has fallen from that at the frequency zero, and '{system.name}' "
             "passes nothing there; take `hinf_norm` for its peak, or the system whose output shall follow."
         )
-    return _bandwidth(ratio, *(share * ratio.final**2 for share in squares), falling=True)
+    return _bandwidth(ratio, low * ratio.final**2, high * ratio.final**2, falling=True)
 
 
 def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace, drop: float = DROP) -> Bandwidth:
@@ -94,7 +94,8 @@ def sensitivity_bandwidth(system: control.TransferFunction | control.StateSpace,
     Skogestad and Postlethwaite (2005), Multivariable Feedback Control, 2nd edition, section 2.4.5.
     """
     ratio = stable_ratio("sensitivity_bandwidth", system, NO_STATE)
-    return _bandwidth(ratio, *_shares(positive("sensitivity_bandwidth(drop=...)", drop, " of dB")), falling=False)
+    low, high = _shares(positive("sensitivity_bandwidth(drop=...)", drop, " of dB"))
+    return _bandwidth(ratio, low, high, falling=False)
 
 
 def _shares(drop: float) -> tuple[Fraction, Fraction]:

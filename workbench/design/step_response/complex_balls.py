@@ -99,10 +99,9 @@ class Ball:
         """The midpoint as a complex double; zero or infinite beyond the range of doubles."""
         spare = max(0, max(abs(self.re), abs(self.im)).bit_length() - 60)
         power = min(1100, max(-1200, self.exponent + spare))
-        parts = (float(part >> spare) for part in (self.re, self.im))
-        return complex(
-            *(math.ldexp(part, power) if power < 960 else part * math.inf if part else 0.0 for part in parts)
-        )
+        parts = [float(part >> spare) for part in (self.re, self.im)]
+        re, im = (math.ldexp(part, power) if power < 960 else part * math.inf if part else 0.0 for part in parts)
+        return complex(re, im)
 
     def logarithm(self) -> float:
         """The natural logarithm of the largest modulus in the ball, from above."""

@@ -84,9 +84,8 @@ def sampled_figures(
                 f"`step_info(system)` looks at up to {MOST_SAMPLES} samples, within which this response does not "
                 "settle; take a longer period."
             )
-    tops = [_top(rows, sign, response, k + 1) for sign in (1, -1)]
-    settled = outside + 1 if relative else None
-    return SampledFigures(reached[0], reached[1], settled, *tops)
+    top, bottom = (_top(rows, sign, response, k + 1) for sign in (1, -1))
+    return SampledFigures(reached[0], reached[1], outside + 1 if relative else None, top, bottom)
 
 
 def _ended(

@@ -77,7 +77,7 @@ def step_info(system: control.TransferFunction | control.StateSpace) -> StepInfo
     ratio = stable_ratio("step_info", system, NO_STEP)
     final = ratio.final
     if not ratio.numerator:
-        return StepInfo(*[UNKNOWN] * 4, ZERO, ZERO, ZERO, (_returns(system.name),))
+        return _peak_alone(ZERO, ZERO, ZERO, system.name)
     if len(ratio.denominator) == 1:
         size = of_fractions(abs(final), abs(final))
         return StepInfo(ZERO, ZERO, ZERO, ZERO, size, ZERO, of_fractions(final, final))
@@ -140,7 +140,7 @@ def _info(
     peak = of_fractions(abs(scale) * low, abs(scale) * high)
     peak_time = _time(likely, unit)
     if rise is None or settling is None:
-        return StepInfo(*[UNKNOWN] * 4, peak, peak_time, final, (_returns(name),))
+        return _peak_alone(peak, peak_time, final, name)
     return StepInfo(
         of_fractions(*rise),
         of_fractions(*settling),
@@ -170,8 +170,10 @@ def _percent(low: Fraction, high: Fraction) -> CertifiedValue:
     return CertifiedValue(0.0, 0.0, 0.0 if high <= 0 else math.nextafter(float(100 * high), math.inf))
 
 
-def _returns(name: str) -> str:
-    return (
+def _peak_alone(peak: CertifiedValue, peak_time: CertifiedValue, final: CertifiedValue, name: str) -> StepInfo:
+    """The figures of a response that returns to zero."""
+    remark = (
         f"The response of '{name}' returns to zero, as far as rounding tells, so that rise, settling, overshoot and "
         "undershoot, which are parts of the final value, have no meaning; `peak` and `peak_time` stand."
     )
+    return StepInfo(UNKNOWN, UNKNOWN, UNKNOWN, UNKNOWN, peak, peak_time, final, (remark,))
