@@ -26,7 +26,7 @@ if MEMORY.is_dir() and os.access(MEMORY, os.W_OK | os.X_OK) and shutil.disk_usag
     os.environ.setdefault("PYTEST_DEBUG_TEMPROOT", str(MEMORY if runs_programs else Path(tempfile.gettempdir())))
 
 # The same examples in every run: a test that fails fails again. No deadline: machines differ.
-hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=30)
+hypothesis.settings.register_profile("house", derandomize=True, deadline=None, max_examples=50)
 hypothesis.settings.load_profile("house")
 
 STUDY = """

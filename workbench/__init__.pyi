@@ -18,6 +18,7 @@ from workbench.core import (
 )
 from workbench.design import linearize
 from workbench.design.frequency import (
+    bandwidth,
     c2d,
     condition_number,
     h2_norm,
@@ -29,6 +30,7 @@ from workbench.design.frequency import (
 from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
+from workbench.design.step_response import step_info
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
@@ -182,6 +184,7 @@ __all__ = [
     "Variation",
     "WayPoints",
     "Work",
+    "bandwidth",
     "base_parameters",
     "block",
     "bode",
@@ -235,6 +238,7 @@ __all__ = [
     "sobol_bars",
     "stability_margins",
     "steady_kalman",
+    "step_info",
     "step_response",
     "total_variation",
     "turned",

@@ -242,4 +242,77 @@ def step_response(systems: Any, until: float | None = None) -> Picture:
     >>> wb.step_response(control.tf([1], [1, 1]), until=10.0).caption
     'Rise time 2.2 s, overshoot 0 %, settling time 3.91 s, final value 1.'
     """
+<<<<<<< HEAD
     return Picture(responses_figure("step_response", systems, until))
+=======
+    held = []
+    for label, one in _named(systems):
+        system = _one_channel("step_response", lti("step_response", one))
+        t, y, final = step_answers(system, until)
+        value = float(final[0, 0])
+        known = bool(np.isfinite(value)) and value != 0
+        info = exact_figures(system) if known else None
+        tends = value if info is not None or (known and value != float(y[0, 0, 0])) else None
+        held.append(TimeResponse(label, t, y[0, 0], tends, period=period_of(system), info=info))
+    return Picture(step_figure("step_response", "", held))
+
+
+def _named(systems: Any) -> list[tuple[str, Any]]:
+    """The systems by their names; a single one has its own, or none."""
+    if isinstance(systems, Mapping):
+        if not systems:
+            raise refusal("bode(systems) and its like", "a system, or a mapping from names to systems", systems)
+        return [(str(name), one) for name, one in systems.items()]
+    return [("", systems)]
+
+
+def _one_channel(call: str, system: Any) -> Any:
+    if not system.issiso():
+        raise ValueError(
+            f"`{call}(systems)` draws one input and one output; this one has {system.ninputs} and {system.noutputs}: "
+            "take one channel, as `system[0, 0]`, or `singular_values`."
+        )
+    return system
+
+
+def _curves(
+    call: str, systems: Any, frequencies: Array | None, margins: bool, asymptotes: bool = False
+) -> tuple[list[FrequencyCurve], str]:
+    """The answers of systems with what is asked to be drawn beside them, and why some have no margins."""
+    pairs = [_curve(call, label, one, frequencies, margins, asymptotes) for label, one in _named(systems)]
+    return [curve for curve, _ in pairs], " ".join(reason for _, reason in pairs if reason)
+
+
+def _curve(
+    call: str, label: str, system: Any, frequencies: Array | None, margins: bool, asymptotes: bool
+) -> tuple[FrequencyCurve, str]:
+    """The answers of a system, and the sentence that refuses its margins if it has none."""
+    if isinstance(system, FrequencyCurve):
+        return system, ""
+    held = _one_channel(call, lti(call, system))
+    found = system_answers(held, frequencies)
+    corners = None
+    if asymptotes:
+        roots = system_roots(held)
+        corners = None if roots.gain is None else Corners(roots.poles, roots.zeros, roots.gain)
+    known, refused = _margins(held) if margins else (None, "")
+    name = label or "L" * margins
+    curve = FrequencyCurve(name, found.frequencies, found.values[:, 0, 0], found.period, margins=known, corners=corners)
+    return curve, f"No margins of {name}: {refused}" if refused else ""
+
+
+def _margins(system: Any) -> tuple[StabilityMargins | None, str]:
+    """The certified margins of a loop gain, or none and the sentence that refuses them."""
+    try:
+        return stability_margins(system), ""
+    except Refused as refusal:
+        return None, str(refusal)
+
+
+def _unstable_poles(system: Any) -> int:
+    """The number of poles in the right half-plane, or outside the unit circle, but for rounding."""
+    roots = system_roots(system)
+    sizes = np.abs(roots.poles)
+    outside = sizes - 1 if roots.period is not None else roots.poles.real
+    return int((outside > ON_AXIS * np.maximum(sizes, 1e-300)).sum())
+>>>>>>> main
