@@ -1,8 +1,13 @@
-"""The picture of a live page in the README: `python docs/live_picture.py` makes it, in Chromium."""
+"""The pictures of the README: `python docs/live_picture.py` makes them, the live pages in Chromium."""
 
+import contextlib
+import runpy
+import shutil
 import sys
 import tempfile
 from pathlib import Path
+
+from PIL import Image
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -11,21 +16,30 @@ import workbench as wb  # noqa: E402
 from docs.loops import of_plants  # noqa: E402
 from studies.performance.chromium import open_page  # noqa: E402
 
-PICTURE = ROOT / "docs" / "pictures" / "live.png"
+PICTURES = ROOT / "docs" / "pictures"
+COLOURS = 128  # of a picture, so that README loads at once
 
 
 def main() -> None:
-    """Open the page of a cart-pole, turn its gains and its start, and keep what the window shows."""
-    one = of_plants()["LQG, cart-pole"]
-    page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole")
+    """Draw the first loop of the walk, and show its page and that of a cart-pole whose gains and start are turned."""
     with tempfile.TemporaryDirectory() as folder:
-        path = page.write(Path(folder) / "live.html")
-        with open_page(path, "#knobs=controller.K:1.8,plant.phi:0.25", 1200, 640) as shown:
-            shown.until("livePage.views.size")
-            shown.value("document.querySelector('.bench-motion').open = true")
-            shown.value("document.querySelector('figure.drawing').scrollIntoView(); scrollBy(0, -16)")
-            shown.value("new Promise((done) => setTimeout(done, 1500))")
-            shown.picture(PICTURE)
+        with contextlib.chdir(folder):
+            loop = runpy.run_path(str(ROOT / "studies" / "first.py"))["loop"]
+        shutil.copy(Path(folder) / "first_loop.png", PICTURES)
+        show(wb.live(loop, until=2.0).write(Path(folder) / "first.html"), "", "first_live.png")
+        one = of_plants()["LQG, cart-pole"]
+        page = wb.live(one.loop, one.until, one.h, title="LQG, cart-pole").write(Path(folder) / "live.html")
+        show(page, "#knobs=controller.K:1.8,plant.phi:0.25", "live.png")
+
+
+def show(page: Path, address: str, name: str) -> None:
+    """Keep what the window shows of a page."""
+    with open_page(page, address, 1360, 900) as shown:
+        shown.until("livePage.data")
+        shown.value("new Promise((done) => setTimeout(done, 12000))")  # on a slow machine, too
+        shown.picture(PICTURES / name)
+    with Image.open(PICTURES / name) as picture:
+        picture.convert("RGB").quantize(COLOURS).save(PICTURES / name, optimize=True)
 
 
 if __name__ == "__main__":

@@ -2,10 +2,13 @@
 
 import os
 import re
+import runpy
 from pathlib import Path
 
 import pytest
 from forks import run_all
+
+import workbench as wb
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -47,6 +50,22 @@ def test_the_first_picture_is_small_and_there():
     assert README.index(first[0]) < README.index("make paper")
     assert first[2] == "docs/pictures/live.png"
     assert (ROOT / first[2]).stat().st_size < 150_000
+
+
+def test_the_first_loop_has_the_bode_plot_and_the_margins_that_the_walk_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    loop = runpy.run_path(str(ROOT / "studies" / "first.py"))["loop"]
+    assert (tmp_path / "first_loop.png").read_bytes().startswith(b"\x89PNG")
+    margins = wb.linear_loop(loop).margins()["v"].margins
+    assert f"a phase margin of {margins.phase_margin.value:.1f} degrees" in README
+    assert f"Ms = {margins.Ms.gain.value:.2f}," in README
+
+
+@pytest.mark.parametrize("name", ["first_loop", "first_live"])
+def test_the_pictures_of_the_first_walk_are_small_and_there(name):
+    place = f"docs/pictures/{name}.png"
+    assert README.index("## A first loop") < README.index(place) < README.index("## A plant of your own")
+    assert (ROOT / place).stat().st_size < 150_000
 
 
 def test_the_first_loop_has_a_live_page_as_the_walk_says(command, tmp_path):

@@ -41,13 +41,13 @@ _ROOMS = {
     "study.live.turned": "turned turned_linear",
     "study.pictures.loop_gain_pictures": "loop_gain_pictures",
     "cli.script": "load",
-    "report.figures.runs": "plot",
     "handover.c99.c_code": "c_code",
     "handover.fmi.archive": "fmu",
     "handover.law_export": "export",
     "handover.recording": "record",
     "handover.replays": "replay",
     "report.loop_page": "live",
+    "report.object_plots": "plot",
     "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
     "study.loop_pictures": "FrequencyCurve GainBound",
     "study.specifications": "Specification",
@@ -58,7 +58,6 @@ _THERE = {  # the names that a room calls otherwise
     "Observer": "AbstractObserver",
     "Plant": "AbstractPlant",
     "Reference": "AbstractReference",
-    "plot": "plot_runs",
     "read_urdf": "read",
 }
 __all__ = [*_HOMES]

@@ -74,7 +74,6 @@ from workbench.plants import (
     StirredTank,
     TwoMasses,
 )
-from workbench.report.figures.runs import plot_runs as plot
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
     bode,
@@ -85,6 +84,7 @@ from workbench.report.loop_plots import (
     singular_values,
     step_response,
 )
+from workbench.report.object_plots import plot
 from workbench.robots import base_parameters, named, paper_arm, regressor
 from workbench.robots.urdf import read as read_urdf
 from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints

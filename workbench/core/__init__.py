@@ -1,7 +1,7 @@
 """The waist of the hourglass: small frozen objects in which makers and users of equations meet.
 
-They know names, units, expressions of CasADi and their numbers, but no robot, no law and no plot. Read `layout` first,
-then `block` and `lift`, then `ode` and `step`.
+They know names, units, expressions of CasADi and their numbers, but no robot, no law and no plot; `drawers` has the
+functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
 """
 
 from workbench.core.block import block, initial, option, parameter

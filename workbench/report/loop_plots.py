@@ -1,4 +1,4 @@
-"""Pictures of systems of python-control in one call: Bode, Nyquist, Nichols, poles and zeros, root locus, steps."""
+"""Pictures of systems and loops in one call: Bode, Nyquist, Nichols, poles and zeros, root locus, steps."""
 
 from __future__ import annotations
 
@@ -7,58 +7,50 @@ from typing import Any
 
 import numpy as np
 
-from workbench.design.frequency import StabilityMargins, stability_margins
-from workbench.design.linear.system_answers import (
-    feedback_poles,
-    lti,
-    period_of,
-    step_answers,
-    system_answers,
-    system_roots,
-)
-from workbench.design.matrices import Refused
-from workbench.design.step_response import exact_figures
+from workbench.design.linear.system_answers import feedback_poles, lti, system_roots
+from workbench.design.linear_loop import LinearLoop
+from workbench.report.linear_loop_loci import locus_figure
 from workbench.report.picture import Picture
+from workbench.report.response_figures import responses_figure
+from workbench.report.system_curves import curves_of, matrices_of, one_channel, roots_of
 from workbench.study.loop_pictures import (
-    Corners,
-    FrequencyCurve,
-    FrequencyMatrix,
+    Disk,
     GainBound,
-    PoleZeroSet,
-    TimeResponse,
     bode_figure,
     nichols_figure,
     nyquist_figure,
     root_locus_figure,
     singular_value_figure,
-    step_figure,
 )
 from workbench.study.loop_pictures import pole_zero_map as pole_zero_figure
 from workbench.validation.refusals import Array, numbers, refusal
 from workbench.validation.signatures import door
 
 GAINS = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 800)])  # of a root locus
-ON_AXIS = 1e-8  # relative: a pole nearer to the axis is none of the unstable ones
 
 
 @door
 def bode(
     systems: Any,
     frequencies: Array | None = None,
-    margins: bool = False,
+    margins: bool | None = None,
     asymptotes: bool = False,
     bounds: tuple[GainBound, ...] = (),
 ) -> Picture:
-    """The Bode plot of a system with one channel, of several by their names, or of answers, a `FrequencyCurve`.
+    """The Bode plot of a system with one channel, of a loop, of several by their names, or of a `FrequencyCurve`.
+
+    Of a `LinearLoop` it is the loop gain at each channel of its cut, while the loop is closed at the others.
 
     Parameters
     ----------
     systems
-        A `StateSpace` or `TransferFunction` of python-control, a `FrequencyCurve`, or a mapping from names to such.
+        A `StateSpace` or `TransferFunction` of python-control, a `LinearLoop`, a `FrequencyCurve`, or a mapping from
+        names to such.
     frequencies
         (m,) in rad/s, in rising order; by default what shows the poles and zeros.
     margins
-        True for loop gains L of negative feedback: certified margins are marked and told.
+        True for loop gains L of negative feedback: certified margins are marked and told. By default a `LinearLoop`
+        has them, and a system has none.
     asymptotes, bounds
         As of `bode_figure`.
 
@@ -74,18 +66,23 @@ def bode(
     >>> picture.caption
     'Gain margin 6.02 dB upwards, phase margin 27.1 degrees, delay margin 0.384 s, Ms 3, disk margin 0.378.'
     """
-    curves, refused = _curves("bode", systems, frequencies, margins, asymptotes)
-    return Picture(bode_figure("bode", refused, curves, asymptotes, bounds))
+    found = curves_of("bode", systems, frequencies, margins, asymptotes)
+    return Picture(bode_figure("bode", " ".join(found.remarks), found.curves, asymptotes, bounds))
 
 
 @door
 def nyquist(
-    systems: Any, frequencies: Array | None = None, margins: bool = True, reach: float | None = None
+    systems: Any,
+    frequencies: Array | None = None,
+    margins: bool = True,
+    reach: float | None = None,
+    forbidden: tuple[Disk, ...] = (),
 ) -> Picture:
-    """The Nyquist plot of a loop gain L with one channel, of several by their names, or of a `FrequencyCurve`.
+    """The Nyquist plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
     Turns about -1 are counted, and with the unstable poles of a single L those of the closed loop are told. Systems,
-    frequencies and margins are as of `bode`; the curve is cut at the distance `reach` from zero.
+    frequencies and margins are as of `bode`; the curve is cut at the distance `reach` from zero, and `forbidden` disks
+    are shaded.
 
     Raises
     ------
@@ -99,17 +96,15 @@ def nyquist(
     >>> picture.caption.split(". ")[0]
     'The closed curve encircles −1 once, anticlockwise'
     """
-    held = _named(systems)
-    curves, refused = _curves("nyquist", systems, frequencies, margins)
-    unstable = None
-    if len(held) == 1 and not isinstance(held[0][1], FrequencyCurve):
-        unstable = _unstable_poles(held[0][1])
-    return Picture(nyquist_figure("nyquist", refused, curves, unstable, reach=reach))
+    found = curves_of("nyquist", systems, frequencies, margins)
+    unstable = found.unstable[0] if len(found.curves) == 1 else None
+    remarks = " ".join(found.remarks)
+    return Picture(nyquist_figure("nyquist", remarks, found.curves, unstable, forbidden=forbidden, reach=reach))
 
 
 @door
 def nichols(systems: Any, frequencies: Array | None = None, margins: bool = True) -> Picture:
-    """The Nichols plot of a loop gain L with one channel, of several by their names, or of a `FrequencyCurve`.
+    """The Nichols plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
     Systems, frequencies and margins are as of `bode`.
 
@@ -124,13 +119,15 @@ def nichols(systems: Any, frequencies: Array | None = None, margins: bool = True
     >>> wb.nichols(control.tf([4], [1, 3, 3, 1])).figure.name
     'nichols'
     """
-    curves, refused = _curves("nichols", systems, frequencies, margins)
-    return Picture(nichols_figure("nichols", refused, curves))
+    found = curves_of("nichols", systems, frequencies, margins)
+    return Picture(nichols_figure("nichols", " ".join(found.remarks), found.curves))
 
 
 @door
 def singular_values(systems: Any, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
     """The singular values over frequency of a system with several channels, or of several systems by their names.
+
+    Of a `LinearLoop` they are those of its loop gain L at all channels, and the caption has their disk margin.
 
     Raises
     ------
@@ -144,21 +141,21 @@ def singular_values(systems: Any, frequencies: Array | None = None, bounds: tupl
     >>> wb.singular_values(plant).figure.name
     'singular_values'
     """
-    held = []
-    for label, one in _named(systems):
-        found = system_answers(lti("singular_values", one), frequencies)
-        held.append(FrequencyMatrix(label, found.frequencies, found.values, found.inputs, found.outputs, found.period))
-    return Picture(singular_value_figure("singular_values", "", held, bounds))
+    held, remarks = matrices_of("singular_values", systems, frequencies)
+    return Picture(singular_value_figure("singular_values", " ".join(remarks), held, bounds))
 
 
 @door
 def pole_zero_map(systems: Any, grid: bool = True) -> Picture:
     """The poles and zeros of a system of python-control, or of several by their names, with lines of damping.
 
+    Of a `LinearLoop` they are the poles of the closed loop.
+
     Raises
     ------
     ValueError
-        If a system is none of python-control, the periods differ, or there is neither a pole nor a zero.
+        If a system is none of python-control, the periods differ, there is neither a pole nor a zero, or a loop has a
+        delay, and so no finite number of poles.
 
     Examples
     --------
@@ -166,40 +163,58 @@ def pole_zero_map(systems: Any, grid: bool = True) -> Picture:
     >>> wb.pole_zero_map(control.tf([1, 1], [1, 0.4, 4])).figure.name
     'pole_zero_map'
     """
-    held = []
-    for label, one in _named(systems):
-        roots = system_roots(lti("pole_zero_map", one))
-        held.append(PoleZeroSet(label, roots.poles, roots.zeros, roots.period))
-    return Picture(pole_zero_figure("pole_zero_map", "", held, grid))
+    return Picture(pole_zero_figure("pole_zero_map", "", roots_of("pole_zero_map", systems), grid))
 
 
 @door
-def root_locus(system: Any, gains: Array | None = None, marked: tuple[float, ...] = (), grid: bool = True) -> Picture:
-    """The poles of the negative feedback of k G over gains k, for a system G of python-control with one channel.
+def root_locus(
+    system: Any,
+    over: Any = None,
+    values: Array | None = None,
+    marked: tuple[float, ...] = (),
+    grid: bool = True,
+) -> Picture:
+    """The poles of a loop over the values of any of its parameters, or of the negative feedback of k G over gains k.
 
-    Over another parameter of a loop take the poles of its rows, and `root_locus_figure`. `marked` gains have dots.
+    Parameters
+    ----------
+    system
+        A `LinearLoop`, or a system G of python-control with one channel.
+    over
+        Of a loop the path of a parameter, as "plant.m", or a mapping from it to the values; of a system gains (N,).
+    values
+        (N,), those of the parameter of a loop, in rising or falling order.
+    marked
+        Values with a dot at each pole; of a loop by default its own value.
 
     Raises
     ------
     ValueError
-        If the system is none, has several channels, or the gains do not rise.
+        If the system is none, or has several channels; the values are none, or neither rise nor fall; or the loop has
+        a delay, and so no finite number of poles.
+    LookupError
+        If the loop has no such parameter.
 
     Examples
     --------
     >>> import control
-    >>> wb.root_locus(control.tf([1], [1, 3, 3, 1]), gains=np.linspace(0, 20, 401)).caption.split(". ")[1]
+    >>> wb.root_locus(control.tf([1], [1, 3, 3, 1]), np.linspace(0, 20, 401)).caption.split(". ")[1]
     'A pole crosses the limit of stability at k = 8, by interpolation'
     """
-    plant = _one_channel("root_locus", lti("root_locus", system))
+    if isinstance(system, LinearLoop):
+        return Picture(locus_figure("root_locus", system, over, values, marked, grid))
+    if values is not None or isinstance(over, str | Mapping):
+        raise refusal("root_locus(system)", "a `LinearLoop`, if a parameter is named", system)
+    plant = one_channel("root_locus", lti("root_locus", system))
     roots = system_roots(plant)
-    values = GAINS * _gain_scale(roots.poles, roots.zeros, roots.gain) if gains is None else gains
-    values = numbers("root_locus(gains=...)", values, 1)
-    if not np.isfinite(values).all():
-        raise refusal("root_locus(gains=...)", "finite numbers", gains)
+    scale = _gain_scale(roots.poles, roots.zeros, roots.gain)
+    gains = GAINS * scale if over is None else numbers("root_locus(over=...)", over, 1)
+    if not np.isfinite(gains).all():
+        raise refusal("root_locus(over=...)", "finite numbers", over)
     if not len(roots.poles) or len(roots.zeros) > len(roots.poles):
         raise refusal("root_locus(system)", "a system with poles, and no more zeros than poles", system)
-    poles = feedback_poles(plant, values)
-    figure = root_locus_figure("root_locus", "", "k", values, poles, "", marked, roots.zeros, roots.period, grid=grid)
+    poles = feedback_poles(plant, gains)
+    figure = root_locus_figure("root_locus", "", "k", gains, poles, "", marked, roots.zeros, roots.period, grid=grid)
     return Picture(figure)
 
 
@@ -211,14 +226,15 @@ def _gain_scale(poles: Any, zeros: Any, gain: float | None) -> float:
 
 @door
 def step_response(systems: Any, until: float | None = None) -> Picture:
-    """The step response of a system of python-control with one channel, or of several by their names, and its figures.
+    """The step response of a system with one channel, of a loop, or of several by their names, and its figures.
 
-    Rise time, overshoot and settling time are told where the response tends to a value; `until` is in s.
+    Of a `LinearLoop` it is that of what the loop follows to its reference, or else to a load. Rise time, overshoot and
+    settling time are told where the response tends to a value; `until` is in s.
 
     Raises
     ------
     ValueError
-        If a system is none, or has several channels.
+        If a system is none, or has several channels; or a loop has a delay, which needs infinitely many states.
 
     Examples
     --------
@@ -226,73 +242,4 @@ def step_response(systems: Any, until: float | None = None) -> Picture:
     >>> wb.step_response(control.tf([1], [1, 1]), until=10.0).caption
     'Rise time 2.2 s, overshoot 0 %, settling time 3.91 s, final value 1.'
     """
-    held = []
-    for label, one in _named(systems):
-        system = _one_channel("step_response", lti("step_response", one))
-        t, y, final = step_answers(system, until)
-        value = float(final[0, 0])
-        known = bool(np.isfinite(value)) and value != 0
-        info = exact_figures(system) if known else None
-        tends = value if info is not None or (known and value != float(y[0, 0, 0])) else None
-        held.append(TimeResponse(label, t, y[0, 0], tends, period=period_of(system), info=info))
-    return Picture(step_figure("step_response", "", held))
-
-
-def _named(systems: Any) -> list[tuple[str, Any]]:
-    """The systems by their names; a single one has its own, or none."""
-    if isinstance(systems, Mapping):
-        if not systems:
-            raise refusal("bode(systems) and its like", "a system, or a mapping from names to systems", systems)
-        return [(str(name), one) for name, one in systems.items()]
-    return [("", systems)]
-
-
-def _one_channel(call: str, system: Any) -> Any:
-    if not system.issiso():
-        raise ValueError(
-            f"`{call}(systems)` draws one input and one output; this one has {system.ninputs} and {system.noutputs}: "
-            "take one channel, as `system[0, 0]`, or `singular_values`."
-        )
-    return system
-
-
-def _curves(
-    call: str, systems: Any, frequencies: Array | None, margins: bool, asymptotes: bool = False
-) -> tuple[list[FrequencyCurve], str]:
-    """The answers of systems with what is asked to be drawn beside them, and why some have no margins."""
-    pairs = [_curve(call, label, one, frequencies, margins, asymptotes) for label, one in _named(systems)]
-    return [curve for curve, _ in pairs], " ".join(reason for _, reason in pairs if reason)
-
-
-def _curve(
-    call: str, label: str, system: Any, frequencies: Array | None, margins: bool, asymptotes: bool
-) -> tuple[FrequencyCurve, str]:
-    """The answers of a system, and the sentence that refuses its margins if it has none."""
-    if isinstance(system, FrequencyCurve):
-        return system, ""
-    held = _one_channel(call, lti(call, system))
-    found = system_answers(held, frequencies)
-    corners = None
-    if asymptotes:
-        roots = system_roots(held)
-        corners = None if roots.gain is None else Corners(roots.poles, roots.zeros, roots.gain)
-    known, refused = _margins(held) if margins else (None, "")
-    name = label or "L" * margins
-    curve = FrequencyCurve(name, found.frequencies, found.values[:, 0, 0], found.period, margins=known, corners=corners)
-    return curve, f"No margins of {name}: {refused}" if refused else ""
-
-
-def _margins(system: Any) -> tuple[StabilityMargins | None, str]:
-    """The certified margins of a loop gain, or none and the sentence that refuses them."""
-    try:
-        return stability_margins(system), ""
-    except Refused as refusal:
-        return None, str(refusal)
-
-
-def _unstable_poles(system: Any) -> int:
-    """The number of poles in the right half-plane, or outside the unit circle, but for rounding."""
-    roots = system_roots(system)
-    sizes = np.abs(roots.poles)
-    outside = sizes - 1 if roots.period is not None else roots.poles.real
-    return int((outside > ON_AXIS * np.maximum(sizes, 1e-300)).sum())
+    return Picture(responses_figure("step_response", systems, until))

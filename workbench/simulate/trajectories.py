@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Step
+from workbench.core.drawers import draw
 from workbench.core.expressions import rows
 from workbench.simulate.divergence import Divergence
 from workbench.simulate.job import Job
@@ -169,7 +170,7 @@ class Trajectories:
 
     def plot(self, *names: str, run: int | None = None) -> Any:
         """A figure of signals over time, as `workbench.plot` draws it."""
-        return import_module("workbench").plot(self, *names, run=run)  # the face is above all floors, this far below
+        return draw(self, *names, run=run)
 
     @property
     def page_step(self) -> float:

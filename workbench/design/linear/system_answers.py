@@ -25,6 +25,7 @@ TIMES = 1000  # of a response
 CONSTANTS = 8.0  # time constants of the slowest mode, which a step response shows
 UNSTABLE = 3.0  # time constants of the fastest growth
 LONGEST = 5000  # periods of a response in a computer
+ON_AXIS = 1e-8  # relative: a pole nearer to the axis is none of the unstable ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,6 +108,13 @@ def system_roots(system: control.StateSpace | control.TransferFunction) -> Syste
         top, bottom = (np.trim_zeros(np.asarray(part[0][0], dtype=float), "f") for part in (ratio.num, ratio.den))
         gain = float(top[0] / bottom[0]) if top.size else None
     return SystemRoots(poles, zeros[np.isfinite(zeros)], gain, period_of(held))
+
+
+def unstable_poles(roots: SystemRoots) -> int:
+    """The number of poles in the right half-plane, or outside the unit circle, but for rounding."""
+    sizes = np.abs(roots.poles)
+    outside = sizes - 1 if roots.period is not None else roots.poles.real
+    return int((outside > ON_AXIS * np.maximum(sizes, 1e-300)).sum())
 
 
 def feedback_poles(system: control.StateSpace | control.TransferFunction, gains: Array) -> Complex:
@@ -195,7 +203,7 @@ def step_answers(
     poles = np.asarray(held.poles(), dtype=complex)
     if h is not None:
         poles = np.log(np.where(poles == 0, 1e-3, poles)) / h
-    end = until if until is not None else _until(poles, h)
+    end = until if until is not None else showing_time(poles, h)
     if not 0 < end < math.inf:
         raise refusal("step_answers(until=...)", "a positive number of seconds", until)
     if h is not None and end / h > LONGEST:
@@ -214,8 +222,8 @@ def step_answers(
     return t, outputs, np.asarray(final, dtype=float)
 
 
-def _until(poles: Complex, h: float | None) -> float:
-    """The seconds that show the slowest mode decay, or the fastest grow."""
+def showing_time(poles: Complex, h: float | None) -> float:
+    """The seconds that show the slowest mode decay, or the fastest grow, by poles (nx,) in 1/s."""
     rates = poles.real
     size = np.abs(poles).max(initial=0.0)
     if not size:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.drawers import draw
 from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
@@ -19,9 +20,9 @@ from workbench.design.linear_loop.cut_margins import channel_margins, common_mar
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.gang_of_six import gang
 from workbench.design.linear_loop.loop_point import LoopPoint
+from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay, refuse_late_channels
 from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
-from workbench.design.matrices import Refused
 from workbench.design.step_response import StepInfo, step_info
 from workbench.validation.refusals import Array
 from workbench.validation.signatures import door
@@ -97,8 +98,8 @@ class LinearLoop:
         LookupError
             If a name is none of an input or an output of this kind.
         """
-        self._refuse_delay("LinearLoop.system(...)")
-        self._refuse_bent("LinearLoop.system", outputs)
+        refuse_delay("LinearLoop.system(...)", self.models)
+        refuse_bent("LinearLoop.system", self.bent, _names(outputs))
         model = self.models.selected("LinearLoop.system", of, _names(inputs), _names(outputs))
         return model.system(f"{of} of {self.point.equations.closed.name}")
 
@@ -120,14 +121,15 @@ class LinearLoop:
     @cached_property
     def poles(self) -> tuple[Pole, ...]:
         """The poles of the closed loop, the slowest first; of the map over the common period in a computer."""
-        self._refuse_delay("LinearLoop.poles")
+        refuse_delay("LinearLoop.poles", self.models)
         return poles(self.models.closed.system())
 
     @property
     def stable(self) -> bool:
         """True if every pole of the closed loop decays, by more than rounding may have moved it."""
         if self.models.delays.any():
-            return self._stable_with_delay()
+            refuse_late_channels(self.models)
+            return all(one.stable for one in self.margins().values())
         discrete, size = self.period is not None, float(np.linalg.norm(self.models.closed.A[0], 2))
         return all(decay_of(pole, discrete) > doubt_of(pole.condition, size, len(self.poles)) for pole in self.poles)
 
@@ -155,7 +157,7 @@ class LinearLoop:
         """
         call = "LinearLoop.response"
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, self.period)
-        self._refuse_bent(call, outputs)
+        refuse_bent(call, self.bent, _names(outputs))
         found, seen, shown = self.models.response(call, of, omega, _names(inputs), _names(outputs))
         return refuse_pole(f"{call}(...)", response_of(omega, found, seen, shown))
 
@@ -197,7 +199,7 @@ class LinearLoop:
     @property
     def disk_margin(self) -> DiskMargin:
         """The disk margin of all channels of the cut at once; refused if the closed loop is not stable."""
-        self._refuse_delay("LinearLoop.disk_margin")
+        refuse_delay("LinearLoop.disk_margin", self.models)
         return common_margin("LinearLoop.disk_margin", self.models)
 
     @door
@@ -258,6 +260,25 @@ class LinearLoop:
         """
         return linear_rows(self.point, self.bent, values)
 
+    def plot(self, kind: str = "", **options: Any) -> Any:
+        """A picture, by default Bode and Nyquist plots with margins, and the poles; a notebook shows it.
+
+        Parameters
+        ----------
+        kind
+            "bode", "nyquist", "nichols", "poles", "root_locus" (`over` as in {"plant.m": values}), "step", "impulse",
+            "gang_of_six", "singular_values", "determinant", "characteristic_loci" or "relative_gains".
+        options
+            `frequencies` (m,) in rad/s; `of`, `inputs` and `outputs` as of `response`; `until` in s; `asymptotes`,
+            `bounds`, `forbidden` and `reach` as of `wb.bode` and `wb.nyquist`.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind, an option does not fit, or the loop has no such picture, as poles with a delay.
+        """
+        return draw(self, kind, **options)
+
     def __repr__(self) -> str:
         cut = f" cut at {', '.join(self.channels)}" if self.channels else ""
         time = "in continuous time" if self.period is None else f"in a computer, every {self.period:g} s"
@@ -266,33 +287,10 @@ class LinearLoop:
         )
 
     def _one_answer(self, call: str, of: str, inputs: Names, outputs: Names) -> control.StateSpace:
-        self._refuse_delay(call)
-        self._refuse_bent(call, outputs)
+        refuse_delay(call, self.models)
+        refuse_bent(call, self.bent, _names(outputs))
         model = self.models.single(call, of, _names(inputs), _names(outputs))
         return model.system(f"{of} of {self.point.equations.closed.name}")
-
-    def _stable_with_delay(self) -> bool:
-        if len(self.models.delays) == 1:
-            return all(one.stable for one in self.margins().values())
-        raise ValueError(
-            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
-            "alone, or take a `PadeDelay` of `Equipped`."
-        )
-
-    def _refuse_delay(self, call: str) -> None:
-        if self.models.delays.any():
-            raise Refused(
-                f"`{call}` needs finitely many states, and a delay has infinitely many; ask for `response` or `margins`"
-                ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
-            )
-
-    def _refuse_bent(self, call: str, outputs: Names) -> None:
-        for name in _names(outputs) or ():
-            if name in self.bent:
-                raise Refused(
-                    f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
-                    "take another output, another state, or a `side`."
-                )
 
 
 def _names(names: Names) -> tuple[str, ...] | None:

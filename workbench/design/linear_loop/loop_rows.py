@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Sampled
+from workbench.core.drawers import draw
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear_loop.cut_margins import refuse_rates
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
@@ -30,13 +31,16 @@ CALL = "LinearLoop.rows"
 class LinearRows:
     """A loop that is linear at N rows of states x (N, nx) and parameters p (N, np), as `LinearLoop.rows` makes it.
 
-    `reasons` says of each row without an answer why it has none; its numbers are NaN.
+    `reasons` says of each row without an answer why it has none; its numbers are NaN. `point` is the one from which the
+    rows differ, and `varied` has the values (N,) of each number that was named.
     """
 
     x: Array
     p: Array
     models: CutModels
     reasons: Mapping[int, str]
+    point: LoopPoint
+    varied: Mapping[str, Array]
 
     def __len__(self) -> int:
         return len(self.x)
@@ -90,6 +94,25 @@ class LinearRows:
         opened = self.models.open_drives(call)
         return row_margins(call, self.models, [opened.outputs[i] for i in self.models.channels], self.stable)
 
+    def plot(self, kind: str = "", **options: Any) -> Any:
+        """A picture over all rows: the median, the middle 90 % and the range, and the worst row by its name.
+
+        Parameters
+        ----------
+        kind
+            "bode" (of one channel the default; `at` names one of several, and `of`, `inputs` and `outputs` another
+            answer), "sensitivity" (of several the default: the largest gain of S), "step" (`inputs`, `outputs`,
+            `until` in s) or "poles".
+        options
+            `frequencies` (m,) in rad/s, `bounds` of gains, and those above, by name.
+
+        Raises
+        ------
+        ValueError
+            If there is no such kind, the option does not fit, or the loop has a delay and so no such picture.
+        """
+        return draw(self, kind, **options)
+
     def __repr__(self) -> str:
         return f"<{len(self)} rows of a LinearLoop, {len(self.reasons)} flagged>"
 
@@ -137,7 +160,7 @@ def linear_rows(point: LoopPoint, bent: tuple[str, ...], values: Mapping[str, An
     full = [None if model is None else _spread(straight(model, bent), sound, len(x), reasons) for model in pair]
     assert full[0] is not None
     models = CutModels(full[0], full[1], equations.channels, np.array(equations.delays))
-    return LinearRows(x, p, models, dict(sorted(reasons.items())))
+    return LinearRows(x, p, models, dict(sorted(reasons.items())), point, _varied(closed, values, len(x)))
 
 
 def _rows(
@@ -160,6 +183,12 @@ def _rows(
         rest = [i for i in range(layout.size) if i not in named]
         rows[:, rest] = own[rest]
     return x, p, fixed, reasons
+
+
+def _varied(closed: Equations, values: Mapping[str, Any], count: int) -> dict[str, Array]:
+    """The values (N,) of each number by its name that has one for each row."""
+    columns = {name: _column(closed, name, value) for name, value in values.items()}
+    return {name: column.ravel() for name, column in columns.items() if column is not None and column.size == count}
 
 
 def _column(closed: Equations, name: str, value: Any) -> Array | None:

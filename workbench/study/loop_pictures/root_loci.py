@@ -9,7 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from workbench.study.document.figure import Arrows, Figure, Label, Mark, Points, Series
-from workbench.study.document.phrases import Cell, Column, Phrase, Table
+from workbench.study.document.phrases import Cell, Column, Phrase, Table, raised
 from workbench.study.loop_pictures.frequency_curves import Complex, captioned, complexes, joined, number
 from workbench.study.loop_pictures.pole_maps import grid_remarks, root_panel
 from workbench.validation.refusals import Array, numbers, positive, refusal, seconds
@@ -82,7 +82,7 @@ def _limits(crossings: Sequence[tuple[float, complex]], unit: str) -> list[Mark]
 
 
 def _unit(unit: str) -> str:
-    return f" {unit}" if unit not in ("", "1") else ""
+    return f" {raised(unit)}" if unit not in ("", "1") else ""
 
 
 def branches(poles: Complex) -> Complex:

@@ -1,0 +1,36 @@
+"""Refusals of answers that a linear loop does not have: of a delay as states, and of signals with a corner."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from workbench.design.linear_loop.frequency_answers import CutModels
+from workbench.design.matrices import Refused
+
+
+def refuse_delay(call: str, models: CutModels) -> None:
+    """Refuse what needs finitely many states of a loop with a delay."""
+    if models.delays.any():
+        raise Refused(
+            f"`{call}` needs finitely many states, and a delay has infinitely many; ask for `response` or `margins`"
+            ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
+        )
+
+
+def refuse_bent(call: str, bent: Sequence[str], outputs: Sequence[str] | None) -> None:
+    """Refuse outputs that have a corner or a jump at the state of the loop."""
+    for name in outputs or ():
+        if name in bent:
+            raise Refused(
+                f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
+                "take another output, another state, or a `side`."
+            )
+
+
+def refuse_late_channels(models: CutModels) -> None:
+    """Refuse the stability of a loop with several channels and a delay."""
+    if len(models.delays) > 1:
+        raise ValueError(
+            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
+            "alone, or take a `PadeDelay` of `Equipped`."
+        )

@@ -1,0 +1,50 @@
+"""`plot`, which draws any object that has a picture: runs over time, the linear answers of a loop, and rows of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from workbench.core.drawers import DRAWERS, draw
+from workbench.design.linear_loop import LinearLoop, LinearRows
+from workbench.report.figures.runs import plot_runs
+from workbench.report.linear_loop_plots import draw_loops
+from workbench.report.linear_row_plots import draw_rows
+from workbench.simulate import Trajectories
+from workbench.validation.signatures import door
+
+DRAWERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows}
+
+
+@door
+def plot(thing: Any, *names: str, **options: Any) -> Any:
+    """The picture of an object, or of several of one class by their names, as the `.plot()` of the object makes it.
+
+    Parameters
+    ----------
+    thing
+        `Trajectories`, a `LinearLoop`, `LinearRows`, or a mapping from names to several of one of these classes.
+    names
+        Of runs the signals over time, a panel each, see `Trajectories.plot`. Of a loop the kind of its picture, as
+        "bode", see `LinearLoop.plot`, and of rows of it `LinearRows.plot`.
+    options
+        Those of the kind, by name; of runs `run`, the number of the one that is drawn.
+
+    Raises
+    ------
+    ValueError
+        If the object has no picture, or an option does not fit.
+    LookupError
+        If there is no such signal.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> figure = wb.plot(wb.simulate(wb.open_loop(motor), until=1.0), "omega")
+    >>> len(figure.axes)
+    1
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> linear = wb.linear_loop(wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0)))
+    >>> wb.plot({"PI": linear}, "bode").caption.split(", ")[0]
+    'Phase margin 38.7 degrees'
+    """
+    return draw(thing, *names, **options)

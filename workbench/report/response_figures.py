@@ -1,0 +1,66 @@
+"""Figures of step and impulse responses, of systems of python-control and of linear loops by their names."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+from workbench.design.linear.system_answers import lti, period_of, step_answers
+from workbench.design.linear_loop import LinearLoop
+from workbench.report.linear_loop_curves import signal_units
+from workbench.report.linear_loop_responses import Names, loop_responses, time_response
+from workbench.report.system_curves import named, one_channel
+from workbench.study.document.figure import Figure
+from workbench.study.document.phrases import Phrase
+from workbench.study.loop_pictures import TimeResponse, impulse_figure, step_figure
+from workbench.study.loop_pictures.frequency_curves import captioned, joined
+from workbench.validation.refusals import refusal
+
+
+def responses_figure(
+    name: str,
+    systems: Any,
+    until: float | None,
+    inputs: Names = None,
+    outputs: Names = None,
+    impulse: bool = False,
+) -> Figure:
+    """The responses of systems with one channel, and of outputs of loops to inputs, with a panel for each output."""
+    panels: dict[str, list[TimeResponse]] = {}
+    inputs_of: dict[str, str] = {}
+    for label, one in named(systems):
+        if isinstance(one, LinearLoop):
+            answers = loop_responses(name, one, inputs, outputs, until, impulse)
+            units = signal_units(one)
+            inputs_of |= {each.input: units[each.input] for each in answers}
+            for each in answers:
+                alone = not label or len({other.input for other in answers if other.output == each.output}) > 1
+                words = ": ".join(filter(None, (label, f"{each.output} from {each.input}" if alone else "")))
+                panels.setdefault(each.output, []).append(replace(each.response, label=words))
+            continue
+        if inputs is not None or outputs is not None:
+            raise refusal(f"{name}(system)", "a `LinearLoop`, if inputs or outputs are named", one)
+        system = one_channel(name, lti(name, one))
+        t, y, final = step_answers(system, until, impulse)
+        exact = None if impulse else system
+        held = time_response(label, t, y[0, 0], float(final[0, 0]), period=period_of(system), system=exact)
+        panels.setdefault("", []).append(held)
+    if "" in panels:  # the output of a system has no name, and is drawn over those that have one
+        panels = {"": [each for held in panels.values() for each in held]}
+    made = impulse_figure if impulse else step_figure
+    figures = [made(name, "", held, output or "response") for output, held in panels.items()]
+    remarks = []
+    if inputs_of:
+        added = [f"1 {' '.join((*filter(None, (unit,)), *('s',) * impulse))}".strip() for unit in inputs_of.values()]
+        words = joined([f"{size} at {into}" for into, size in zip(inputs_of, added, strict=True)])
+        remarks.append(f"{'Impulse' if impulse else 'Step'} of {words}.")
+    return joined_figures(name, remarks, figures, min(2, len(figures)))
+
+
+def joined_figures(name: str, remarks: Sequence[Phrase], figures: Sequence[Figure], columns: int) -> Figure:
+    """One figure with the panels of several, whose captions follow some remarks."""
+    said = [figure.caption for figure in figures if figure.caption not in ("", ())]
+    panels = tuple(panel for figure in figures for panel in figure.panels)
+    numbers = figures[0].numbers if len(figures) == 1 else None
+    return Figure(name, captioned("", [*remarks, *said]), panels, columns, numbers)
