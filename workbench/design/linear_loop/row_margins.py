@@ -18,6 +18,9 @@ from workbench.design.matrices import Complex, one_thread
 from workbench.validation.notebook_display import show
 from workbench.validation.refusals import Array
 
+Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]
+
 GAP = 1e-7  # relative, of a peak and the level above it
 NEAR_AXIS = 1e-6  # real part of an eigenvalue over its size and that of the slowest pole, up to which it is looked at
 ROUNDS = 30  # levels, or steps of Newton
@@ -52,7 +55,7 @@ class RowMargins:
         return int(np.nanargmax(self.Ms.max(axis=1)))
 
 
-def row_margins(call: str, models: CutModels, names: Sequence[str], stable: Array) -> RowMargins:
+def row_margins(call: str, models: CutModels, names: Sequence[str], stable: Mask) -> RowMargins:
     """The margins of the rows that are stable (N,)."""
     opened, N = models.open_drives(call), len(stable)
     shape = (N, len(names))
@@ -71,7 +74,7 @@ def row_margins(call: str, models: CutModels, names: Sequence[str], stable: Arra
     return RowMargins(tuple(names), Ms, places, disk, phase, delay, every, GAP)
 
 
-def _some(model: LoopModel, rows: Array) -> LoopModel:
+def _some(model: LoopModel, rows: Places) -> LoopModel:
     return replace(model, A=model.A[rows], B=model.B[rows], Cy=model.Cy[rows], D=model.D[rows])
 
 
@@ -148,7 +151,7 @@ class _Axis:
         """The frequencies in rad/s."""
         return v if self.period is None else 2 / self.period * np.arctan(v)
 
-    def values(self, rows: Array, v: Array) -> tuple[Complex, Complex]:
+    def values(self, rows: Places, v: Array) -> tuple[Complex, Complex]:
         """The values (N, m) of one channel at points v (N, m) of the axis, and their derivatives by v."""
         N, n = len(rows), self.A.shape[-1]
         finite = np.where(np.isfinite(v), v, 0.0)
@@ -158,14 +161,15 @@ class _Axis:
         values = (C @ x)[..., 0, 0] + self.D[rows][:, :, 0]
         return np.where(np.isfinite(v), values, self.D[rows][:, :, 0]), -1j * (C @ _solved(M, x))[..., 0, 0]
 
-    def best(self, rows: Array, v: Array) -> tuple[Array, Array]:
+    def best(self, rows: Places, v: Array) -> tuple[Array, Array]:
         """The largest singular value (N,) at points v (N, m), where NaN is no point, and the point."""
         gains = np.full(v.shape, -np.inf)
         for first in range(0, len(rows), ROWS):
             some = slice(first, first + ROWS)
             i, k = np.nonzero(np.isfinite(v[some]))
             own = rows[some][i]
-            M = 1j * v[some][i, k][:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1]) - self.A[own]
+            points: Complex = 1j * v[some][i, k]
+            M: Complex = points[:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1]) - self.A[own]
             G = self.C[own] @ _solved(M, self.B[own].astype(complex)) + self.D[own]
             gains[some][i, k] = _largest(G)
         infinite = np.isinf(v)
@@ -175,7 +179,7 @@ class _Axis:
         each = np.arange(len(rows))
         return gains[each, place], v[each, place]
 
-    def meetings(self, rows: Array, level: Array) -> Array:
+    def meetings(self, rows: Places, level: Array) -> Array:
         """The points of the axis (N, m) at which a singular value may be at the level (N,), rising; then NaN."""
         n, found = self.A.shape[-1], np.full((len(rows), 2 * self.A.shape[-1] + 1), np.nan)
         for first in range(0, len(rows), ROWS):
@@ -197,7 +201,7 @@ class _Axis:
         return found[:, : max(2, int(np.isfinite(found).sum(axis=1).max(initial=0)))]
 
 
-def _largest(G: Complex) -> Array:
+def _largest(G: Array | Complex) -> Array:
     return np.asarray(np.abs(G[:, 0, 0]) if G.shape[1:] == (1, 1) else np.linalg.svd(G, compute_uv=False)[:, 0])
 
 
