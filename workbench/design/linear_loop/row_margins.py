@@ -168,8 +168,8 @@ class _Axis:
             some = slice(first, first + ROWS)
             i, k = np.nonzero(np.isfinite(v[some]))
             own = rows[some][i]
-            points: Complex = 1j * v[some][i, k]
-            M: Complex = points[:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1]) - self.A[own]
+            M: Complex = 1j * v[some][i, k][:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1])
+            M -= self.A[own]
             G = self.C[own] @ _solved(M, self.B[own].astype(complex)) + self.D[own]
             gains[some][i, k] = _largest(G)
         infinite = np.isinf(v)
