@@ -168,8 +168,8 @@ class _Axis:
             some = slice(first, first + ROWS)
             i, k = np.nonzero(np.isfinite(v[some]))
             own = rows[some][i]
-            M: Complex = 1j * v[some][i, k][:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1])
-            M -= self.A[own]
+            points: Array = v[some][i, k]
+            M = 1j * points[:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1]) - self.A[own]
             G = self.C[own] @ _solved(M, self.B[own].astype(complex)) + self.D[own]
             gains[some][i, k] = _largest(G)
         infinite = np.isinf(v)
