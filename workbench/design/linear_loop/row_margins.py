@@ -153,9 +153,9 @@ class _Axis:
 
     def values(self, rows: Places, v: Array) -> tuple[Complex, Complex]:
         """The values (N, m) of one channel at points v (N, m) of the axis, and their derivatives by v."""
-        N, n = len(rows), self.A.shape[-1]
+        N = len(rows)
         finite = np.where(np.isfinite(v), v, 0.0)
-        M = 1j * finite[:, :, np.newaxis, np.newaxis] * np.eye(n) - self.A[rows][:, np.newaxis]
+        M = _shifted(finite, self.A[rows][:, np.newaxis])
         x = _solved(M, np.broadcast_to(self.B[rows][:, np.newaxis].astype(complex), (N, v.shape[1], *self.B.shape[1:])))
         C = self.C[rows][:, np.newaxis]
         values = (C @ x)[..., 0, 0] + self.D[rows][:, :, 0]
@@ -168,9 +168,7 @@ class _Axis:
             some = slice(first, first + ROWS)
             i, k = np.nonzero(np.isfinite(v[some]))
             own = rows[some][i]
-            points: Array = v[some][i, k]
-            M = 1j * points[:, np.newaxis, np.newaxis] * np.eye(self.A.shape[-1]) - self.A[own]
-            G = self.C[own] @ _solved(M, self.B[own].astype(complex)) + self.D[own]
+            G = self.C[own] @ _solved(_shifted(v[some][i, k], self.A[own]), self.B[own].astype(complex)) + self.D[own]
             gains[some][i, k] = _largest(G)
         infinite = np.isinf(v)
         gains[infinite] = np.broadcast_to(_largest(self.D[rows])[:, np.newaxis], v.shape)[infinite]
@@ -199,6 +197,11 @@ class _Axis:
             near = (np.abs(values.real) <= NEAR_AXIS * np.abs(values)) & (values.imag >= 0) & sound[:, np.newaxis]
             found[some, : 2 * n] = np.sort(np.where(near, values.imag, np.nan), axis=1)
         return found[:, : max(2, int(np.isfinite(found).sum(axis=1).max(initial=0)))]
+
+
+def _shifted(v: Array, A: Array) -> Complex:
+    """The matrices j v I - A, which are singular where a pole lies on the axis."""
+    return np.asarray(1j * v[..., np.newaxis, np.newaxis] * np.eye(A.shape[-1]) - A)
 
 
 def _largest(G: Array | Complex) -> Array:
