@@ -187,7 +187,8 @@ def test_a_run_of_many_steps_has_a_coarse_picture_first_and_then_the_exact_one(s
         page.until("livePage.data && livePage.pool")
         page.value(
             "(() => { window.heard = []; const hear = livePage.hear.bind(livePage);"
-            " livePage.hear = (view) => { hear(view); if (view.phase !== 'linear') heard.push([view.phase, view.done, view.h,"
+            " livePage.hear = (view) => { hear(view); if (view.phase !== 'linear')"
+            " heard.push([view.phase, view.done, view.h,"
             " livePage.bench.status.textContent, livePage.views.get(0).scores === null,"
             " Array.from(view.y ?? [])]); }; })()"
         )
