@@ -64,7 +64,8 @@ def channel_curves(
             corners = Corners(roots.poles, roots.zeros, roots.gain)
         told = found.channels[k] if margins else None
         words = (f"{label}, {name}" if len(linear.channels) > 1 else label) if label else f"L at {name}"
-        held = FrequencyCurve(words, omega, values, linear.period, margins=told, corners=corners)
+        poles = roots.integrators if not linear.models.delays.any() else None
+        held = FrequencyCurve(words, omega, values, linear.period, margins=told, corners=corners, integrators=poles)
         curves.append(held if told is None else _beside_all(held, found.disk))
         unstable.append(_unstable(linear, k, roots))
     return Curves(curves, found.remarks if margins else [], unstable)
@@ -73,7 +74,7 @@ def channel_curves(
 def _beside_all(curve: FrequencyCurve, disk: float | None) -> FrequencyCurve:
     """The curve of one channel with the disk margin of all of them at once."""
     fields = (curve.label, curve.frequencies, curve.values, curve.period, curve.unit, curve.margins, curve.corners)
-    return FrequencyCurve(*fields, all_channels=disk)
+    return FrequencyCurve(*fields, all_channels=disk, integrators=curve.integrators)
 
 
 def frequencies_of(call: str, linear: LinearLoop, frequencies: Array | None, found: Margins | None = None) -> Array:

@@ -57,7 +57,8 @@ def _system_curves(
     corners = Corners(roots.poles, roots.zeros, roots.gain) if asymptotes and roots.gain is not None else None
     known, refused = _margins(held) if margins else (None, "")
     name = label or "L" * margins
-    curve = FrequencyCurve(name, found.frequencies, found.values[:, 0, 0], found.period, margins=known, corners=corners)
+    answers = found.frequencies, found.values[:, 0, 0], found.period
+    curve = FrequencyCurve(name, *answers, margins=known, corners=corners, integrators=roots.integrators)
     return Curves([curve], [f"No margins of {name}: {refused}"] if refused else [], [unstable_poles(roots)])
 
 

@@ -25,6 +25,7 @@ TIMES = 1000  # of a response
 CONSTANTS = 8.0  # time constants of the slowest mode, which a step response shows
 UNSTABLE = 3.0  # time constants of the fastest growth
 LONGEST = 5000  # periods of a response in a computer
+AT_ZERO = 1e-7  # of the largest root: a root nearer to zero, or to z = 1, stands for one there
 ON_AXIS = 1e-8  # relative: a pole nearer to the axis is none of the unstable ones
 
 
@@ -47,6 +48,13 @@ class SystemRoots:
     zeros: Complex
     gain: float | None
     period: float | None
+
+    @property
+    def integrators(self) -> int:
+        """The number of poles at zero, or at z = 1, less that of the zeros there."""
+        both, one = np.concatenate([self.poles, self.zeros]), 0.0 if self.period is None else 1.0
+        near = AT_ZERO * float(np.abs(both).max(initial=0.0))
+        return int((np.abs(self.poles - one) <= near).sum() - (np.abs(self.zeros - one) <= near).sum())
 
 
 def lti(call: str, system: Any) -> Any:

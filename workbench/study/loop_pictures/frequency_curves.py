@@ -48,7 +48,8 @@ class FrequencyCurve:
     zeros and gain. Of one channel of several, `all_channels` is the disk margin of all of them at once, without which
     its own margins say too little. The `style` is as in `Series`; None takes the place of the curve in its picture.
     With a `source`, the loop and the channel of which these are linear answers, its pictures move on a live page; they
-    then leave all numbers out of their words, as those would not move.
+    then leave all numbers out of their words, as those would not move. `integrators` is the number of poles of L at
+    zero, or at z = 1, where it is known.
 
     Examples
     --------
@@ -68,6 +69,7 @@ class FrequencyCurve:
     style: Style | None = None
     all_channels: float | None = None
     source: Source | None = None
+    integrators: int | None = None
 
     def __post_init__(self) -> None:
         omega = rising("FrequencyCurve(frequencies=...)", self.frequencies, self.period)

@@ -212,7 +212,7 @@ def plane_panel(marks: Sequence[Mark], curves: Sequence[FrequencyCurve], plane: 
 
 def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, several: bool) -> list[Phrase]:
     """Sentences on the turns of a curve, on its closure at infinity, and on what is cut."""
-    turns = curve_turns(one.frequencies, one.values, one.period, plane.point)
+    turns = curve_turns(one.frequencies, one.values, one.period, plane.point, one.integrators)
     head = f"{one.label}: the" if several else "The"
     if turns.clockwise is None:
         said = [f"{head} turns about {plane.name} are not counted: the curve cannot tell, as {turns.reason}."]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -106,14 +107,21 @@ def branches(poles: Complex) -> Complex:
 
 
 def stability_crossings(values: Array, paths: Complex, period: float | None) -> list[tuple[float, complex]]:
-    """The values, and the poles, at which branches cross the axis, or the unit circle: on the line between two rows."""
+    """The values, and the poles, at which branches cross the axis, or the unit circle: on the line between rows."""
     depth = paths.real if period is None else np.abs(paths) - 1
     found = []
-    for k, j in np.argwhere(depth[:-1] * depth[1:] < 0):
-        share = depth[k, j] / (depth[k, j] - depth[k + 1, j])
-        value = values[k] + share * (values[k + 1] - values[k])
-        found.append((float(value), complex(paths[k, j] + share * (paths[k + 1, j] - paths[k, j]))))
-    return found
+    for j, own in enumerate(depth.T):
+        beside = np.flatnonzero(np.isfinite(own) & (own != 0))  # a pole may lie on the limit at a value
+        for k, after in pairwise(beside):
+            if (own[k] < 0) == (own[after] < 0):
+                continue
+            if after == k + 2 and own[k + 1] == 0:
+                found.append((float(values[k + 1]), complex(paths[k + 1, j])))
+                continue
+            share = own[k] / (own[k] - own[after])
+            value = values[k] + share * (values[after] - values[k])
+            found.append((float(value), complex(paths[k, j] + share * (paths[after, j] - paths[k, j]))))
+    return sorted(found, key=lambda crossing: crossing[0])
 
 
 def _window(paths: Complex, zeros: Complex, period: float | None, reach: float | None) -> float:
