@@ -48,7 +48,9 @@ def turned(setting: Setting, results: Results) -> tuple[Block, ...]:
     if law is None:
         return ()
     stem = called(setting, "").strip("_")
-    head = Paragraph(f"The same of {law} alone; on the page these pictures move with the numbers of the plant.")
+    head = Paragraph(
+        f"The next pictures are those of {law}. On the page they move with the knobs, which turn numbers of the plant."
+    )
     return (head, *loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75))
 
 

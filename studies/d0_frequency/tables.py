@@ -18,7 +18,7 @@ from workbench.study import Results, Table
 from workbench.study.document.document import Cell, Column, Missing
 
 MINUS = "\N{MINUS SIGN}"
-UNSTABLE = Missing("not stable")
+UNSTABLE = Missing("unstable")
 PLACES = (CONTINUOUS, *COMPUTERS)
 
 
@@ -44,7 +44,8 @@ def margins_table(results: Results) -> Table:
         for where in PLACES:
             answer = rests(results)[AtPose(law, LEVEL)][where]
             for joint, found in enumerate(answer.joints):
-                head = (law if where == CONTINUOUS and not joint else "", where if not joint else "", joint + 1)
+                period = "none" if where == CONTINUOUS else where
+                head = (law if where == CONTINUOUS and not joint else "", period if not joint else "", joint + 1)
                 held = found.margins
                 if held is None:
                     rows.append((*head, UNSTABLE, *(6 * (None,))))
@@ -55,7 +56,7 @@ def margins_table(results: Results) -> Table:
                 rows.append((*head, *parts, *times, held.disk_margin.value, answer.alpha if not joint else ""))
     columns = (
         Column("law"),
-        Column("time"),
+        Column("period"),
         Column("joint"),
         Column("least gain", align="right"),
         Column("largest gain", align="right"),
@@ -67,9 +68,9 @@ def margins_table(results: Results) -> Table:
     )
     notes = (
         "Margins of a joint: with the other joint closed. Least and largest gain: between these factors at the torque "
-        "the loop stays stable. Any: no factor, or no delay, makes it unstable. In a computer the torque acts one "
-        "period late; the margins are those that this leaves. A delay at the torque is none between AOSMC-RGS and its "
-        "observer.",
+        "the loop stays stable. Any: no factor, or no delay, makes it unstable. Without a period the "
+        "law acts in continuous time. With one the torque acts one period late; the margins are those that this "
+        "leaves. A delay at the torque is none between AOSMC-RGS and its observer.",
     )
     caption = "Stability margins at the torques, at rest at the level of SS."
     return Table("margins", caption, columns, tuple(rows), notes)
