@@ -182,7 +182,7 @@ def test_a_pilot_chooses_steps_with_the_error_asked_for_in_the_runs_of_a_call(mo
 def test_without_a_browser_the_live_pages_are_not_measured(monkeypatch):
     monkeypatch.setattr(live_page, "program", lambda: None)
     rows = live_page.live_rows(TINY)
-    assert [row.reached for row in rows] == [None] * 4
+    assert [row.reached for row in rows] == [None] * 6
     assert {row.note for row in rows} == {"no Chromium here"}
 
 
