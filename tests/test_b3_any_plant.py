@@ -37,7 +37,9 @@ from workbench.core import rk4
 from workbench.design.linear import sensitivity
 from workbench.metrics import measure
 from workbench.simulate import simulate
-from workbench.study import Results
+from workbench.study import Results, Study
+from workbench.study.case_runs import run as run_study
+from workbench.study.pictures.loop_gains import loop_gain
 from workbench.study.uncertainty.factors import Space
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
@@ -379,3 +381,17 @@ def test_a_loop_without_a_linear_answer_says_why():
     first, *_ = frequency_pages.frequency_blocks(BY_NAME["DC motor"], held)
     assert first.text == "DC motor, LQG: no linear answer. It does not rest."
     assert {row[3].words for row in frequency_pages.frequency_table(held).rows} == {"no linear answer"}
+
+
+@pytest.mark.parametrize("name", frequency_pages.TURNED)
+def test_the_pictures_that_a_reader_turns_have_the_margins_of_the_table(name):
+    law = frequency_pages.TURNED[name]
+    (case,) = (one for one in cases() if (one.scenario, one.law) == (name, law))
+    own = run_study(Study("s", "T", "Q?", "M.", sections=lambda results: [], cases=(case,)))
+    shown = loop_gain(own[name, law])
+    at = frequency.linear_at_rest(BY_NAME[name], law.removesuffix(f" {COMPUTER}"), computer=COMPUTER in law)
+    ((_, held),) = at.margins().items()
+    # both seek the same rest by Newton's method, from the start of the run and from the operating point
+    assert shown.margins[0].margins.phase_margin.value == pytest.approx(held.margins.phase_margin.value, rel=1e-6)
+    assert shown.margins[0].margins.Ms.gain.value == pytest.approx(held.margins.Ms.gain.value, rel=1e-6)
+    assert len(frequency_pages.turned(BY_NAME[name], own)) == 7  # two paragraphs, four figures and a table

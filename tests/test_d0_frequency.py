@@ -159,3 +159,22 @@ def test_ranges_are_printed_once_where_both_ends_look_alike():
     assert tables.span([1.0, 1.0001]) == "1"
     assert tables.span([0.1, -2.0]) == "\N{MINUS SIGN}2 to 0.1"
     assert tables.number(float("inf")) == "any"
+
+
+def test_the_phase_turns_by_small_steps_about_a_lightly_damped_pole():
+    pole = -1e-3 + 2j
+    omega = rest_answers.closer(np.geomspace(0.1, 10.0, 20), np.array([pole, pole.conjugate(), 3j, -1.0 + 0j]))
+    assert omega[0] == 0.1
+    assert omega[-1] == 10.0
+    values = 1 / ((1j * omega - pole) * (1j * omega - pole.conjugate()))
+    # arctan(2 x) - arctan(x) is at most 19.5 degrees, and the steps grow by a factor below 2
+    assert np.abs(np.diff(np.degrees(np.angle(values)))).max() < 20
+    # no frequency lies where an undamped pole is
+    assert np.abs(omega - 3.0).min() > 1e-3
+
+
+def test_the_poles_of_a_loop_in_a_computer_are_those_of_the_arm_in_continuous_time():
+    one = AtPose("SMC", LEVEL)
+    both = [np.sort(rest_answers.rates(loops.linear(one, period)).imag)[-1] for period in (None, loops.SHORT)]
+    # the arm alone, which a zero-order hold samples exactly but for the error of the Runge-Kutta step
+    assert both[0] == pytest.approx(both[1], rel=1e-6)

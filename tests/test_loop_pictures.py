@@ -154,7 +154,9 @@ def test_the_first_frequency_may_be_zero_and_a_gap_may_be_anywhere():
 def test_a_turn_that_a_coarse_grid_cannot_tell_is_said():
     omega = np.array([1.0, 2.0, 3.0])
     one = FrequencyCurve("L", omega, [1.0, -1.0 + 0.1j, 1.0])
-    assert "its direction is not certain" in caption(bode_figure("b", "", [one]))
+    assert "Between 1 and 2 rad/s the phase turns by 174 degrees in one step" in caption(bode_figure("b", "", [one]))
+    other = FrequencyCurve("slow", omega, [1.0, 0.5, 0.2])
+    assert "L: between 1 and 2 rad/s the phase" in caption(bode_figure("b", "", [other, one]))
 
 
 def test_a_bound_shades_what_a_gain_must_not_reach():

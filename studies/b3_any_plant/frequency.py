@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -72,7 +72,7 @@ def frequency_answer(item: tuple[str, str]) -> FrequencyAnswer:
             found.append(None)
             continue
         if not computer:
-            omega = frequencies(linear)
+            omega = frequencies([linear_at_rest(setting, one) for one in laws_of(setting)])
             singles = [linear_at_rest(setting, law, at=channel) for channel in linear.channels]
             gains = np.stack([one.response(omega).values[:, 0, 0] for one in singles], axis=1)
     return FrequencyAnswer(found[0], found[1], omega, gains, tuple(reasons))
@@ -101,9 +101,9 @@ def answer_of(linear: LinearLoop) -> LinearAnswer:
     return LinearAnswer(linear.channels, linear.period is not None, each, alpha, poles)
 
 
-def frequencies(linear: LinearLoop) -> Array:
-    """The frequencies of a picture in rad/s, from below the slowest pole to beyond the fastest."""
-    sizes = np.array([abs(pole.value) for pole in linear.poles])
+def frequencies(loops: Sequence[LinearLoop]) -> Array:
+    """The frequencies of a picture of loops in rad/s, from below their slowest pole to beyond their fastest."""
+    sizes = np.array([abs(pole.value) for linear in loops for pole in linear.poles])
     sizes = sizes[sizes > 1e-9 * sizes.max()]
     return np.geomspace(sizes.min() / BEYOND, sizes.max() * BEYOND, POINTS)
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer, answers
-from studies.b3_any_plant.loops import called, laws_of
+from studies.b3_any_plant.loops import COMPUTER, LQG, called, laws_of
 from studies.b3_any_plant.settings import Setting
 from workbench.design.frequency import StabilityMargins
-from workbench.study import Results, Table
+from workbench.study import Results, Table, loop_gain_pictures
 from workbench.study.document.document import Block, Cell, Column, Missing, Paragraph
 from workbench.study.loop_pictures import FrequencyCurve, bode_figure, nyquist_figure
+from workbench.study.loop_pictures.margin_words import ROUNDED
 
 UNSTABLE = Missing("not stable")
+TURNED = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn
+UNDAMPED = {"two masses": " The plant swings undamped: there L is infinite, and its phase jumps."}
 
 
 def frequency_blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
@@ -27,10 +30,28 @@ def frequency_blocks(setting: Setting, results: Results) -> tuple[Block, ...]:
     if not curves:
         return missing
     stem = called(setting, "").strip("_")
-    others = ", the loops of the other inputs closed" if len(setting.inputs) > 1 else ""
-    words = f"{setting.name[0].upper()}{setting.name[1:]}: the loop gain at each input{others}, in continuous time."
-    figures = (bode_figure(f"bode_{stem}", words, curves), nyquist_figure(f"nyquist_{stem}", words, curves))
-    return (*figures, *missing)
+    several = len(setting.inputs) > 1
+    where = "each input, the other one closed" if several else f"the input {setting.plant.inputs.names[0]}"
+    words = (
+        f"plot of the loop gain of the {setting.name} at {where}, in continuous time.{UNDAMPED.get(setting.name, '')}"
+    )
+    figures = (
+        bode_figure(f"bode_{stem}", f"Bode {words}", curves),
+        nyquist_figure(f"nyquist_{stem}", f"Nyquist {words}", curves),
+    )
+    return (*figures, *missing, *turned(setting, results))
+
+
+def turned(setting: Setting, results: Results) -> tuple[Block, ...]:
+    """The linear pictures of one loop of a plant, which move with its numbers; none for most plants."""
+    law = TURNED.get(setting.name)
+    if law is None:
+        return ()
+    stem = called(setting, "").strip("_")
+    head = Paragraph(
+        f"The next pictures are those of {law}. On the page they move with the knobs, which turn numbers of the plant."
+    )
+    return (head, *loop_gain_pictures(results[setting.name, law], f"turned_{stem}", width=0.75))
 
 
 def curves_of(law: str, own: FrequencyAnswer) -> list[FrequencyCurve]:
@@ -72,21 +93,28 @@ def frequency_table(results: Results) -> Table:
         Column("law"),
         Column("time"),
         Column("input"),
-        Column("gain down to", align="right"),
-        Column("up to", align="right"),
-        Column("phase", "deg", "right"),
-        Column("delay", "s", "right"),
+        Column("least gain", align="right"),
+        Column("largest gain", align="right"),
+        Column("phase margin", "deg", "right"),
+        Column("delay margin", "s", "right"),
         Column("Ms", "", "right", digits=3),
         Column("disk margin", "", "right", digits=3),
-        Column("of all inputs", "", "right", digits=3),
-        Column("largest pole"),
+        Column("disk margin of all inputs", "", "right", digits=3),
+        Column("slowest pole"),
     )
     notes = (
         "At rest at the operating point, each input cut with the others closed. Computer: that of the plant, whose "
-        "command acts one period late; the margins are those that this leaves. No limit: no such change makes the loop "
-        "unstable. Largest pole: the one that decays slowest, in 1/s, and of a computer its absolute value.",
+        "command acts one period late; the margins are those that this leaves. Least and largest gain: between these "
+        "factors at the input the loop stays stable. No limit: no such change makes it unstable. Slowest pole: in 1/s; "
+        "in a computer its absolute value.",
     )
-    return Table("frequency", "Margins and poles of the linear loops.", columns, tuple(rows), notes)
+    return Table(
+        "frequency",
+        "Margins and poles of the linear loops, in continuous time and in a computer.",
+        columns,
+        tuple(rows),
+        notes,
+    )
 
 
 def margin_cells(found: StabilityMargins) -> tuple[Cell, ...]:
@@ -97,7 +125,7 @@ def margin_cells(found: StabilityMargins) -> tuple[Cell, ...]:
     high, delay = held.gain_high.value, held.delay_margin.value
     phase = held.phase_margin.value
     return (
-        digits(held.gain_low.value),
+        digits(held.gain_low.value if held.gain_low.value > ROUNDED else 0.0),
         digits(high),
         digits(phase),
         digits(delay),

@@ -51,7 +51,8 @@ def loop(setting: Setting, law: str, *, computer: bool = False) -> ClosedLoop:
         return ClosedLoop(plant, controller=second, reference=reference)
     K, L = placed(setting) if law == PLACED else (setting.design.regulator.K, setting.design.estimator.K)
     rest = {name: float(np.squeeze(part)) for name, part in setting.open.states.unpack(point.x).items()}
-    model = replace(plant, **rest | setting.start)  # what is not read is believed to rest where it shall
+    believed: Any = plant
+    model = replace(believed, **rest | setting.start)  # what is not read is believed to rest where it shall
     observer = LinearObserver(model, L, x_0=point.x, u_0=point.u)
     regulator = Regulator.of(plant, K, point.x, point.u, follow=plant.outputs.names)
     return ClosedLoop(plant, observer, regulator, Together(tuple(holds.values())))
@@ -186,11 +187,12 @@ def design(setting: Setting) -> SobolDesign:
 
 def errors(results: Results, setting: Setting, law: str) -> Array:
     """The RMSE of each run of the sweep of a plant and a law."""
-    return results.sample(called(setting, law)).score(f"RMSE of {setting.main}").value
+    return np.asarray(results.sample(called(setting, law)).score(f"RMSE of {setting.main}").value)
 
 
 def indices(setting: Setting, results: Results) -> SobolIndices:
     """Sobol indices of the RMSE, an output a law."""
     sample = results.sample(called(setting, LQG))
     outputs = np.stack([errors(results, setting, law) for law in LAWS], axis=1)
-    return sobol(sample.design, outputs, LAWS, factors=sample.factors, control=True)
+    found: SobolIndices = sobol(sample.design, outputs, LAWS, factors=sample.factors, control=True)
+    return found

@@ -34,7 +34,9 @@ def orders(results: Results) -> dict[str, Orders]:
                 )
                 for s in SETTINGS
             }
-    made["mean RMSE over the parameters"] = {s.name: compared(*map(np.nanmean, both(results, s))) for s in SETTINGS}
+    made["mean RMSE over the parameters"] = {
+        s.name: compared(*(float(np.nanmean(one)) for one in both(results, s))) for s in SETTINGS
+    }
     by = all_margins(results)
     for words in ("disk", "delay"):
         made[f"{words} margin"] = {

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Literal
 
 import numpy as np
 
@@ -186,7 +187,8 @@ def picture(setting: Setting, results: Results) -> Figure:
     for name, unit in (*shown, (port.name, port.unit)):
         for where in ("", f" {COMPUTER}"):
             runs = [(law, results[setting.name, f"{law}{where}"]) for law in laws_of(setting)]
-            look, seconds = "steps" if where and name == port.name else "line", (scale, second)
+            look: Literal["line", "steps"] = "steps" if where and name == port.name else "line"
+            seconds = (scale, second)
             series = [curve(run, name, 0, window, law, run.case.style, look=look, seconds=seconds) for law, run in runs]
             if name in outputs:
                 wanted = np.full(2, setting.wanted[name])

@@ -74,10 +74,10 @@ class Setting:
     @cached_property
     def design(self) -> Lqg:
         """Regulator and Kalman filter, certified."""
-        costs = [np.diag(1 / np.square(sizes)) for sizes in (self.states, self.inputs)]
+        Q, R = (np.diag(1 / np.square(sizes)) for sizes in (self.states, self.inputs))
         driven = self.push**2 * self.period * np.eye(len(self.inputs))
         heard = np.diag([self.noise[name] ** 2 * self.period for name in self.plant.outputs.names])
-        return lqg(self.model, *costs, driven, heard, G=self.model.B)
+        return lqg(self.model, Q, R, driven, heard, G=self.model.B)
 
     @property
     def wanted(self) -> dict[str, float]:

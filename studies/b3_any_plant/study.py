@@ -1,6 +1,6 @@
 """Eight plants in one loop: LQG and PID, in continuous time, in a computer, and over the plants' parameters.
 
-Runs in about a minute on two cores.
+Runs in about one and a half minutes on two cores.
 """
 
 from studies.b3_any_plant.frequency import ITEMS as LOOPS

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,8 @@ def designed(setting: Setting, law: str, factor: float) -> ClosedLoop:
         return closed
     K, L = placed(setting, factor)
     regulator = Regulator.of(setting.plant, K, setting.point.x, setting.point.u, follow=setting.plant.outputs.names)
-    return replace(closed, observer=replace(closed.observer, L=L), controller=regulator)
+    observer: Any = closed.observer
+    return replace(closed, observer=replace(observer, L=L), controller=regulator)
 
 
 def levels(item: tuple[str, str, float]) -> Levels:
@@ -77,7 +79,8 @@ def step_settling(name: str) -> tuple[float, float]:
     """The settling times under the published PI controllers, of a step of the reference of h_1 from rest."""
     setting = tank(name)
     rest = {key: float(np.squeeze(part)) for key, part in setting.open.states.unpack(setting.point.x).items()}
-    setting = replace(setting, plant=replace(setting.plant, **rest))
+    plant: Any = setting.plant
+    setting = replace(setting, plant=replace(plant, **rest))
     wanted = setting.wanted
     step = Step("h_1", "cm", wanted["h_1"] + STEP, start=wanted["h_1"])
     closed = replace(loop(setting, PID), reference=Together((step, Hold([wanted["h_2"]], "h_2", "cm"))))

@@ -9,7 +9,7 @@ import numpy as np
 
 from studies.a7_sensitivity.sweeps import SEED, factors
 from studies.d0_frequency.loops import AtPose, linear
-from studies.d0_frequency.rest_answers import JOINTS
+from studies.d0_frequency.rest_answers import JOINTS, Complex
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import LEVEL
 from workbench.design.linear import disk_margin
@@ -36,7 +36,7 @@ class DrawnLoops:
 
     own: float
     alpha: Array
-    single: Array
+    single: Complex
     reason: str
 
     @property

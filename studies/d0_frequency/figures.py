@@ -16,6 +16,7 @@ from studies.paper.linearization import LEVEL
 from workbench.design.chattering import BoundaryLayer
 from workbench.study import Figure, Results
 from workbench.study.document.document import Panel, Points, Series
+from workbench.study.document.figure import Mark
 from workbench.study.loop_pictures import (
     Envelope,
     FrequencyCurve,
@@ -32,8 +33,8 @@ from workbench.study.loop_pictures import (
 )
 
 STYLES = {law: i for i, law in enumerate(LAWS)}
-WHERE = "at rest at the level of the second scenario"
-SAME = "ASMC and Fuzzy-ASMC lie on SMC, as all three have the same gain at rest."
+WHERE = "at rest at the level of SS"
+SAME = "ASMC and Fuzzy-ASMC lie on SMC, as all three have the same gain there."
 SLOW = 150.0  # 1/s: poles beyond are left to a table
 SHOWN_CYCLE = 5e-3  # s
 SIX = {
@@ -73,26 +74,30 @@ def bode(results: Results, joint: int, late: bool = False) -> Figure:
     """The Bode plot of a joint with the other one closed."""
     curves = [curve_of(results, law, joint, late) for law in DRAWN]
     time = f"in a computer with a period of {1e3 * SHORT:g} ms, a period late" if late else "in continuous time"
-    caption = f"Joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
+    caption = f"Bode plot of the loop gain of joint {joint + 1}, the other joint closed, {WHERE}, {time}. {SAME}"
     return bode_figure(f"bode_{joint + 1}{'_late' * late}", caption, curves)
 
 
 def nyquist(results: Results, joint: int) -> Figure:
     """The Nyquist plot of a joint with the other one closed."""
     curves = [curve_of(results, law, joint) for law in DRAWN]
-    caption = f"Joint {joint + 1}, the other joint closed, {WHERE}, in continuous time. {SAME}"
+    loop = f"the loop gain of joint {joint + 1}, the other joint closed"
+    caption = f"Nyquist plot of {loop}, {WHERE}, in continuous time. {SAME}"
     return nyquist_figure(f"nyquist_{joint + 1}", caption, curves, reach=3.0)
 
 
 def several_channels(results: Results) -> tuple[Figure, ...]:
     """Singular values, det(I + L) and characteristic loci of both torques at once."""
     every = [matrix_of(results, law) for law in DRAWN]
-    caption = f"The singular values of L at both torques, {WHERE}, in continuous time. {SAME}"
+    caption = f"The singular values of the loop gain L at both torques, {WHERE}, in continuous time. {SAME}"
     found = [singular_value_figure("singular_values", caption, every)]
-    caption = f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME}"
+    caption = (
+        f"det(I + L) at both torques, {WHERE}, in continuous time. {SAME} The arm alone swings "
+        "undamped: at its two natural frequencies L is infinite, and the curve jumps."
+    )
     found.append(determinant_figure("determinant", caption, every, reach=3.0))
     for law in (PROPOSED, "PID"):
-        caption = f"The characteristic loci of {law}, {WHERE}, in continuous time."
+        caption = f"The characteristic loci of {law}, the eigenvalues of L over frequency, {WHERE}, in continuous time."
         name = f"loci_{law.lower().replace('-', '_')}"
         found.append(characteristic_loci_figure(name, caption, matrix_of(results, law), reach=3.0))
     return tuple(found)
@@ -106,7 +111,7 @@ def poles(results: Results) -> Figure:
         sets.append(PoleZeroSet(law, held[np.abs(held) < SLOW], style=STYLES[law]))
     caption = (
         f"The poles of the closed loops nearer to zero than {SLOW:g} 1/s, {WHERE}, in continuous time. The laws with a "
-        "layer have two more, at a few thousand 1/s, which the table of ranges has."
+        "boundary layer have two faster ones, of which the table of margins over six poses has the fastest."
     )
     return pole_zero_map("poles", caption, sets)
 
@@ -123,9 +128,9 @@ def gang_of_six(results: Results) -> Figure:
         label = f"gain, {words}"
         panels.append(Panel(label, tuple(series), "frequency [rad/s]", xscale="log", yscale="log", title=name))
     caption = (
-        f"The gang of six {WHERE}, in continuous time: the largest singular value from all signals of a kind to all of "
-        "another, in rad, rad/s, s and N m. The reference moves its position, speed and acceleration each by itself. "
-        "The noise of AOSMC-RGS is on the positions alone, as it reads no speed."
+        f"The gang of six, {WHERE}, in continuous time: the largest gain from one kind of signal to another over all "
+        "directions, in rad, rad/s, s and N m. Position, speed and acceleration of the reference each move by "
+        "themselves. AOSMC-RGS has noise on positions alone, as it reads no speed."
     )
     return Figure("gang_of_six", caption, tuple(panels), columns=2)
 
@@ -137,7 +142,7 @@ def envelopes(results: Results) -> tuple[Figure, ...]:
         own = drawn(results)[AtPose(law, LEVEL)]
         worst = own.worst
         name = f"draw {worst}, disk margin {own.alpha[worst]:.3g}"
-        caption = f"{law}: the loop gain of joint 1 with joint 2 closed, at rest at the level, over the draws."
+        caption = f"{law}: the loop gain of joint 1, joint 2 closed, {WHERE}, with numbers drawn at random."
         draws = Envelope(OF_DRAWS, own.single, worst, name)
         found.append(bode_envelope(f"draws_{law.lower().replace('-', '_')}", caption, draws))
     return tuple(found)
@@ -147,7 +152,7 @@ def limit_figure(results: Results) -> Figure:
     """The longest period of the runs over the one that the linear map predicts."""
     every, panels = limits(results), []
     for start, size in STARTS.items():
-        marks = []
+        marks: list[Mark] = []
         for law in LAWS:
             own = [every[one] for one in RUNS if one.law == law]
             x = np.array([1e3 * one.limit for one in own])
@@ -156,21 +161,21 @@ def limit_figure(results: Results) -> Figure:
             middle = np.sqrt(low * np.where(np.isfinite(high), high, low))
             marks.append(Points(law, x, middle, style=STYLES[law], ylow=low, yhigh=high))
         line = np.array([0.2, 50.0])
-        series = (*marks, Series("as predicted", line, line, "reference"))
+        marks.append(Series("as predicted", line, line, "reference"))
         panels.append(
             Panel(
                 "longest period of the runs [ms]",
-                series,
-                "period predicted by the linear map [ms]",
+                tuple(marks),
+                "period predicted by the linear loop [ms]",
                 xscale="log",
                 yscale="log",
-                title=f"started off by {size:g} rad",
+                title=f"started {1e6 * size:.0f} µrad off rest" if size < 1e-3 else f"started {size:g} rad off rest",
             )
         )
     caption = (
-        "The longest period at which runs from rest come to rest again, over the longest one at which the linear map "
-        "of the period is stable, for each law at each pose, with the torque a period late. A bar ends at the longest "
-        "period at which a run rests and at the next one tried. The layer ends 1.7 mrad off rest."
+        "The longest sampling period at which runs come to rest, over the one at which the linear loop becomes "
+        "unstable, for each law at three poses, with the torque one period late. A bar goes from the longest period at "
+        "which a run rests to the next one tried. The boundary layer ends 1.7 mrad off rest."
     )
     return Figure("period_limits", caption, tuple(panels), columns=2)
 
@@ -184,13 +189,13 @@ def size_figure(results: Results) -> Figure:
         share = np.where(np.isfinite(own.runs), own.runs / own.predicted, np.nan)
         series.append(Series(law, np.array(SIZES), share, STYLES[law]))
     caption = (
-        "The settling time of runs that start off the level of the second scenario, over that of the linear part, "
-        "which is the same for all sizes. The layer ends at 1.7 mrad."
+        "The settling time of runs over that of the linear loop, by how far off rest both joints start, at the level "
+        "of SS. The vertical line, at 1.7 mrad, is the end of the boundary layer."
     )
     panel = Panel(
         "settling time over the predicted one",
         tuple(series),
-        "both joints start off by [rad]",
+        "start of both joints off rest [rad]",
         xscale="log",
         yscale="log",
         hlines=(1.0,),
@@ -205,14 +210,15 @@ def cycle_figures(results: Results) -> tuple[Figure, ...]:
     W, shown = linear_part(SHOWN_CYCLE), held[SHOWN_CYCLE]
     omega = np.geomspace(1.0, np.pi / SHOWN_CYCLE * (1 - 1e-9), 400)
     caption = (
-        f"SMC on the folded arm with a period of {1e3 * SHOWN_CYCLE:g} ms and a delay of one: the linear part W from "
-        "the switched torque of joint 1 to its s, and the line of the layer."
+        f"SMC on the folded arm, with a period of {1e3 * SHOWN_CYCLE:g} ms and the torque one period late: the linear "
+        "part W from the switched torque of joint 1 to its s, and the describing function of the boundary layer. They "
+        "meet where an oscillation is predicted."
     )
     curve = FrequencyCurve("W", omega, W.response(omega)[0], SHOWN_CYCLE, unit="rad/s per N m")
     layer = BoundaryLayer(K, PHI)
     first = describing_function_figure("describing_function", caption, curve, layer, shown.balance, "rad/s")
     panels = []
-    for place, label in ((1, "amplitude of s [rad/s]"), (0, "frequency of s [rad/s]")):
+    for place, label in ((1, "amplitude of s of joint 1 [rad/s]"), (0, "frequency of s of joint 1 [rad/s]")):
         moving = [(T, one) for T, one in held.items() if one.predicted is not None and not one.rest]
         x = np.array([1e3 * T for T, _ in moving])
         balance = np.array([(one.predicted or (0.0, 0.0))[place] for _, one in moving])
@@ -221,9 +227,9 @@ def cycle_figures(results: Results) -> tuple[Figure, ...]:
             Series("balance", x, balance, 0),
             *(Series(f"run {k + 1}", x, column, k + 1, "marks") for k, column in enumerate(seen.T)),
         )
-        panels.append(Panel(label, series, "period [ms]"))
+        panels.append(Panel(label, series, "sampling period [ms]"))
     caption = (
-        "The limit cycle of SMC in its layer over the period, by harmonic balance and in runs from "
-        f"{len(held[SHOWN_CYCLE].runs)} starts. At shorter periods balance and runs are at rest."
+        "The oscillation of SMC in its boundary layer by the sampling period, by harmonic balance and in runs from "
+        f"{len(held[SHOWN_CYCLE].runs)} starts. At shorter periods than those shown balance and runs are at rest."
     )
     return first, Figure("limit_cycles", caption, tuple(panels), columns=2)

@@ -6,22 +6,23 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from studies.d0_frequency.limit_cycles import PERIODS, QUIET, LimitCycle
+from studies.d0_frequency.limit_cycles import PERIODS, PUSHES, QUIET, LimitCycle
 from studies.d0_frequency.loops import CONTINUOUS, LAYERED, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.margin_findings import one_channel
 from studies.d0_frequency.period_limits import STARTS, PeriodLimit, limits
 from studies.d0_frequency.rest_answers import rests
 from studies.d0_frequency.step_sizes import SIZE_POSES, settlings
-from studies.d0_frequency.tables import number, span
+from studies.d0_frequency.tables import MINUS, number, span
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import LEVEL
 from workbench.study import Finding, Results, Variation
 
 GIVEN = "AOSMC-RGS: positions alone. Other laws: exact positions and velocities. All laws but PID: the exact model."
-CHOSEN = "The numbers of the laws as in a1, the adapting gains held at K(0) in the linear loop; starts and poses."
+CHOSEN = "The numbers of the laws as in a1; gains that adapt are held at K(0) in the linear loop; starts and poses."
 FITTED = "Q and R of AOSMC-RGS, to its printed RMSE (a1)."
 INSIDE = (0.97, 1.03)  # shares of the predicted period between which the limit of the runs lies if both agree
 WIDER = (0.8, 1.25)
+FAR = "a start 0.3 rad off rest"
 HOLD = 1.5  # periods of delay that a computer adds whose torque comes a period late
 CLOSE = 0.1  # of the settling time
 
@@ -39,9 +40,9 @@ def answer(results: Results) -> str:
     size = valid_size(results)
     laws = sorted(ratio, key=lambda law: -max(ratio[law]))
     return (
-        f"In a computer the linear map foretells within 3 % the period at which {small} resting loops begin to "
-        f"chatter; delay margins overrate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold up "
-        f"to {number(1e3 * size)} mrad off rest."
+        f"Linear loops predict within 3 % at which sampling period {small} loops near rest begin to chatter; delay "
+        f"margins overrate it up to {number(max(ratio[laws[0]]))} times. Linear settling times hold within "
+        f"{100 * CLOSE:g} % up to {number(1e3 * size)} mrad off rest."
     )
 
 
@@ -68,28 +69,25 @@ def period_limit(results: Results) -> Finding:
     earlier = [one for one in RUNS if every[one].ends("large")[1] < 1]
     later = [one for one in RUNS if every[one].ends("large")[0] > 1]
     variations = [
-        Variation("a start outside of the layer", large, f"lower in {len(earlier)}, higher in {len(later)}"),
-        Variation(
-            "a start outside of the layer, of the loops that learn a gain, with the learned gain",
-            learned(every, "large"),
-        ),
+        Variation(FAR, large, f"a shorter period in {len(earlier)}, a longer one in {len(later)}"),
+        Variation(f"{FAR}, linear with the learned gain, the loops that learn one", learned(every, "large")),
         *(Variation(f"{law} alone", agreed(every, [one for one in RUNS if one.law == law], "small")) for law in LAWS),
         Variation(
-            f"a start outside of the layer, between {WIDER[0]:g} and {WIDER[1]:g} times the predicted period",
+            f"{FAR}, between {WIDER[0]:g} and {WIDER[1]:g} times the predicted period",
             agreed(every, RUNS, "large", WIDER),
         ),
     ]
     whole = small.split(" of ")
     return Finding(
         name="longest_period",
-        statement=f"In {small} loops a run that starts within the layer rests up to {INSIDE[0]:g} times the period at "
-        f"which the linear map becomes unstable, and no longer at {INSIDE[1]:g} times; from a start outside of the "
-        f"layer in {large}.",
-        evidence="A start outside of the layer lets adapting gains grow, and with them the speed of s in the layer. "
-        f"With the gain that a run has learned, the linear map is right in {learned(every, 'large')} loops that learn "
-        "one, as far as the periods tried can tell.",
-        statistic="The longest period up to which the torque comes to rest, its total variation after 6 s below 10 "
-        "N m/s, over the period at which a pole of the linear map of the period reaches the unit circle.",
+        statement=f"In {small} loops a run that starts 10 µrad off rest comes to rest up to {INSIDE[0]:g} times the "
+        f"sampling period at which the linear loop becomes unstable, and no longer at {INSIDE[1]:g} times. The same "
+        f"holds in {large} from {FAR}.",
+        evidence="From 0.3 rad the gains that adapt end at other values than K(0). Made linear with the gain that the "
+        f"run has learned, {learned(every, 'large')} loops that learn one are stable at the longest period at which it "
+        "rests, and unstable at the next one tried.",
+        statistic="The longest period at which the torque comes to rest, over the period at which a pole of the linear "
+        "loop reaches the unit circle. At rest: a total variation below 10 N m/s after 6 s.",
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses ({', '.join(RUN_POSES)}), one run each, the torque one "
         "period late, readings exact.",
         given=GIVEN,
@@ -130,14 +128,14 @@ def delay_rule(results: Results) -> Finding:
     variations.append(Variation(f"leaving out {worst}", second, f"{number(max(others[second]))} times"))
     return Finding(
         name="delay_margin_as_a_rule",
-        statement=f"The delay margin of continuous time, divided by {HOLD:g}, promises a period that is "
-        f"{span(ratio[worst])} times the true one for {worst}, and "
-        f"{span(r for law in others for r in others[law])} times for the other laws.",
-        evidence=f"The margin of {PROPOSED} is that of a delay at the torque alone, of which its observer does not "
-        "know. A computer also samples the loop between law and observer, which no margin at the torque sees: that "
-        "loop has the bandwidth of the layer.",
-        statistic="Delay margin of the worse joint over 1.5 periods, divided by the period at which the linear map "
-        "becomes unstable. Answer: the law with the largest quotient.",
+        statement=f"The delay margin of continuous time, divided by {HOLD:g}, is {span(ratio[worst])} times the "
+        f"longest stable sampling period for {worst}, and {span(r for law in others for r in others[law])} times for "
+        "the other laws.",
+        evidence="A torque that acts one period late, and is then held for one, is late by 1.5 periods. The margin of "
+        f"{PROPOSED} is that of a delay of which its observer does not know. A computer also samples the loop between "
+        "law and observer, which no margin at the torque sees.",
+        statistic="Delay margin of the worse joint over 1.5, divided by the period at which the linear loop becomes "
+        "unstable. Answer: the law with the largest quotient.",
         sample=f"{len(LAWS)} laws at {len(RUN_POSES)} poses.",
         given=GIVEN,
         chosen=CHOSEN,
@@ -165,19 +163,23 @@ def step_size(results: Results) -> Finding:
     largest = {law: own.runs[-2] / own.predicted for law, own in at_level.items()}
     slow = max(LAYERED, key=lambda law: largest[law])
     variations = [
-        *(Variation(f"within {100 * share:g} %", words(valid_size(results, share))) for share in (0.05, 0.2, 0.5)),
+        *(
+            Variation(f"a tolerance of {100 * share:g} %", words(valid_size(results, share)))
+            for share in (0.05, 0.2, 0.5)
+        ),
         *(Variation(f"{law} alone", words(valid_size(results, laws=(law,)))) for law in LAWS),
     ]
     return Finding(
         name="size_of_linear_motion",
-        statement=f"The linear settling time holds within {100 * CLOSE:g} % for starts off by up to {words(size)} for "
-        f"all {len(LAYERED)} laws with a layer, and for PID up to {words(valid_size(results, laws=('PID',)))}.",
-        evidence=f"The layer of 0.01 rad/s ends 1.7 mrad off rest. From 0.3 rad, {slow} takes {number(largest[slow])} "
-        f"times as long as predicted, {PROPOSED} {number(largest[PROPOSED])} times as long, and PID "
-        f"{number(largest['PID'])} times.",
-        statistic="The largest size of a list up to which the time until both joints stay within 5 % of it is within "
-        "10 % of the linear one, the least over laws and poses.",
-        sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, nine sizes from 0.1 mrad to 1 rad, both joints off to "
+        statement=f"Settling takes as long as the linear loop predicts, within {100 * CLOSE:g} %, from starts up to "
+        f"{words(size)} off rest under all {len(LAYERED)} laws with a boundary layer, and up to "
+        f"{words(valid_size(results, laws=('PID',)))} under PID.",
+        evidence="The boundary layer of 0.01 rad/s ends 1.7 mrad off rest. From 0.3 rad the settling time over the "
+        f"predicted one is {largest[slow]:.2f} under {slow}, {largest[PROPOSED]:.2f} under {PROPOSED} and "
+        f"{largest['PID']:.2f} under PID.",
+        statistic="The largest start tried up to which the settling time of the slower joint, to 5 % of the start, is "
+        "within 10 % of the linear one; the least over laws and poses.",
+        sample=f"{len(LAWS)} laws at {len(SIZE_POSES)} poses, nine starts from 0.1 mrad to 1 rad, both joints off to "
         "the same side, in continuous time.",
         given=GIVEN,
         chosen=CHOSEN,
@@ -212,13 +214,15 @@ def limit_cycle(results: Results) -> Finding:
     def verdict(count: int) -> str:
         return "all" if count == len(held) else f"{count} of {len(held)}"
 
+    right = f"all {len(held)}" if counts[0] == len(held) else verdict(counts[0])
     return Finding(
         name="limit_cycle_in_the_layer",
-        statement=f"Harmonic balance says at {verdict(counts[0])} of {len(held)} periods if SMC oscillates in its "
-        f"layer; its frequency is off by {number(middle[0][0], 2)} % and its amplitude by {number(middle[0][1], 2)} % "
-        f"(medians), at worst by {number(worst[0], 2)} % and {number(worst[1], 2)} %.",
-        evidence="The least layer of the balance is the one below which the linear map is unstable. A sampled torque "
-        "changes at whole periods only, and the balance knows no such steps.",
+        statement=f"At {right} sampling periods harmonic balance is right on whether SMC "
+        f"oscillates in its boundary layer. Its frequency is off by {number(middle[0][0], 2)} % and its amplitude by "
+        f"{number(middle[0][1], 2)} % (medians), at worst by {number(worst[0], 2)} % and {number(worst[1], 2)} %.",
+        evidence="By the balance the narrowest layer without an oscillation is the one below which the linear loop is "
+        "unstable, so that the count tests the linear loop alone. The torque changes once a period, in steps that the "
+        "balance leaves out.",
         statistic="Rest or oscillation of s of joint 1 after 4 s; errors relative to the run.",
         sample=f"SMC on the folded arm, where M is diagonal, {len(held)} periods from 0.5 to 10 ms, the torque one "
         "period late, one start; three others as variations.",
@@ -227,7 +231,7 @@ def limit_cycle(results: Results) -> Finding:
         answer=verdict(counts[0]),
         variations=tuple(
             Variation(
-                f"start {run + 1}",
+                f"start with joint velocities of {PUSHES[run][0]:g} and {PUSHES[run][1]:g} rad/s".replace("-", MINUS),
                 verdict(counts[run]),
                 f"{number(middle[run][0], 2)} % and {number(middle[run][1], 2)} %",
             )

@@ -96,7 +96,9 @@ def started(equation: Ode | Sampled, one: AtPose, offsets: Array) -> Array:
 def step_of_reference(law: str, size: float) -> ClosedLoop:
     """The loop of a law that hangs at rest and is to hold both joints at `size` rad from t = 0 on."""
     loop = still(law, (size, size))
-    loop = replace(loop, plant=replace(loop.plant, q=np.zeros(2)))
+    plant: Any = loop.plant
+    loop = replace(loop, plant=replace(plant, q=np.zeros(2)))
     if law == PROPOSED:
-        loop = replace(loop, observer=replace(loop.observer, state=replace(loop.observer.state, q_hat=np.zeros(2))))
+        observer: Any = loop.observer
+        loop = replace(loop, observer=replace(observer, state=replace(observer.state, q_hat=np.zeros(2))))
     return loop

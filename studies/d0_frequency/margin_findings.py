@@ -48,10 +48,11 @@ def one_channel(results: Results) -> Finding:
     variations.append(Variation(f"leaving out {law}", worst, f"{number(others[worst][at])}, {at}"))
     return Finding(
         name="one_joint_or_both",
-        statement=f"With one joint changed at a time {law} has a disk margin of {number(answer.single)} ({pose}), with "
-        f"both at once {number(answer.alpha)}: {number(held[law][pose])} of it, the least share of all laws and poses.",
+        statement=f"{law} ({pose}) has a disk margin of {number(answer.single)} if the torque of one joint is changed, "
+        f"and of {number(answer.alpha)} if both are changed at once. That is {number(100 * held[law][pose], 2)} % of "
+        "it, the least share of all laws and poses.",
         evidence=drawn_words(results),
-        statistic="The disk margin of both torques at once over the smaller one of a joint with the other closed. "
+        statistic="The disk margin of both torques at once over the smaller one of a single joint, the other closed. "
         "Answer: the law with the least share.",
         sample=f"{len(LAWS)} laws at {len(ARM_POSES)} poses in continuous time; {COUNT} draws of three laws at "
         f"{len(DRAWN_POSES)} poses.",
@@ -70,13 +71,13 @@ def drawn_words(results: Results) -> str:
     every = drawn(results)
     lost = {one: COUNT - own.resting for one, own in every.items()}
     without = max(lost, key=lambda one: lost[one])
-    falls = {one: float(np.nanmin(own.alpha)) / own.own for one, own in every.items()}
-    worst = min(falls, key=lambda one: falls[one])
+    falls = {one: own.own - float(np.nanmin(own.alpha)) for one, own in every.items()}
+    worst = max(falls, key=lambda one: falls[one])
     unstable = sum(int((own.alpha == 0).sum()) for own in every.values())
     rested = sum(own.resting for own in every.values())
     return (
-        f"Over draws of the arm and the gains, {unstable} of {rested} loops at rest are unstable. The margin of both "
-        f"falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "
-        f"{number(float(np.nanmin(every[worst].alpha)))}. {without.law} has the most draws without a rest, "
-        f"{lost[without]} of {COUNT} ({without.pose})."
+        f"With the numbers of arm, model and law drawn at random, {unstable} of {rested} loops at rest are unstable. "
+        f"The margin of both joints falls farthest for {worst.law} ({worst.pose}), from {number(every[worst].own)} to "
+        f"{number(float(np.nanmin(every[worst].alpha)))} in its worst draw. {without.law} ({without.pose}) has no rest "
+        f"within the layer in {lost[without]} of {COUNT} draws."
     )

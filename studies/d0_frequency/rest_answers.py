@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +15,10 @@ from workbench.design.linear_loop import LinearLoop
 from workbench.study import Results
 from workbench.validation.refusals import Array
 
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
 JOINTS = ("tau[0]", "tau[1]")
 OMEGA = np.geomspace(0.1, 1e5, 361)  # rad/s
+LIGHT, ON_AXIS = 0.05, 1e-9  # dampings of a pole of L: below the first more frequencies, below the second none
 POINTS = 241  # frequencies of a computer, up to Nyquist's
 
 
@@ -80,8 +83,8 @@ class Curves:
 
     period: float
     omega: Array
-    L: Array
-    single: Array
+    L: Complex
+    single: Complex
     gang: dict[str, Array]
 
 
@@ -93,11 +96,29 @@ def curves(law: str) -> tuple[Curves, Curves]:
 
 
 def _curves(one: AtPose, period: float | None, omega: Array) -> Curves:
-    both = linear(one, period)
-    singles = [linear(one, period, joint).response(omega).values[:, 0, 0] for joint in JOINTS]
+    both, cuts = linear(one, period), [linear(one, period, joint) for joint in JOINTS]
+    omega = closer(omega, np.concatenate([rates(cut) for cut in cuts]))
+    singles = [cut.response(omega).values[:, 0, 0] for cut in cuts]
     six = both.gang_of_six(omega)
     gang = {name: np.linalg.norm(answer.values, 2, axis=(-2, -1)) for name, answer in six.items()}
     return Curves(period or 0.0, omega, both.response(omega).values, np.stack(singles, axis=1), gang)
+
+
+def rates(cut: LinearLoop) -> Complex:
+    """The poles (n,) of a loop gain in 1/s; in a computer the logarithms of those of its map over the period."""
+    poles = np.asarray(cut.L.poles(), dtype=complex)
+    return poles if cut.period is None else np.log(poles[poles != 0]) / cut.period
+
+
+def closer(omega: Array, poles: Complex) -> Array:
+    """The frequencies (m,) in rad/s with more of them about each lightly damped pole in 1/s, where the phase turns."""
+    added = [omega]
+    for pole in poles[poles.imag > 0]:
+        if ON_AXIS < abs(pole.real) / abs(pole) < LIGHT:
+            away = np.geomspace(0.1 * abs(pole.real), 0.3 * pole.imag, 16)
+            added += [pole.imag - away, np.array([pole.imag]), pole.imag + away]
+    every = np.unique(np.concatenate(added))
+    return np.asarray(every[(every >= omega[0]) & (every <= omega[-1])])
 
 
 def rests(results: Results) -> Mapping[AtPose, Mapping[str, RestAnswer]]:

@@ -18,7 +18,7 @@ from workbench.study import Results, Table
 from workbench.study.document.document import Cell, Column, Missing
 
 MINUS = "\N{MINUS SIGN}"
-UNSTABLE = Missing("not stable")
+UNSTABLE = Missing("unstable")
 PLACES = (CONTINUOUS, *COMPUTERS)
 
 
@@ -44,7 +44,8 @@ def margins_table(results: Results) -> Table:
         for where in PLACES:
             answer = rests(results)[AtPose(law, LEVEL)][where]
             for joint, found in enumerate(answer.joints):
-                head = (law if where == CONTINUOUS and not joint else "", where if not joint else "", joint + 1)
+                period = "none" if where == CONTINUOUS else where
+                head = (law if where == CONTINUOUS and not joint else "", period if not joint else "", joint + 1)
                 held = found.margins
                 if held is None:
                     rows.append((*head, UNSTABLE, *(6 * (None,))))
@@ -55,22 +56,23 @@ def margins_table(results: Results) -> Table:
                 rows.append((*head, *parts, *times, held.disk_margin.value, answer.alpha if not joint else ""))
     columns = (
         Column("law"),
-        Column("time"),
+        Column("period"),
         Column("joint"),
-        Column("gain down to", align="right"),
-        Column("up to", align="right"),
-        Column("phase", "deg", "right"),
-        Column("delay", "ms", "right"),
+        Column("least gain", align="right"),
+        Column("largest gain", align="right"),
+        Column("phase margin", "deg", "right"),
+        Column("delay margin", "ms", "right"),
         Column("Ms", "", "right", digits=3),
         Column("disk margin of the joint", "", "right", digits=3),
-        Column("of both at once", "", "right", digits=3),
+        Column("disk margin of both", "", "right", digits=3),
     )
     notes = (
-        "Margins of a joint: with the other joint closed. Any: no increase, or no delay, makes the loop unstable. In a "
-        "computer the torque acts one period late; what is left of each margin is printed. The observer of AOSMC-RGS "
-        "counts on the torque that the law commands, so that a delay at the cut is none between law and observer.",
+        "Margins of a joint: with the other joint closed. Least and largest gain: between these factors at the torque "
+        "the loop stays stable. Any: no factor, or no delay, makes it unstable. Without a period the "
+        "law acts in continuous time. With one the torque acts one period late; the margins are those that this "
+        "leaves. A delay at the torque is none between AOSMC-RGS and its observer.",
     )
-    caption = "Margins at the torques, at rest at the level of the second scenario, adapting gains held at K(0)."
+    caption = "Stability margins at the torques, at rest at the level of SS."
     return Table("margins", caption, columns, tuple(rows), notes)
 
 
@@ -88,16 +90,16 @@ def ranges_table(results: Results) -> Table:
         rows.append((law, f"{len(stable)} of {len(every)}", *margins, delays, peaks, slow, fastest))
     columns = (
         Column("law"),
-        Column("stable"),
+        Column("stable poses"),
         Column("disk margin of both"),
-        Column("least of one joint"),
-        Column("delay margin", "ms"),
-        Column("largest Ms"),
+        Column("disk margin of the worse joint"),
+        Column("delay margin of the worse joint", "ms"),
+        Column("Ms of the worse joint"),
         Column("slowest pole", "1/s"),
         Column("fastest pole", "1/s", "right"),
     )
-    notes = (f"Poses: {', '.join(ARM_POSES)}. Poles: their real parts.",)
-    caption = "Margins in continuous time over six poses, from the least to the largest."
+    notes = (f"Poses: {', '.join(ARM_POSES)}. Of the slowest and the fastest pole the real part is printed.",)
+    caption = "Margins and poles in continuous time over six poses: the least and the largest of each."
     return Table("ranges", caption, columns, tuple(rows), notes)
 
 
@@ -118,19 +120,19 @@ def limits_table(results: Results) -> Table:
         Column("law"),
         Column("pose"),
         Column("delay margin / 1.5", "ms", "right"),
-        Column("linear map", "ms", "right", digits=3),
-        Column("small start: rests, chatters", "ms"),
-        Column("large start: rests, chatters", "ms"),
-        Column("predicted by the learned gain"),
+        Column("linear loop", "ms", "right", digits=3),
+        Column("run from 10 µrad: rests, chatters", "ms"),
+        Column("run from 0.3 rad: rests, chatters", "ms"),
+        Column("linear with the learned gain: right"),
     )
     notes = (
         "Delay margin / 1.5: the period at which a delay of one period, and half a period for the hold, use up the "
-        "delay margin of continuous time. Linear map: the period at which a pole of the exact map of the period "
-        "reaches the unit circle. Runs: the longest period tried at which a run rests, and the next one.",
-        "Learned gain: if the linear map, with the gain that the run from the large start has learned by its end, is "
-        "stable at the one period and unstable at the other. A dash: the law learns no gain, or an end was not tried.",
+        "delay margin of continuous time. Linear loop: the period at which one of its poles reaches the unit circle. "
+        "Runs: the longest period tried at which a run rests, and the next one.",
+        "Learned gain: whether the linear loop, with the gain that the run from 0.3 rad has learned, is stable at the "
+        "one period and unstable at the other. A dash: the law learns no gain, or one of the two was not tried.",
     )
-    caption = "The longest period of the computer, as predicted and as run, with the torque one period late."
+    caption = "The longest sampling period, predicted and in runs, with the torque one period late."
     return Table("period_limits_table", caption, columns, tuple(rows), notes)
 
 
@@ -153,13 +155,15 @@ def sizes_table(results: Results) -> Table:
         Column("law"),
         Column("linear, both poses", "s"),
         Column("linear", "s", "right", digits=3),
-        *(Column(f"{size:g} rad", "s", "right", digits=3) for size in SIZES),
+        *(Column(f"{1e3 * size:,g} mrad", "s", "right", digits=3) for size in SIZES),
     )
     notes = (
-        "Until the slower joint stays within 5 % of the size. Linear: with the adapting gains held at K(0). Both "
-        "poses: this level and the extended arm.",
+        "Settling time: until the slower joint stays within 5 % of the start. Linear: of the linear loop, the same for "
+        "all starts; both poses: the level of SS and the extended arm. All other columns: at the level of SS.",
     )
-    caption = "Settling times at the level of the second scenario, of the linear part and of runs by the size."
+    caption = (
+        "Settling times of the linear loop, and of runs that start with both joints off rest by 0.1 to 1,000 mrad."
+    )
     return Table("settling", caption, columns, tuple(rows), notes)
 
 
@@ -175,20 +179,27 @@ def draws_table(results: Results) -> Table:
     columns = (
         Column("law"),
         Column("pose"),
-        Column(f"rest, of {COUNT}"),
+        Column(f"draws at rest, of {COUNT}"),
         Column("of these unstable"),
-        Column("own numbers", "", "right", digits=3),
-        Column("5 %", "", "right", digits=3),
+        Column("without draws", "", "right", digits=3),
+        Column("5 % quantile", "", "right", digits=3),
         Column("median", "", "right", digits=3),
-        Column("95 %", "", "right", digits=3),
-        Column("worst", "", "right", digits=3),
-        Column("worst draw"),
+        Column("95 % quantile", "", "right", digits=3),
+        Column("least", "", "right", digits=3),
+        Column("draw with the least"),
     )
     notes = (
-        "Draws: the factors of a7 over its ranges, the arm and the model that the law believes in apart. A draw "
-        "without rest has no linear answer: holding what the model misses takes s out of the layer.",
+        "Drawn: the numbers that a7 varies, over its ranges; those of the arm apart from those of the model that the "
+        "law believes. The margin of an unstable loop is 0. A draw without rest has no linear answer: to hold what the "
+        "model misses, s must leave the layer.",
     )
-    return Table("draws", "The disk margin of both torques at once over draws.", columns, tuple(rows), notes)
+    return Table(
+        "draws",
+        "The disk margin of both torques at once, with numbers of arm, model and law drawn at random.",
+        columns,
+        tuple(rows),
+        notes,
+    )
 
 
 def cycles_table(results: Results) -> Table:
@@ -205,13 +216,16 @@ def cycles_table(results: Results) -> Table:
         rows.append((1e3 * T, one.balance.least_phi, *balance, *runs, f"{len(moving)} of {len(one.runs)}"))
     columns = (
         Column("period", "ms", "right"),
-        Column("least width", "rad/s", "right", digits=3),
-        Column("balance", "rad/s", "right", digits=3),
-        Column("balance, s", "rad/s", "right", digits=3),
-        Column("runs", "rad/s", "right"),
-        Column("runs, s", "rad/s", "right"),
+        Column("narrowest layer at rest", "rad/s", "right", digits=3),
+        Column("frequency by balance", "rad/s", "right", digits=3),
+        Column("amplitude by balance", "rad/s", "right", digits=3),
+        Column("frequency in runs", "rad/s", "right"),
+        Column("amplitude in runs", "rad/s", "right"),
         Column("runs that oscillate"),
     )
-    notes = ("Frequency, then amplitude of s of joint 1. Least width: of a layer without an oscillation.",)
-    caption = "The limit cycle of SMC on the folded arm, its torque one period late, in a layer of 0.01 rad/s."
+    notes = (
+        "Amplitude: of s of joint 1. Narrowest layer: by the balance a narrower one oscillates. Four runs start with "
+        "different velocities; where they differ, the least and the largest are printed.",
+    )
+    caption = "The oscillation of SMC on the folded arm, its torque one period late, in a boundary layer of 0.01 rad/s."
     return Table("cycles", caption, columns, tuple(rows), notes)

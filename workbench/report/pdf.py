@@ -149,9 +149,10 @@ class _Writer:
                     "statement": self.phrase(statement),
                     "evidence": self.phrase(evidence),
                 }
-            case Figure(name, caption):
+            case Figure(name, caption) as figure:
                 alt = plain(named(caption, self.known))
-                tree |= {"caption": self.phrase(caption), "svg": self.drawings[name], "alt": alt}
+                drawn = {"svg": self.drawings[name], "share": figure.width}
+                tree |= {"caption": self.phrase(caption), "alt": alt, **drawn}
             case Table() as table:
                 tree |= self.table(table)
         return tree

@@ -58,7 +58,10 @@ def bode_figure(
     gains, turns = _marks(curves, asymptotes)
     panels = _gain_panel(curves, [*gains, *shaded_bounds(bounds)], ylabel), _phase_panel(curves, turns)
     still = [one for one in curves if one.source is None]
-    remarks = [*margin_remarks(still, len(curves) > 1), *(said for one in still for said in doubts(one))]
+    remarks = [
+        *margin_remarks(still, len(curves) > 1),
+        *(said for one in still for said in doubts(one, len(curves) > 1)),
+    ]
     if asymptotes and any(one.corners is not None for one in curves):
         remarks.append("Dashed: asymptotes.")
     return Figure(name, captioned(caption, remarks), panels, 1, numbers_of_curves(name, caption, curves))

@@ -134,15 +134,23 @@ def decibels(values: Complex) -> Array:
         return np.where(sizes > 0, 20 * np.log10(sizes), np.nan)
 
 
-def doubts(curve: FrequencyCurve) -> list[Phrase]:
-    """A sentence on the frequencies between which the phase turns so far that its direction is not certain."""
+def doubts(curve: FrequencyCurve, several: bool) -> list[Phrase]:
+    """A sentence on the frequencies between which the phase turns so far that its direction is not certain.
+
+    It begins with the label of the curve if the picture has several.
+    """
     omega, values = curve.logarithmic
     held = np.isfinite(values) & (values != 0)
     omega, values = omega[held], values[held]
     steps = np.degrees(np.abs(np.angle(values[1:] / values[:-1]))) if len(values) > 1 else np.zeros(0)
+    label = curve.label if isinstance(curve.label, tuple) else (curve.label,)
+    head = (*label, ": between ") if several else ("Between ",)
     return [
-        f"Between {number(omega[k])} and {number(omega[k + 1])} rad/s the phase turns by {steps[k]:.0f} degrees in one "
-        "step, so that its direction is not certain."
+        (
+            *head,
+            f"{number(omega[k])} and {number(omega[k + 1])} rad/s the phase turns by {steps[k]:.0f} degrees in one "
+            "step, so that its direction is not certain.",
+        )
         for k in np.flatnonzero(steps > DOUBTFUL)[:1]
     ]
 

@@ -11,6 +11,7 @@ from workbench.study.document.phrases import Phrase
 from workbench.study.loop_pictures.frequency_curves import FrequencyCurve, number, written
 
 SAME = 1e-12  # relative, of two figures that are one
+ROUNDED = 1e-12  # a factor below which a gain margin is none, but for the rounding of poles of L at zero
 
 
 def in_decibels(gain: CertifiedValue) -> CertifiedValue:
@@ -69,7 +70,7 @@ def margin_sentence(found: StabilityMargins) -> str:
     parts = []
     if math.isfinite(held.gain_high.value):
         parts.append(f"gain margin {written(in_decibels(held.gain_high))} dB upwards")
-    if held.gain_low.value > 0:
+    if held.gain_low.value > ROUNDED:
         parts.append(f"gain margin {written(in_decibels(held.gain_low))} dB downwards")
     if math.isfinite(held.phase_margin.value):
         parts.append(f"phase margin {written(held.phase_margin)} degrees")

@@ -58,7 +58,7 @@ def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve])
         "magnitude [dB]", tuple(marks), "phase [degrees]", across, up, xsteps=DEGREES, ysteps=DECIBELS, aspect="tall"
     )
     remarks: list[Phrase] = margin_remarks(curves, len(curves) > 1)
-    remarks += [said for one in curves for said in doubts(one)]
+    remarks += [said for one in curves for said in doubts(one, len(curves) > 1)]
     remarks.append("Grey: lines of constant gain (dB) and phase (degrees) of T = L / (1 + L).")
     return Figure(name, captioned(caption, remarks), (panel,), 1, numbers_of_curves(name, caption, curves))
 
