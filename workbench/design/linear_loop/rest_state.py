@@ -24,26 +24,21 @@ Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to
 def motion_of(call: str, equations: Equations, at: Instant, substeps: int | None = None) -> Motion:
     """The rate of a loop, or its change over the periods that recur, with the derivatives by the states."""
     if isinstance(equations, Ode):
-        both = ca.Function("motion", [equations.t, equations.x, equations.p], [equations.rate, _jacobian(equations)])
-        return lambda x, p: _stacked([both(at.t, *row) for row in zip(x, p, strict=True)])
+        f, A = equations.f, equations.A
+        return lambda x, p: _stacked([(f(at.t, *row), A(at.t, *row)) for row in zip(x, p, strict=True)])
 
     jump, period = jump_of(equations), equations.period
-    first = ca.Function("jump", [jump.t, jump.x, jump.p], [ca.densify(jump.rate), _jacobian(jump)])
 
     def over_periods(state: Array, p: Array) -> tuple[Array, Array]:
         start, slope = state, np.eye(len(state))
         for k in range(at.count):
             t = at.t + k * period
-            after, by_state = (np.array(part) for part in first(round(t / period), state, p))
+            after, by_state = (np.array(part(round(t / period), state, p)) for part in (jump.f, jump.A))
             state, by_after, _ = flow_over(call, equations, t, after.ravel(), p, substeps)
             slope = by_after @ by_state @ slope
         return state - start, slope - np.eye(len(state))
 
     return lambda x, p: _stacked([over_periods(*row) for row in zip(x, p, strict=True)])
-
-
-def _jacobian(ode: Ode) -> ca.SX:
-    return ca.densify(ca.jacobian(ode.rate, ode.x))
 
 
 def _stacked(pairs: list[tuple[Array, Array]]) -> tuple[Array, Array]:
@@ -57,10 +52,11 @@ def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
     seen = [i for name in ports for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
     steps, bends = np.eye(n, dtype=bool), np.zeros(n, dtype=bool)
     for each in (flow, jump_of(closed)) if isinstance(closed, Sampled) else (flow,):
-        outputs = each.output[seen] if each is flow else ca.SX(0, 1)
-        J = ca.jacobian(ca.vertcat(each.rate, outputs), ca.vertcat(each.x, each.input_symbols))
         steps |= np.array(ca.DM(ca.jacobian_sparsity(ca.densify(each.rate), each.x), 1), dtype=bool)
-        bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), each.x), 1), dtype=bool).any(axis=0)
+        every = list(range(n))  # A is kept by the equations, as one of 200 states takes seconds
+        for J, rows in ((each.A, every), (each.B, every), (each.Cy, seen), (each.D, seen)):
+            used = np.isin(np.arange(J.numel_out(0)) % max(J.size1_out(0), 1), rows)
+            bends |= np.array(ca.DM(J.jac_sparsity(0, 1), 1), dtype=bool)[used].any(axis=0)
     return np.asarray(closure(steps)[bends].any(axis=0))
 
 
@@ -185,12 +181,16 @@ def _driven(closed: Equations, at: Instant, x: Array, p: Array, must: Mask) -> l
         assert isinstance(ode, Ode)
         if not ca.depends_on(ode.rate, ode.t):
             continue
-        first = ca.jacobian(ode.rate, ode.t)
-        terms = ca.fabs(ca.jacobian(ode.rate, ode.x)) @ (1 + ca.fabs(ode.x)) + 1
-        values = [ca.densify(part) for part in (first, ca.jacobian(first, ode.t), terms)]
+        first = ca.sparsify(ca.jacobian(ode.rate, ode.t))  # a step in time leaves zeros
+        driven = first.sparsity().row()
+        if not driven:
+            continue
+        terms = ca.fabs(ca.jacobian(ode.rate[driven], ode.x)) @ (1 + ca.fabs(ode.x)) + 1
+        values = [ca.densify(part) for part in (first[driven], ca.jacobian(first[driven], ode.t), terms)]
         by_time = ca.Function("by_time", [ode.t, ode.x, ode.p], values)
         one, two, scale = (np.array(part).T for part in by_time(t, x.T, p.T))
-        share = np.maximum(np.abs(one), np.abs(two)) / scale * must
+        share = np.zeros(x.shape)
+        share[:, driven] = np.maximum(np.abs(one), np.abs(two)) / scale * must[driven]
         moved = share.max(axis=1, initial=0.0) > AT_REST
         found[moved] = share[moved].argmax(axis=1)
     return [int(place) for place in found]
