@@ -16,6 +16,7 @@ from workbench.design.linear_loop.point_model import Instant
 from workbench.validation.refusals import Array
 
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
+SETTLING = 10_000  # periods after which the memories of a computer should not change any more
 PATIENCE, SHORTER = 25, 0.9  # evaluations in which the step must become so much shorter, or the search stalls
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to the change (N, nx) and (N, nx, nx)
@@ -75,7 +76,26 @@ def start_of(closed: Equations, at: Instant, x: Array, p: Array, fixed: list[int
     state = x.copy()
     for _ in follows:
         state[:, follows] = np.array(after(round(at.t / closed.period), state.T, p.T)).T[:, follows]
-    return np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
+    start = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
+    return _settled_memories(after, round(at.t / closed.period), start, p, fixed) if fixed else start
+
+
+def _settled_memories(after: ca.Function, k: int, x: Array, p: Array, fixed: list[int]) -> Array:
+    """The states (N, nx) after so many jumps that none changes, while those that are named stay; else as they were.
+
+    A filter that has not settled may saturate the command, and Newton's method finds no way out of that.
+    """
+    state, free = x.copy(), np.setdiff1d(np.arange(x.shape[1]), fixed)
+    if not free.size:
+        return x
+    for step in range(SETTLING):
+        new = np.array(after(k + step, state.T, p.T)).T[:, free]
+        change = (np.abs(new - state[:, free]) / (1 + np.abs(new))).max(axis=1)
+        state[:, free] = new
+        if not change.max() > LEAST:
+            break
+    settled = np.isfinite(state).all(axis=1) & (change <= SMALL)
+    return np.where(settled[:, np.newaxis], state, x)
 
 
 def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
