@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import control
 
 LARGE = 64  # states, from which a singular value takes so long that no minimum is sought nearby
+HUGE = 1e100  # beyond it the inverse of the eigenvectors has no digits, and its square is not finite
 MOST = 24  # modes of such a system that are decided by a singular value: some seconds
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 
@@ -41,7 +42,7 @@ def hidden_modes(system: control.StateSpace, kind: str, dead: float = 0.0) -> tu
         else:
             mode = mode_at(A, B, complex(values[k]), scale, names)
             sure = mode.margin <= TOLERANCE or mode.margin - radii[k] / scale > TOLERANCE
-        if mode.margin <= TOLERANCE:
+        if mode.margin <= TOLERANCE and abs(mode.value) >= dead:  # a multiple z = 0 is found when it is refined
             found.append(mode)
         undecided += not sure
     return tuple(sorted(found, key=lambda mode: mode.margin)), undecided
@@ -59,7 +60,9 @@ def _proved_modes(A: Array, B: Array) -> tuple[Complex, Array, Mask]:
     values = values.astype(complex)
     try:
         left = np.linalg.inv(right)
-    except np.linalg.LinAlgError:  # a defective eigenvalue
+    except np.linalg.LinAlgError:
+        left = np.full_like(right, np.inf)
+    if not (np.abs(left) < HUGE).all():  # a defective eigenvalue
         return values, np.full(n, size), np.zeros(n, dtype=bool)
     condition, error = np.linalg.norm(left, axis=1), n * EPS * float(np.linalg.norm(left, 2) * np.linalg.norm(right, 2))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
