@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from studies.b3_any_plant.loops import SUBSTEPS, run
+from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from studies.paper.linearization import still
@@ -191,3 +193,15 @@ def test_smc_in_a_computer_is_quiet_up_to_the_period_that_a9_prints():
     for delay, quiet, not_quiet in ((False, 0.667e-3, 0.714e-3), (True, 0.333e-3, 0.357e-3)):
         assert linear_loop(wb.DigitalLoop(loop, quiet, delay=delay)).stable
         assert not linear_loop(wb.DigitalLoop(loop, not_quiet, delay=delay)).stable
+
+
+def test_the_memories_of_a_computer_are_sought_where_all_states_of_the_plant_are_named():
+    setting = next(one for one in SETTINGS if one.name == "cart-pole")
+    inside = run(setting, "PID", computer=True).loop
+    values = {f"plant.{name}": 0.0 for name in setting.open.states.names}
+    named, sought = (linear_loop(inside, values=given, substeps=SUBSTEPS) for given in (values, {}))
+    assert named.point.resting
+    np.testing.assert_array_equal(named.x0[:4], 0.0)
+    np.testing.assert_allclose(named.x0[4:8], sought.x0[4:8], atol=1e-9)  # filters and commands: Newton's last step
+    ours, theirs = (np.array([pole.value for pole in one.poles]) for one in (named, sought))
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)

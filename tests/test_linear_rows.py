@@ -7,6 +7,7 @@ import pytest
 import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, still
+from workbench.design.linear.corners import Corners
 from workbench.design.linear_loop import linear_loop
 from workbench.design.linear_loop.cut_margins import channel_margins, common_margin
 from workbench.design.linear_loop.frequency_answers import CutModels, feedback
@@ -202,3 +203,16 @@ def test_rows_beyond_a_bad_common_value_are_refused_in_one_sentence():
         linear_loop(LOOP).rows({"plant.J": np.full(4, np.nan)})
     with pytest.raises(LookupError, match="plant.Jay"):
         linear_loop(LOOP).rows({"plant.Jay": INERTIAS})
+
+
+def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first_one():
+    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    linear = linear_loop(loop)
+    before = Corners.of.cache_info().misses
+    rows = linear.rows({"plant.J": INERTIAS})
+    assert Corners.of.cache_info().misses - before <= 2  # the loop, closed and cut
+    answers = rows.response(OMEGA).values
+    for i in (0, 4, 8):
+        single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values[0]
+        np.testing.assert_allclose(answers[i], single, rtol=1e-10)  # of two evaluations of the same Jacobians

@@ -6,6 +6,8 @@ import pytest
 
 import workbench as wb
 from workbench.design.linear.system_answers import system_answers
+from workbench.study.document.plane_marks import Area
+from workbench.study.loop_pictures import Disk
 
 s = control.tf("s")
 LOOP = 10 * (s + 1) / (s * (s + 5) * (s**2 + 0.04 * s + 4))
@@ -67,6 +69,15 @@ def test_the_root_locus_of_many_poles_begins_at_them():
     found = np.sort([row[2] for row in rows if row[0] == 0])
     np.testing.assert_allclose(found, poles[::-1], rtol=1e-10)
     assert np.abs(np.sort(np.roots(np.poly(poles)).real) - poles[::-1]).max() > 1e-3
+
+
+def test_a_nyquist_plot_shades_the_disks_that_its_curve_must_not_enter():
+    def areas(picture):
+        return [mark for mark in picture.figure.panels[0].series if isinstance(mark, Area)]
+
+    (area,) = areas(wb.nyquist(LOOP, forbidden=(Disk("d", -2.0, 0.5),)))
+    assert (area.x.min(), area.x.max()) == pytest.approx((-2.5, -1.5), rel=1e-4)  # of a polygon of some hundred sides
+    assert not areas(wb.nyquist(LOOP))
 
 
 @pytest.mark.parametrize("draw", [wb.nyquist, wb.nichols, lambda system: wb.bode(system, margins=True)])

@@ -6,8 +6,10 @@ import control
 import numpy as np
 import pytest
 
+from workbench.design import frequency, step_response
 from workbench.report.figures.figure_sheet import draw_all
 from workbench.report.table_text import plain
+from workbench.study import loop_pictures
 from workbench.study.document.figure import Band, Guides, Points, Series
 from workbench.study.loop_pictures import (
     PoleZeroSet,
@@ -15,8 +17,8 @@ from workbench.study.loop_pictures import (
     impulse_figure,
     pole_zero_map,
     root_locus_figure,
+    sampled_step_info,
     step_figure,
-    step_info,
 )
 from workbench.study.loop_pictures.root_loci import branches
 
@@ -139,7 +141,7 @@ def test_the_figures_of_a_step_are_those_of_python_control(system):
     t = np.linspace(0, 20, 4001)
     y = np.asarray(control.step_response(system, t).outputs)
     final = float(np.real(system.dcgain()))
-    ours, theirs = step_info(t, y, final), control.step_info(y, t, yfinal=final)
+    ours, theirs = sampled_step_info(t, y, final), control.step_info(y, t, yfinal=final)
     sample = 2.01 * t[1]  # theirs are instants of the grid, at either end
     assert ours.rise_time == pytest.approx(theirs["RiseTime"], abs=sample)
     assert ours.settling_time == pytest.approx(theirs["SettlingTime"], abs=sample)
@@ -147,18 +149,24 @@ def test_the_figures_of_a_step_are_those_of_python_control(system):
     assert ours.peak == pytest.approx(y.max() if final > 0 else y.min())
 
 
+def test_figures_from_samples_and_certified_figures_have_names_of_their_own():
+    rooms = (step_response, frequency, loop_pictures)
+    names = [name for room in rooms for name in room.__all__]
+    assert sorted(set(names)) == sorted(names)
+
+
 def test_the_figures_of_a_second_order_step_are_those_of_its_formula():
     zeta, t = 0.3, np.linspace(0, 60, 200_001)
     wd = math.sqrt(1 - zeta**2)
     y = 1 - np.exp(-zeta * t) * (np.cos(wd * t) + zeta / wd * np.sin(wd * t))
-    info = step_info(t, y, 1.0)
+    info = sampled_step_info(t, y, 1.0)
     assert info.overshoot == pytest.approx(100 * math.exp(-math.pi * zeta / wd), rel=1e-6)
     assert info.peak_time == pytest.approx(math.pi / wd, abs=t[1])
 
 
 def test_a_response_that_has_not_settled_says_so():
     t = np.linspace(0, 1, 50)
-    assert math.isnan(step_info(t, 1 - np.exp(-t), 1.0).settling_time)
+    assert math.isnan(sampled_step_info(t, 1 - np.exp(-t), 1.0).settling_time)
     figure = step_figure("s", "", [TimeResponse("y", t, 1 - np.exp(-t), 1.0)])
     assert "No rise within these times" in caption(figure)
     assert "not settled within these times" in caption(figure)
@@ -167,7 +175,7 @@ def test_a_response_that_has_not_settled_says_so():
 def test_a_step_downwards_has_the_figures_of_the_one_upwards():
     t = np.linspace(0, 20, 2001)
     y = np.asarray(control.step_response(4 / (s**2 + s + 4), t).outputs)
-    up, down = step_info(t, y, 1.0), step_info(t, 3 - 2 * y, 1.0)
+    up, down = sampled_step_info(t, y, 1.0), sampled_step_info(t, 3 - 2 * y, 1.0)
     assert (down.rise_time, down.settling_time, down.overshoot) == pytest.approx(
         (up.rise_time, up.settling_time, up.overshoot)
     )
@@ -202,7 +210,7 @@ def test_a_step_shows_its_band_and_its_peak_and_a_computers_holds():
         (lambda: TimeResponse("y", [0.0, 0.0], [1.0, 1.0]), "rising order"),
         (lambda: TimeResponse("y", [0.0, 1.0], [1.0]), "each of 2 times"),
         (lambda: step_figure("s", "", []), "at least one response"),
-        (lambda: step_info([0.0, 1.0], [1.0, 1.0], 1.0), "a step of 0"),
+        (lambda: sampled_step_info([0.0, 1.0], [1.0, 1.0], 1.0), "a step of 0"),
     ],
 )
 def test_bad_input_gets_a_sentence(call, words):

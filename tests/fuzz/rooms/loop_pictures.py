@@ -45,7 +45,7 @@ def calls() -> dict[str, Any]:
         "PhaseCurve": partial(pictures.PhaseCurve, "run", GRID, GRID),
         "PoleZeroSet": partial(pictures.PoleZeroSet, "G", [-1.0, -2.0], [-3.0], 0.1, ("a", "b"), 1),
         "Rest": partial(pictures.Rest, 0.0, 0.0, "saddle"),
-        "StepInfo": partial(pictures.StepInfo, 1.0, 2.0, 3.0, 1.1, 1.5, 1.0),
+        "SampledStepInfo": partial(pictures.SampledStepInfo, 1.0, 2.0, 3.0, 1.1, 1.5, 1.0),
         "TimeResponse": partial(pictures.TimeResponse, "y", OMEGA, OMEGA, 4.0, "rad", 0.1, 1),
         "VectorField": partial(pictures.VectorField, GRID, GRID, *np.meshgrid(GRID, GRID)),
         "bode": partial(loop_plots.bode, LAG, OMEGA, True, True),
@@ -63,7 +63,7 @@ def calls() -> dict[str, Any]:
         "impulse_figure": partial(pictures.impulse_figure, "f", "c", [response], "y"),
         "nichols": partial(loop_plots.nichols, LAG, OMEGA, True),
         "nichols_figure": partial(pictures.nichols_figure, "f", "c", [curve]),
-        "nyquist": partial(loop_plots.nyquist, LAG, OMEGA, True, 2.0),
+        "nyquist": partial(loop_plots.nyquist, LAG, OMEGA, True, 2.0, (pictures.Disk("d", -1.0, 0.5),)),
         "nyquist_figure": partial(pictures.nyquist_figure, "f", "c", [curve], 0, True, [], 2.0),
         "phase_figure": partial(pictures.phase_figure, "f", "c", field, "x", "y", [pictures.Rest(0.0, 0.0)]),
         "pole_zero_map": partial(loop_plots.pole_zero_map, LAG, True),
@@ -76,7 +76,7 @@ def calls() -> dict[str, Any]:
         "singular_value_figure": partial(pictures.singular_value_figure, "f", "c", [matrix], []),
         "singular_values": partial(loop_plots.singular_values, TWO, OMEGA),
         "step_figure": partial(pictures.step_figure, "f", "c", [response], "y"),
-        "step_info": partial(pictures.step_info, OMEGA, [0.0, 0.5, 1.2, 1.0], 1.0, 0.02),
+        "sampled_step_info": partial(pictures.sampled_step_info, OMEGA, [0.0, 0.5, 1.2, 1.0], 1.0, 0.02),
         "step_response": partial(loop_plots.step_response, LAG, 5.0),
     }
 

@@ -17,6 +17,7 @@ from workbench.simulate.kernel.vector_loops import ArrayLoops, Index, LoopCode, 
 from workbench.validation.refusals import Array
 
 ROWS, LANES = 512, 4096  # at once: rows of the compiled program, and answers of an array of NumPy's, in the cache
+ROOM = 2**22  # doubles, of the matrices that NumPy reduces at once
 SIZES = ("blocks", "n", "nu", "ny", "entries", "m")
 GIVEN = ("A", "AT", "columns", "starts", "columnsT", "startsT", "B", "C", "D", "W", "roundings", "s")
 ROOMS = ("Q", "x", "y", "r", "sizes", "gains", "residuals", "z")
@@ -39,7 +40,8 @@ def row_answers(A: Array, B: Array, Cy: Array, D: Array, s: Complex, compiled: b
     """
     N, shape = len(A), (len(s), Cy.shape[1], B.shape[2])
     function = _function() if compiled is None or compiled else None
-    width, some = (function[0], ROWS) if function else (1, max(1, LANES // len(s)))
+    n, sides = A.shape[1], B.shape[2] + Cy.shape[1]
+    width, some = (function[0], ROWS) if function else (1, max(1, ROOM // (sides * n * (2 * n + 1))))
     room = -(-N // width) * width  # a block that is not full repeats its last row
     made = Answers(np.empty((room, *shape), complex), np.empty((room, *shape)), np.empty((room, *shape)))
     for first in range(0, N, some):
@@ -73,15 +75,28 @@ def _parts(solutions: Complex) -> Array:
 
 
 def _in_arrays(A: Array, B: Array, Cy: Array, D: Array, s: Complex, made: Answers) -> None:
+    """Reduce the matrices of all rows at once, and solve at all points for as many rows as the cache holds."""
     (N, n, nu), ny, machine = B.shape, Cy.shape[1], ArrayLoops()
     given = _matrices(A, B, Cy, D, lambda M: np.ascontiguousarray(M.reshape(N, -1).T)[:, np.newaxis])
-    shape, parts = (len(s), N), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
-    arrays = _rooms(nu, ny, n, shape)
-    W, Q = given["W"], np.empty(((nu + ny) * n * n, 1, N))
+    given["Q"] = np.empty(((nu + ny) * n * n, 1, N))
     with np.errstate(all="ignore"):
         for k in range(nu + ny):
-            own, turned = W[k * n * (n + 1) :][: n * (n + 1)], Q[k * n * n :][: n * n]
+            own, turned = (machine.part(given[name], k, size) for name, size in (("W", n * (n + 1)), ("Q", n * n)))
             reduce(machine, n, own, turned, np.empty((n, 1, N)))
+    some = max(1, LANES // len(s))
+    for first in range(0, N, some):
+        rows = slice(first, min(first + some, N))
+        few = {name: M[..., rows] if M.ndim == 3 else M for name, M in given.items()}
+        _solve_points(n, nu, ny, few, s, _rows_of(made, rows))
+
+
+def _solve_points(n: int, nu: int, ny: int, given: dict[str, Array], s: Complex, made: Answers) -> None:
+    """Put the answers of some rows at all points, whose lanes have shape (m, rows)."""
+    machine, parts = ArrayLoops(), (s.real[:, np.newaxis], s.imag[:, np.newaxis])
+    arrays = _rooms(nu, ny, n, (len(s), given["D"].shape[2]))
+    with np.errstate(all="ignore"):
+        for k in range(nu + ny):
+            own, turned = (machine.part(given[name], k, size) for name, size in (("W", n * (n + 1)), ("Q", n * n)))
             into = machine.part(arrays["x"], k, 2 * n) if k < nu else machine.part(arrays["y"], k - nu, 2 * n)
             hyman(machine, n, own, turned, parts, arrays["z"], into)
     _put_together(_systems(n, nu, ny, given), parts, arrays, made)

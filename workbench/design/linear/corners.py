@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import product
 from typing import Any
 
@@ -17,7 +17,7 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.expressions import evaluated
-from workbench.design.linear.operating_point import inputs_of, jacobians, places_of
+from workbench.design.linear.operating_point import LATEST, inputs_of, jacobians, places_of
 from workbench.notation.program import NAMES
 from workbench.validation.refusals import Array, described, finite, known
 
@@ -55,6 +55,7 @@ class Corners:
     sigma: ca.SX
 
     @staticmethod
+    @lru_cache(maxsize=LATEST)
     def of(ode: Ode) -> Corners:
         """The switching functions that depend on states or inputs."""
         z = ca.vertcat(ode.x, ode.input_symbols)

@@ -169,11 +169,17 @@ def _hautus(kind: str, A: Array, B: Array, names: list[str], tolerance: float) -
     if not EPS < tolerance < 1:
         raise ValueError(f"`{kind}(tolerance=...)` must be between rounding, 2e-16, and 1; got {tolerance!r}.")
     scale = float(np.linalg.norm(np.hstack([A, B]), 2)) or 1.0
-    modes = (_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
+    modes = (hautus_mode(A, B, value, scale, names) for value in np.linalg.eigvals(A).astype(complex))
     return Hautus(kind, tuple(sorted(modes, key=lambda m: m.margin)), tolerance)
 
 
-def _mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+def mode_at(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
+    """The mode at an eigenvalue itself."""
+    w, margin, _ = _least(A, B, value)
+    return Mode(complex(value), margin / scale, w, _named(w, names))
+
+
+def hautus_mode(A: Array, B: Array, value: complex, scale: float, names: list[str]) -> Mode:
     """The mode at an eigenvalue, or near it where the least singular value of [lambda I - A, B] has a minimum."""
     w, margin, slope = _least(A, B, value)
     start, reach = value, NEARBY * EPS ** (1 / len(A)) * float(np.linalg.norm(A, 2))

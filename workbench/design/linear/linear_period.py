@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import casadi as ca
 import numpy as np
@@ -24,7 +25,7 @@ from workbench.design.linear.corners import (
     rows_of,
     side_direction,
 )
-from workbench.design.linear.operating_point import jacobians, places_of, refuse_jump_at
+from workbench.design.linear.operating_point import LATEST, jacobians, places_of, refuse_jump_at
 from workbench.design.matrices import Refused
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
@@ -127,6 +128,7 @@ def _refuse_period(call: str, jump: Corners, jumped: list[Piece], flow: Corners,
     refuse_corner(call, flow, moved, differing(moved), rows_of(flow.ode))
 
 
+@lru_cache(maxsize=LATEST)
 def jump_of(sampled: Sampled) -> Ode:
     """The jump without noise, as an equation whose rate is the state after it and whose time is k."""
     flow = sampled.flow
@@ -160,11 +162,7 @@ def flow_over(
 
     Without a number the steps are halved until nothing changes.
     """
-    flow, h, now = sampled.flow, ca.SX.sym("h"), ca.SX.sym("now")
-    f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
-    end = runge_kutta(f, now, flow.x, flow.p, h)
-    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
-    step = ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])
+    flow, step = sampled.flow, _step_of(sampled.flow)
     before = np.full((len(x), 1 + len(x) + len(places_of(flow))), np.inf)
     steps = substeps or FEWEST
     while steps <= MOST_STEPS:
@@ -181,3 +179,13 @@ def flow_over(
         f"`{call}(...)`: the flow of '{flow.name}' over one period of {sampled.period:g} s does not converge within "
         f"{MOST_STEPS} Runge-Kutta steps; take a shorter period, or a state from which it does not escape."
     )
+
+
+@lru_cache(maxsize=LATEST)
+def _step_of(flow: Ode) -> ca.Function:
+    """A Runge-Kutta step (t, x, p, h) of a flow, with its derivatives by states and inputs."""
+    h, now = ca.SX.sym("h"), ca.SX.sym("now")
+    f = ca.Function("f", [flow.t, flow.x, flow.p], [flow.rate])
+    end = runge_kutta(f, now, flow.x, flow.p, h)
+    slopes = [ca.densify(ca.jacobian(end, z)) for z in (flow.x, flow.input_symbols)]
+    return ca.Function("step", [now, flow.x, flow.p, h], [end, *slopes])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import casadi as ca
@@ -22,6 +23,7 @@ ON_IT = 1e-12  # a switching function smaller than this share of the state count
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump
 GAUSS_NEWTON_STEPS, HALVINGS = 50, 30
 SMALL = 1e-7  # a relative step that is taken whole, as the next one may be nothing but rounding
+LATEST = 16  # equations whose functions are kept, as the rows of a loop take them again and again
 
 
 def names_of(ode: Ode) -> dict[str, list[str]]:
@@ -87,12 +89,9 @@ def jacobians(call: str, ode: Ode, t: float, x: Array, p: Array) -> tuple[Array,
 
 def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
     """Refuse a point at which a rate or an output jumps; one at which it only bends, as |s| does, is let pass."""
-    n, driven = ode.states.size, places_of(ode)
-    z = ca.vertcat(ode.x, ode.p[driven])
-    both = ca.densify(ca.vertcat(ode.rate, ode.output))
-    if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
+    n, driven, function = ode.states.size, places_of(ode), _values_beside_jumps(ode)
+    if function is None:
         return
-    function = ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
     at = np.concatenate([x, p[driven]])
     reach = ON_IT * (1 + np.abs(at))
     labels = [f"'{label}' changes" for label in (*ode.states.labels, *inputs_of(ode).labels)]
@@ -113,6 +112,15 @@ def refuse_jump_at(call: str, ode: Ode, t: float, x: Array, p: Array) -> None:
                 f"`{call}(...)`: {names[int(change.argmax())]} jumps by {change.max():.3g} as {label} at this state, "
                 f"so it has no linear model there; take another state, another input or {smooth(ode)}."
             )
+
+
+@lru_cache(maxsize=LATEST)
+def _values_beside_jumps(ode: Ode) -> ca.Function | None:
+    """Rates and outputs with their Jacobian by states and inputs, or None if none of them can jump."""
+    z, both = ca.vertcat(ode.x, ode.input_symbols), ca.densify(ca.vertcat(ode.rate, ode.output))
+    if not jumps(walk(both), [symbol.name() for symbol in ca.vertsplit(z)]):
+        return None
+    return ca.Function("both", [ode.t, ode.x, ode.p], [both, ca.densify(ca.jacobian(both, z))])
 
 
 def smooth(ode: Ode) -> str:

@@ -12,8 +12,8 @@ def refuse_delay(call: str, models: CutModels) -> None:
     """Refuse what needs finitely many states of a loop with a delay."""
     if models.delays.any():
         raise Refused(
-            f"`{call}` needs finitely many states, and a delay has infinitely many; ask for `response` or `margins`"
-            ", which are exact, or put a `PadeDelay` of `Equipped` in its place."
+            f"`{call}` needs a finite number of states, and a delay has infinitely many. Use `response` or `margins`, "
+            "which are exact, or replace the delay by a `PadeDelay` of `Equipped`."
         )
 
 
@@ -22,8 +22,8 @@ def refuse_bent(call: str, bent: Sequence[str], outputs: Sequence[str] | None) -
     for name in outputs or ():
         if name in bent:
             raise Refused(
-                f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, and so no linear answer; "
-                "take another output, another state, or a `side`."
+                f"`{call}(outputs=...)`: '{name}' has a corner or a jump at this state, so it has no linear answer. "
+                "Take another output, another state, or a `side`."
             )
 
 
@@ -31,6 +31,6 @@ def refuse_late_channels(models: CutModels) -> None:
     """Refuse the stability of a loop with several channels and a delay."""
     if len(models.delays) > 1:
         raise ValueError(
-            "`LinearLoop.stable` is not known of a loop with several channels and a delay; cut it where the delay acts "
-            "alone, or take a `PadeDelay` of `Equipped`."
+            "`LinearLoop.stable` cannot be decided for a loop with several channels and a delay. Cut the loop only "
+            "where the delay acts, or replace the delay by a `PadeDelay` of `Equipped`."
         )

@@ -1,4 +1,4 @@
-"""Sentences on the modes of a linear loop: those that grow, that lie near the axis, and that its cut does not see."""
+"""Sentences on the modes of a linear loop that grow, that lie near the axis, or that its cut does not show."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.design.linear import Pole, controllability, observability
+from workbench.design.linear import Pole
+from workbench.design.linear.hidden_modes import hidden_modes
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import EPS, pole_text
 
@@ -28,8 +29,8 @@ def loop_remarks(
     if L is not None:
         found += hidden_remarks(L)
     if not resting:
-        found.append("The loop is frozen at a state at which it does not rest, which proves nothing of its motion.")
-    found += [f"'{name}' has a corner or a jump at this state, and so no linear answer." for name in bent]
+        found.append("The loop is frozen at a state that is not at rest, so its poles prove nothing about its motion.")
+    found += [f"'{name}' has a corner or a jump at this state, so it has no linear answer." for name in bent]
     return tuple(found)
 
 
@@ -53,21 +54,29 @@ def mode_remarks(poles: Sequence[Pole], size: float, discrete: bool, hidden: boo
             sentences.append(f"The closed loop is not stable: {where} grows.")
         elif decay <= doubt:
             axis = "unit circle" if discrete else "imaginary axis"
-            advice = "; if it is a number that nothing moves, name its state in `freeze`" if hidden else ""
-            sentences.append(f"The closed loop has a pole on the {axis}, as far as rounding tells: {where}{advice}.")
+            advice = ". If its state is constant, name it in `freeze`" if hidden else ""
+            sentences.append(f"The closed loop has a pole on the {axis} to within rounding errors: {where}{advice}.")
     return tuple(sentences)
 
 
 def hidden_remarks(L: control.StateSpace) -> tuple[str, ...]:
-    """A sentence for each mode that the drives at the cut do not move, or that does not show in what arrives there."""
+    """A sentence for each mode that cannot be controlled or observed at the cut, and for those not decided."""
     if not L.nstates:
         return ()
-    discrete, sentences = bool(L.isdtime(strict=True)), []
-    for test, words in ((controllability, "is moved by nothing at the cut"), (observability, "does not arrive there")):
-        for mode in test(L).failing:
-            if mode.value.imag < -1e-9 * np.abs(mode.value) or (discrete and abs(mode.value) < DEAD):
-                continue
-            unit = "" if discrete else " 1/s"
-            states = ", ".join(mode.states)
-            sentences.append(f"The loop gain has a mode that {words}: {pole_text(mode.value)}{unit} of {states}.")
-    return tuple(sentences)
+    discrete, words, sentences = bool(L.isdtime(strict=True)), dict[str, list[str]](), []
+    for test, word in (("controllable", "controlled"), ("observable", "observed")):
+        modes, undecided = hidden_modes(L, test, DEAD if discrete else 0.0)
+        for mode in modes:
+            where = f"{pole_text(mode.value)}{'' if discrete else ' 1/s'} of {', '.join(mode.states)}"
+            words.setdefault(where, []).append(word)
+        if undecided:
+            sentences.append(
+                f"It is not decided whether {undecided} of the {L.nstates} modes of the loop gain can be {word} at the "
+                "cut: their eigenvectors are too ill-conditioned."
+            )
+    verbs = {where: " or ".join(dict.fromkeys(each)) for where, each in words.items()}
+    shown = [
+        f"The loop gain at the cut does not show the mode {where}, which cannot be {verb} there."
+        for where, verb in verbs.items()
+    ]
+    return (*shown, *sentences)

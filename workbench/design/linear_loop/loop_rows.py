@@ -120,8 +120,8 @@ class LinearRows:
     def _poles(self) -> tuple[Complex, Mask]:
         if self.models.delays.any():
             raise Refused(
-                "`LinearRows.poles` needs finitely many states, and a delay has infinitely many; ask for `response`, "
-                "which is exact, or put a `PadeDelay` of `Equipped` in its place."
+                "`LinearRows.poles` needs a finite number of states, and a delay has infinitely many. Use `response`, "
+                "which is exact, or replace the delay by a `PadeDelay` of `Equipped`."
             )
         A, discrete = self.models.closed.A, self.models.closed.period is not None
         poles, stable, n = np.full(A.shape[:2], np.nan, complex), np.zeros(len(A), dtype=bool), A.shape[1]

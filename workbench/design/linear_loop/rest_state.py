@@ -16,6 +16,7 @@ from workbench.design.linear_loop.point_model import Instant
 from workbench.validation.refusals import Array
 
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
+SETTLING = 10_000  # periods after which the memories of a computer should not change any more
 PATIENCE, SHORTER = 25, 0.9  # evaluations in which the step must become so much shorter, or the search stalls
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to the change (N, nx) and (N, nx, nx)
@@ -24,26 +25,21 @@ Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to
 def motion_of(call: str, equations: Equations, at: Instant, substeps: int | None = None) -> Motion:
     """The rate of a loop, or its change over the periods that recur, with the derivatives by the states."""
     if isinstance(equations, Ode):
-        both = ca.Function("motion", [equations.t, equations.x, equations.p], [equations.rate, _jacobian(equations)])
-        return lambda x, p: _stacked([both(at.t, *row) for row in zip(x, p, strict=True)])
+        f, A = equations.f, equations.A
+        return lambda x, p: _stacked([(f(at.t, *row), A(at.t, *row)) for row in zip(x, p, strict=True)])
 
     jump, period = jump_of(equations), equations.period
-    first = ca.Function("jump", [jump.t, jump.x, jump.p], [ca.densify(jump.rate), _jacobian(jump)])
 
     def over_periods(state: Array, p: Array) -> tuple[Array, Array]:
         start, slope = state, np.eye(len(state))
         for k in range(at.count):
             t = at.t + k * period
-            after, by_state = (np.array(part) for part in first(round(t / period), state, p))
+            after, by_state = (np.array(part(round(t / period), state, p)) for part in (jump.f, jump.A))
             state, by_after, _ = flow_over(call, equations, t, after.ravel(), p, substeps)
             slope = by_after @ by_state @ slope
         return state - start, slope - np.eye(len(state))
 
     return lambda x, p: _stacked([over_periods(*row) for row in zip(x, p, strict=True)])
-
-
-def _jacobian(ode: Ode) -> ca.SX:
-    return ca.densify(ca.jacobian(ode.rate, ode.x))
 
 
 def _stacked(pairs: list[tuple[Array, Array]]) -> tuple[Array, Array]:
@@ -57,10 +53,11 @@ def resting_states(closed: Equations, ports: tuple[str, ...]) -> Mask:
     seen = [i for name in ports for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
     steps, bends = np.eye(n, dtype=bool), np.zeros(n, dtype=bool)
     for each in (flow, jump_of(closed)) if isinstance(closed, Sampled) else (flow,):
-        outputs = each.output[seen] if each is flow else ca.SX(0, 1)
-        J = ca.jacobian(ca.vertcat(each.rate, outputs), ca.vertcat(each.x, each.input_symbols))
         steps |= np.array(ca.DM(ca.jacobian_sparsity(ca.densify(each.rate), each.x), 1), dtype=bool)
-        bends |= np.array(ca.DM(ca.jacobian_sparsity(ca.vec(ca.densify(J)), each.x), 1), dtype=bool).any(axis=0)
+        every = list(range(n))  # A is kept by the equations, as one of 200 states takes seconds
+        for J, rows in ((each.A, every), (each.B, every), (each.Cy, seen), (each.D, seen)):
+            used = np.isin(np.arange(J.numel_out(0)) % max(J.size1_out(0), 1), rows)
+            bends |= np.array(ca.DM(J.jac_sparsity(0, 1), 1), dtype=bool)[used].any(axis=0)
     return np.asarray(closure(steps)[bends].any(axis=0))
 
 
@@ -79,7 +76,26 @@ def start_of(closed: Equations, at: Instant, x: Array, p: Array, fixed: list[int
     state = x.copy()
     for _ in follows:
         state[:, follows] = np.array(after(round(at.t / closed.period), state.T, p.T)).T[:, follows]
-    return np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
+    start = np.where(np.isfinite(state).all(axis=1, keepdims=True), state, x)
+    return _settled_memories(after, round(at.t / closed.period), start, p, fixed) if fixed else start
+
+
+def _settled_memories(after: ca.Function, k: int, x: Array, p: Array, fixed: list[int]) -> Array:
+    """The states (N, nx) after so many jumps that none changes, while those that are named stay; else as they were.
+
+    A filter that has not settled may saturate the command, and Newton's method finds no way out of that.
+    """
+    state, free = x.copy(), np.setdiff1d(np.arange(x.shape[1]), fixed)
+    if not free.size:
+        return x
+    for step in range(SETTLING):
+        new = np.array(after(k + step, state.T, p.T)).T[:, free]
+        change = (np.abs(new - state[:, free]) / (1 + np.abs(new))).max(axis=1)
+        state[:, free] = new
+        if not change.max() > LEAST:
+            break
+    settled = np.isfinite(state).all(axis=1) & (change <= SMALL)
+    return np.where(settled[:, np.newaxis], state, x)
 
 
 def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
@@ -185,12 +201,16 @@ def _driven(closed: Equations, at: Instant, x: Array, p: Array, must: Mask) -> l
         assert isinstance(ode, Ode)
         if not ca.depends_on(ode.rate, ode.t):
             continue
-        first = ca.jacobian(ode.rate, ode.t)
-        terms = ca.fabs(ca.jacobian(ode.rate, ode.x)) @ (1 + ca.fabs(ode.x)) + 1
-        values = [ca.densify(part) for part in (first, ca.jacobian(first, ode.t), terms)]
+        first = ca.sparsify(ca.jacobian(ode.rate, ode.t))  # a step in time leaves zeros
+        driven = first.sparsity().row()
+        if not driven:
+            continue
+        terms = ca.fabs(ca.jacobian(ode.rate[driven], ode.x)) @ (1 + ca.fabs(ode.x)) + 1
+        values = [ca.densify(part) for part in (first[driven], ca.jacobian(first[driven], ode.t), terms)]
         by_time = ca.Function("by_time", [ode.t, ode.x, ode.p], values)
         one, two, scale = (np.array(part).T for part in by_time(t, x.T, p.T))
-        share = np.maximum(np.abs(one), np.abs(two)) / scale * must
+        share = np.zeros(x.shape)
+        share[:, driven] = np.maximum(np.abs(one), np.abs(two)) / scale * must[driven]
         moved = share.max(axis=1, initial=0.0) > AT_REST
         found[moved] = share[moved].argmax(axis=1)
     return [int(place) for place in found]

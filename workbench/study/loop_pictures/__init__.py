@@ -23,11 +23,11 @@ from workbench.study.loop_pictures.phase_planes import PhaseCurve, Rest, VectorF
 from workbench.study.loop_pictures.pole_maps import PoleZeroSet, pole_zero_map
 from workbench.study.loop_pictures.root_loci import root_locus_figure
 from workbench.study.loop_pictures.step_pictures import (
-    StepInfo,
+    SampledStepInfo,
     TimeResponse,
     impulse_figure,
+    sampled_step_info,
     step_figure,
-    step_info,
 )
 
 __all__ = [
@@ -41,7 +41,7 @@ __all__ = [
     "PhaseCurve",
     "PoleZeroSet",
     "Rest",
-    "StepInfo",
+    "SampledStepInfo",
     "TimeResponse",
     "VectorField",
     "bode_envelope",
@@ -60,5 +60,5 @@ __all__ = [
     "root_locus_figure",
     "singular_value_figure",
     "step_figure",
-    "step_info",
+    "sampled_step_info",
 ]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.design.step_response import StepInfo as ExactStepInfo
+from workbench.design.step_response import StepInfo
 from workbench.study.document.figure import STYLES, Band, Figure, Label, Mark, Panel, Points, Series, Style
 from workbench.study.document.phrases import Phrase, raised
 from workbench.study.loop_pictures.frequency_curves import captioned, number
@@ -37,7 +37,7 @@ class TimeResponse:
     unit: str = ""
     period: float | None = None
     style: Style | None = None
-    info: ExactStepInfo | None = None
+    info: StepInfo | None = None
 
     def __post_init__(self) -> None:
         t, y = (numbers(f"TimeResponse({name}=...)", getattr(self, name), 1) for name in ("t", "y"))
@@ -55,8 +55,8 @@ class TimeResponse:
 
 @dataclass(frozen=True)
 @show
-class StepInfo:
-    """The figures of a step response, times in s from the step on; NaN where the response does not get so far.
+class SampledStepInfo:
+    """The figures of a step response between samples, times in s from the step on; NaN where it does not get so far.
 
     `rise_time` is that from 10 % to 90 % of the step, `settling_time` that after which the response stays within 2 %
     of the step about its final value, and `overshoot` the part of the step in % by which it goes beyond.
@@ -71,7 +71,7 @@ class StepInfo:
 
 
 @door
-def step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> StepInfo:
+def sampled_step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> SampledStepInfo:
     """The figures of a response y (N,) at times t (N,) in s to a step at the first of them, from rest at y[0].
 
     Crossings are found on the straight lines between the samples. A response that has not stayed within the band for
@@ -84,13 +84,13 @@ def step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> StepIn
     """
     one = TimeResponse("", t, y)
     t, y, start = one.t, one.y, float(one.y[0])
-    size = finite("step_info(final=...)", final) - start
+    size = finite("sampled_step_info(final=...)", final) - start
     if not np.isfinite(y).all() or not (size and math.isfinite(size)):
         raise ValueError(
-            "`step_info(t, y, final)` needs a response without gaps, whose final value is not that at the first time; "
-            f"got a step of {size:g}."
+            "`sampled_step_info(t, y, final)` needs a response without gaps, whose final value is not that at the "
+            f"first time; got a step of {size:g}."
         )
-    finite("step_info(band=...)", band, " of the step", low=0)
+    finite("sampled_step_info(band=...)", band, " of the step", low=0)
     share = (np.asarray(y) - start) / size
     low, high = (_first_above(t, share, level) for level in RISE)
     outside = np.flatnonzero(np.abs(share - 1) > band)
@@ -103,17 +103,17 @@ def step_info(t: Array, y: Array, final: float, band: float = SETTLED) -> StepIn
         part = (edge - share[k]) / (share[k + 1] - share[k])
         settling = float(t[k] + part * (t[k + 1] - t[k]) - t[0])
     top = int(np.argmax(share))
-    return StepInfo(
+    return SampledStepInfo(
         high - low, settling, max(0.0, 100 * (float(share[top]) - 1)), float(y[top]), float(t[top] - t[0]), final
     )
 
 
-def _rounded(info: ExactStepInfo) -> StepInfo:
+def _rounded(info: StepInfo) -> SampledStepInfo:
     """The figures of a linear system, without their bounds; the peak is that on the side of the final value."""
     final, overshoot = info.final.value, info.overshoot.value
     inverse = info.undershoot.value > 100 + overshoot  # then `peak` is on the other side
     times = info.rise_time.value, info.settling_time.value
-    return StepInfo(
+    return SampledStepInfo(
         *times, overshoot, final * (1 + overshoot / 100), math.nan if inverse else info.peak_time.value, final
     )
 
@@ -145,7 +145,7 @@ def step_figure(name: str, caption: Phrase, responses: Sequence[TimeResponse], y
     for k, one in enumerate(responses):
         if one.final is None or not np.isfinite(one.y).all():
             continue
-        info = step_info(one.t, one.y, one.final) if one.info is None else _rounded(one.info)
+        info = sampled_step_info(one.t, one.y, one.final) if one.info is None else _rounded(one.info)
         remarks.append(_sentence(one, info, len(responses) > 1))
         if len(responses) == 1:
             marks += _marked(one, info, k)
@@ -188,7 +188,7 @@ def _figure(
     return Figure(name, caption, (Panel(label, tuple(marks), xlim=ends),))
 
 
-def _marked(one: TimeResponse, info: StepInfo, k: int) -> list[Mark]:
+def _marked(one: TimeResponse, info: SampledStepInfo, k: int) -> list[Mark]:
     """The band about the final value, the rise, the peak and the settling."""
     start = float(one.y[0]) if one.info is None else 0.0
     step, ends = info.final - start, one.t[[0, -1]]
@@ -213,7 +213,7 @@ def _marked(one: TimeResponse, info: StepInfo, k: int) -> list[Mark]:
     return marks
 
 
-def _sentence(one: TimeResponse, info: StepInfo, several: bool) -> Phrase:
+def _sentence(one: TimeResponse, info: SampledStepInfo, several: bool) -> Phrase:
     label = one.label if isinstance(one.label, tuple) else (one.label,)
     parts = [
         f"rise time {number(info.rise_time)} s" if math.isfinite(info.rise_time) else "no rise within these times",

@@ -83,7 +83,7 @@ class LoopSystems:
     def unstable_words(self) -> str:
         """The reason why the loop is not stable."""
         if isinstance(self.loop, LinearLoop) and not self.loop.models.delays.any():
-            found = [one for one in self.loop.remarks if "not stable" in one or "as far as rounding" in one]
+            found = [one for one in self.loop.remarks if "not stable" in one or "to within rounding" in one]
             return found[0] if found else "The closed loop is not stable."
         return "The closed loop is not stable."
 
