@@ -13,6 +13,7 @@ from studies.paper.linearization import HELD, LEVEL, POSES, loop_of, still
 from studies.performance.chromium import open_page
 from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
+from workbench.study.document.document import Section
 from workbench.study.live.live_data import live_data
 from workbench.study.pictures.traces import loops_section
 
@@ -269,4 +270,5 @@ def test_a_page_in_a_browser_has_the_answer_before_the_run(tmp_path):
 
 
 def sections(results):
-    return [loops_section("Loops", "All of them.", results.outcomes, "omega")]
+    pictures = wb.loop_gain_pictures(results.outcomes[0])
+    return [loops_section("Loops", "All of them.", results.outcomes, "omega"), Section("Linear", tuple(pictures))]

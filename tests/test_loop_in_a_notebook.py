@@ -24,7 +24,7 @@ def test_six_lines_lead_from_a_plant_of_ones_own_to_bode_margins_and_poles():
     assert len(ast.parse(OPENING).body) == 6
     shown = cell(OPENING, {})
     assert shown.startswith("<figure><svg")
-    assert "phase margin 61.8 degrees" in shown.partition("<figcaption>")[2]
+    assert "phase margin 61.4 degrees" in shown.partition("<figcaption>")[2]
 
 
 def test_the_margins_of_the_opening_are_those_of_python_control(tmp_path, monkeypatch):

@@ -257,13 +257,6 @@ def test_the_command_refuses_a_file_that_is_none(command, name):
     assert done.stderr.count("\n") == 1
 
 
-def test_a_page_is_there_in_a_second():
-    wb.live(loop(), until=2.0)  # its kernel is compiled once
-    began = time.perf_counter()
-    wb.live(loop(Kp=90.0), until=2.0)
-    assert time.perf_counter() - began < 1.0
-
-
 class Frame:
     """The page inside the first frame of a page, wherever the browser keeps it."""
 

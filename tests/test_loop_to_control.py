@@ -162,7 +162,7 @@ REFUSED = [
     (lambda: model(loop(TUSTIN, SAMPLED).digital(PERIOD, at="omega")), "from the second instant on"),
     (lambda: model(loop(TUSTIN).digital(PERIOD, at="v"), t=0.03), r"t=...\)` must be a multiple of the period 0.1 s"),
     (lambda: loop(TUSTIN, SAMPLED).digital(PERIOD, at="v"), "`LinearPlant` moves in discrete time. Cut the loop at an"),
-    (lambda: loop(TUSTIN, Linear(SAMPLED)).digital(PERIOD, inputs=True), "signals meet its inputs"),
+    (lambda: loop(TUSTIN, Linear(SAMPLED)).digital(PERIOD, inputs=True), "add signals to the inputs of a plant"),
 ]
 
 

@@ -26,6 +26,7 @@ def calls() -> dict[str, Any]:
         "FrequencyResponse": partial(
             linear_loop.FrequencyResponse,
             *(answer.frequencies, answer.values, answer.inputs, answer.outputs, answer.flagged),
+            *(answer.errors, answer.sensitivities),
         ),
         "LinearLoop.response": partial(linear.response, OMEGA, "closed", "v_load", "omega"),
         "LinearLoop.gang_of_six": partial(linear.gang_of_six, OMEGA),

@@ -69,7 +69,7 @@ def calls() -> dict[str, Any]:
         "pole_zero_map": partial(loop_plots.pole_zero_map, LAG, True),
         "pole_zero_map of data": partial(pictures.pole_zero_map, "f", "c", [pictures.PoleZeroSet("G", [-1.0])], True),
         "relative_gain_figure": partial(pictures.relative_gain_figure, "f", "c", matrix),
-        "root_locus": partial(loop_plots.root_locus, LAG, [0.5, 1.0], [0.7], True),
+        "root_locus": partial(loop_plots.root_locus, LAG, [0.5, 1.0], None, (0.7,), True),
         "root_locus_figure": partial(
             pictures.root_locus_figure, "f", "c", "k", [0.0, 1.0], [[-1.0], [-2.0]], "V", [0.5], [], 0.1, 3.0
         ),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from inspect import signature
 from typing import Any
 
 import casadi as ca
@@ -66,10 +67,10 @@ class Baseline:
         ValueError, LookupError
             If the loop is equations alone, has several periods, or has no linear answer at its start either.
         """
-        if isinstance(loop, Ode | Sampled):
+        if not _can_be_cut(loop):
             raise ValueError(
-                f"'{loop.name}' is equations alone, which do not say where they can be cut: give the page the "
-                "`ClosedLoop` or the `DigitalLoop` itself."
+                f"'{getattr(loop, 'name', 'loop')}' is equations alone, which do not say where they can be cut: give the "
+                "page the `ClosedLoop` or the `DigitalLoop` itself."
             )
         refuse_large(step)
         substeps = step.substeps if getattr(loop, "period", None) else None
@@ -130,6 +131,12 @@ def _taken(layout: Layout, step: Step, row: Array) -> Array:
     places, default = _places(layout, step)
     spots = np.array(places, dtype=int)
     return np.where(spots < 0, default, row[spots])
+
+
+def _can_be_cut(loop: Any) -> bool:
+    """True for a loop that makes equations with inputs where it is cut; equations themselves have none."""
+    ode = getattr(getattr(loop, "loop", loop), "ode", None)
+    return ode is not None and "inputs" in signature(ode).parameters
 
 
 def refuse_large(step: Step) -> None:
