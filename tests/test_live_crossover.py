@@ -17,7 +17,7 @@ SHOWN = "Boolean(document.querySelector('.live-handle:not([hidden])'))"
 STILL = "livePage.handles.all.every((one) => !one.seeking && one.aim === null) && !livePage.late.size"
 STILL += " && (!livePage.flight || !livePage.flight.fine.size) && !livePage.held && !livePage.away.size"
 CROSSOVER = "Number(document.querySelector('.live-handle').ariaValueNow)"
-TOLD = "document.querySelector('.live-drag').lastChild.textContent"
+TOLD = "[...document.querySelectorAll('.live-drag span')].map((one) => one.textContent).join('')"
 NEAR = 1e-6  # of a frequency, as promised
 
 

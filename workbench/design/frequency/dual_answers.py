@@ -21,6 +21,8 @@ from workbench.simulate.kernel.vector_loops import Index, Machine, Pointer, Vect
 # Takes the place of an answer among those at a frequency, its two parts, its error and its sensitivity.
 Put = Callable[[Index, Vector, Vector, Vector, Vector], None]
 
+LOST, BOUNDLESS = 0.1, 1e150  # a residual over its right side, and the gain of a solution that has a larger one
+
 
 @dataclass(frozen=True, eq=False)
 class SparseRows:
@@ -147,7 +149,7 @@ def residual(m: Machine, of: Systems, s: Pair, at: Solutions, j: Index) -> tuple
         return tuple(m.do("add", old, new) for old, new in zip(sums, more, strict=True))
 
     states, driven, left = m.fold(0, n, (zero, zero, zero), equation)
-    m.store(at.gains, j, m.do("select", m.do("gt", driven, zero), m.do("div", states, driven), zero))
+    m.store(at.gains, j, gain_of(m, states, driven, left))
     m.store(at.residuals, j, left)
     return ()
 
@@ -172,9 +174,19 @@ def left_residual(m: Machine, of: Systems, s: Pair, at: Solutions, i: Index) -> 
 
     states, seen, left = m.fold(0, n, (zero, zero, zero), equation)
     place = m.index("add", of.nu, i)
-    m.store(at.gains, place, m.do("select", m.do("gt", seen, zero), m.do("div", states, seen), zero))
+    m.store(at.gains, place, gain_of(m, states, seen, left))
     m.store(at.residuals, place, left)
     return ()
+
+
+def gain_of(m: Machine, states: Vector, right: Vector, left: Vector) -> Vector:
+    """The size of a solution over that of its right side; without bound if its residual is no smaller than that side.
+
+    A solution that is lost, as by numbers beyond the range of doubles, would say nothing of the matrix.
+    """
+    zero = m.number(0.0)
+    gain = m.do("select", m.do("gt", right, zero), m.do("div", states, right), zero)
+    return m.do("select", m.do("gt", left, m.do("mul", m.number(LOST), right)), m.number(BOUNDLESS), gain)
 
 
 def span(m: Machine, matrix: SparseRows, k: Index) -> tuple[Index, Index]:

@@ -69,8 +69,8 @@ class Baseline:
         """
         if not _can_be_cut(loop):
             raise ValueError(
-                f"'{getattr(loop, 'name', 'loop')}' is equations alone, which do not say where they can be cut: give the "
-                "page the `ClosedLoop` or the `DigitalLoop` itself."
+                f"'{getattr(loop, 'name', 'loop')}' is equations alone, which do not say where they can be cut: give "
+                "the page the `ClosedLoop` or the `DigitalLoop` itself."
             )
         refuse_large(step)
         substeps = step.substeps if getattr(loop, "period", None) else None

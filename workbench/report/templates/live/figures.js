@@ -63,7 +63,7 @@ class PrintedPiece {
 // All pieces below some elements that have coordinates of their own.
 function printedPieces(groups) {
   return groups.flatMap((group) => [
-    ...[...group.querySelectorAll("path:not(defs path)")].map((path) => new PrintedPiece(path, ["d"])),
+    ...[...group.querySelectorAll("path[d]:not(defs path)")].map((path) => new PrintedPiece(path, ["d"])),
     ...[...group.querySelectorAll("use")].map((mark) => new PrintedPiece(mark, ["x", "y"])),
   ]);
 }

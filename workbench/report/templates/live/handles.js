@@ -3,6 +3,7 @@
 // Handles on Bode plots: a gain crossover that a reader drags to another frequency. One knob of the law, which the reader
 // chooses, then takes the number at which |L| is one there, as if it had been turned by hand.
 
+const SAME = 1e-6; // in a logarithm: two frequencies that are one
 const KEY_STEP = 10 ** (1 / 20); // by which an arrow key moves a crossover
 
 const onDecades = (omega, other) => Math.abs(Math.log(omega / other));
@@ -53,10 +54,15 @@ class CrossoverHandle {
     const { width, height } = this.page.data.plates[this.figure];
     Object.assign(this.element.style, { left: `${100 * at.x / width}%`, top: `${100 * at.y / height}%` });
     this.omega = row.omega;
-    if (isCurrent && !this.seeking) this.aim = null;
+    if (isCurrent && !this.seeking && this.aim !== null && this.isSettled(row.omega)) this.aim = null;
     const margin = answer.margins[this.channel].stable ? `phase margin ${shortNumber(row.phase)}°` : "the loop is unstable";
     this.text = `Crossover at ${shortNumber(row.omega)}\u00a0rad/s, ${margin}`;
     this.describe();
+  }
+
+  // True if the crossover is where it was to go, or other knobs have been turned since.
+  isSettled(omega) {
+    return onDecades(omega, this.aim) < SAME || !this.sought?.every((value, i) => Object.is(value, this.page.state.values[i]));
   }
 
   // The numbers of now, as values of the slider and below the figure.
@@ -137,6 +143,7 @@ class CrossoverHandle {
     const moves = !Object.is(value, page.state.values[place]);
     if (this.aim === omega && !(reached && moves)) this.aim = null;
     if (moves) control.turn(value);
+    this.sought = [...page.state.values];
     this.describe();
   }
 
@@ -177,7 +184,8 @@ class Handles {
       if (figure !== null && handle.figure !== figure) continue;
       const { page } = this, { loop } = handle, wanted = page.wanted.get(loop), found = page.answers.get(loop);
       const answer = wanted ? found?.answer : this.baseline.get(loop), isAway = !isAsked(page.data.loops[loop], page.state);
-      handle.place(isAway ? null : answer, !wanted || found?.key === wanted.key);
+      const isTurning = page.frame || page.held; // what is turned is not asked for yet
+      handle.place(isAway ? null : answer, !isTurning && (!wanted || found?.key === wanted.key));
       const crosses = answer?.margins?.[handle.channel]?.gainCrossovers.length;
       if (!handle.offered && !isAway && crosses) this.survey(loop, wanted?.key ?? "");
     }
