@@ -207,7 +207,7 @@ def test_rows_beyond_a_bad_common_value_are_refused_in_one_sentence():
 
 def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first_one():
     law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
-    loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0, time=0.1))
     linear = linear_loop(loop)
     before = Corners.of.cache_info().misses
     rows = linear.rows({"plant.J": INERTIAS})
