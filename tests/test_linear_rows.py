@@ -214,5 +214,5 @@ def test_rows_on_a_corner_whose_pieces_agree_take_their_equations_from_the_first
     assert Corners.of.cache_info().misses - before <= 2  # the loop, closed and cut
     answers = rows.response(OMEGA).values
     for i in (0, 4, 8):
-        single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values[0]
+        single = linear_loop(loop, values={"plant.J": INERTIAS[i]}).response(OMEGA).values
         np.testing.assert_allclose(answers[i], single, rtol=1e-10)  # of two evaluations of the same Jacobians

@@ -102,3 +102,15 @@ def test_margins_that_are_refused_are_said_to_be(draw):
 def test_bad_input_gets_a_sentence(call, words):
     with pytest.raises(ValueError, match=words):
         call()
+
+
+@pytest.mark.parametrize("first", [1.0, 10.0, 100.0])
+def test_turns_are_not_counted_where_the_frequencies_begin_above_a_slow_pole(first):
+    caption = wb.nyquist(control.tf([5], [1, -1]), frequencies=np.geomspace(first, 1e5, 2000)).caption  # closed: s = -4
+    assert "are not counted" in caption
+    assert "unstable" not in caption
+
+
+def test_a_crossing_on_a_value_of_the_gain_is_seen():
+    caption = wb.root_locus(control.tf([1], [1, -1]), np.linspace(0, 2, 201)).caption  # the pole is 1 - k
+    assert "crosses the limit of stability at k = 1" in caption

@@ -60,9 +60,8 @@ def curve_turns(
     omega = rising("curve_turns(frequencies=...)", frequencies, period)
     curve = complexes("curve_turns(values=...)", values, 1, gaps=True)
     if curve.shape != omega.shape or not math.isfinite(point):
-        raise refusal(
-            "curve_turns(values=...)", f"an answer for each of {len(omega)} frequencies, and a finite point", values
-        )
+        must = f"an answer for each of {len(omega)} frequencies, and a finite point"
+        raise refusal("curve_turns(values=...)", must, values)
     omega, curve = omega[omega > 0], curve[omega > 0]
     away = curve - point
     if not np.isfinite(curve).all() or len(curve) < 2:
@@ -75,8 +74,8 @@ def curve_turns(
         span = f"{number(omega[k])} and {number(omega[k + 1])} rad/s"
         return CurveTurns(None, reason=f"it turns by more than 120 degrees between the frequencies {span}")
     if not (_ends(omega, curve, point) or (period is not None and omega[-1] > (1 - 1e-3) * math.pi / period)):
-        where = f"{number(omega[-1])} rad/s"
-        return CurveTurns(None, reason=f"at its highest frequency, {where}, it is neither near zero nor at rest")
+        where = f"at its highest frequency, {number(omega[-1])} rad/s"
+        return CurveTurns(None, reason=f"{where}, it is neither near zero nor at rest")
     order = max(0, -low_slope(omega, curve))
     if not _begins(omega, curve, point, order) or (integrators is not None and order != max(0, integrators)):
         where = f"at its lowest frequency, {number(omega[0])} rad/s"
