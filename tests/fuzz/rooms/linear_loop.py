@@ -32,7 +32,7 @@ def calls() -> dict[str, Any]:
         "LinearLoop.gang_of_six": partial(linear.gang_of_six, OMEGA),
         "LinearLoop.rows": partial(linear.rows, {"plant.J": [0.01, 0.02]}),
         "LinearLoop.system": partial(linear.system, "closed", "v_load", "omega"),
-        "LinearLoop.bandwidth": partial(linear.bandwidth, "closed", "v_load", "omega"),
+        "LinearLoop.bandwidth": partial(linear.bandwidth, "T"),
         "LinearLoop.step_info": partial(linear.step_info, "omega_ref", "omega", "closed"),
         "LinearLoop.hinf_norm": partial(linear.hinf_norm, "closed", "v_load", "omega"),
         "LinearLoop.h2_norm": partial(linear.h2_norm, "closed", "v_load", "omega"),

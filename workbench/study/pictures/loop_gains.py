@@ -52,6 +52,8 @@ def loop_gain(outcome: Outcome) -> LoopGain | str:
         poles, cut_poles = [pole.value for pole in linear.poles], linear.L.poles()
     except (ValueError, LookupError) as error:
         return str(error)
+    if not (np.isfinite(gains) & (gains != 0)).any(axis=0).all():
+        return "The loop gain is zero at every frequency, so that there is nothing to draw of it."
     roots = np.array(poles), np.asarray(cut_poles, dtype=complex)
     return LoopGain(linear.channels, about, linear.period, omega, gains, *roots, _margins(linear), _disk_margin(linear))
 
