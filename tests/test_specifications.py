@@ -409,3 +409,25 @@ def test_loops_without_figures_are_refused():
         spec.check(wb.linear_loop(SLIDE), inputs="x_reff", outputs="x")
     with pytest.raises(ValueError, match="or neither"):
         spec.check(wb.linear_loop(SLIDE), inputs="x_ref")
+
+
+def test_the_line_of_a_witness_is_of_the_same_loop_with_its_delay_and_its_kept_states():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    late = wb.linear_loop(loop, delays={"v": 0.02})
+    specification = wb.Specification(phase_margin=25.0)
+    refuted = specification.check(late, box={"plant.J": (0.005, 0.03)}, draws=8)["phase_margin"]
+    assert refuted.kind == "refuted"
+    again = eval(refuted.witness_line, {"linear_loop": wb.linear_loop, "loop": loop})
+    (found,) = specification.check(again)
+    assert found.kind == "fails"
+    assert found.figure.value.value == pytest.approx(refuted.figure.value.value, rel=1e-9)  # of two searches for a rest
+
+
+def test_a_sampled_loop_gain_with_several_channels_is_refused_by_the_name_of_the_call():
+    two = control.ss(0.9 * np.eye(2), 0.5 * np.eye(2), np.eye(2), np.zeros((2, 2)), 0.1)
+    with pytest.raises(
+        ValueError, match=r"`Specification.check\(loop=...\)` takes a sampled loop gain with one channel"
+    ):
+        wb.Specification(decay=1.0).check(two)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -82,7 +84,16 @@ def linear_loop(
     """
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
     instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
-    return about(rest_point(equations, instant, values or {}, at_rest, side, substeps))
+    point = rest_point(equations, instant, values or {}, at_rest, side, substeps)
+    others: dict[str, Any] = {"at": at, "t": t, "freeze": freeze, "delays": delays}
+    others |= {"at_rest": at_rest, "side": side, "substeps": substeps}
+    words = [f", {name}={value!r}" for name, value in others.items() if _is_given(name, value)]
+    return about(replace(point, arguments="".join(words)))
+
+
+def _is_given(name: str, value: Any) -> bool:
+    """True for a value other than the default of this argument."""
+    return repr(value) != repr(signature(linear_loop).parameters[name].default)
 
 
 def rest_point(
@@ -112,7 +123,7 @@ def rest_point(
     if moving:
         raise Refused(moving)
     resting = bool((share <= AT_REST).all())
-    return LoopPoint(equations, instant, found[0], parameters[0], resting, side, substeps)
+    return LoopPoint(equations, instant, found[0], parameters[0], resting, side, substeps, tuple(fixed))
 
 
 def about(point: LoopPoint) -> LinearLoop:

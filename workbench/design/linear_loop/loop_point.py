@@ -19,7 +19,8 @@ from workbench.validation.refusals import Array
 class LoopPoint:
     """A state x (nx,) and parameters p (np,) of the closed loop at an instant, at rest or not.
 
-    `side` is the one of a corner that was asked for, and `substeps` are those of a run, see `linear_loop`.
+    `side` is the one of a corner that was asked for, and `substeps` are those of a run, see `linear_loop`. `kept` are
+    the places of the states that were named, and `arguments` are the others of the call, as it was written.
     """
 
     equations: LoopEquations
@@ -29,6 +30,8 @@ class LoopPoint:
     resting: bool = True
     side: Sides = None
     substeps: int | None = None
+    kept: tuple[int, ...] = ()
+    arguments: str = ""
 
     @cached_property
     def row_models(self) -> tuple[RowModels, RowModels | None]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -59,7 +59,7 @@ class BoxCheck:
 
     def verdicts(self) -> tuple[LimitVerdict, ...]:
         """The verdict on each limit."""
-        return tuple(self._verdict(limit) for limit in self.limits)
+        return tuple(replace(self._verdict(limit), arguments=self.linear.point.arguments) for limit in self.limits)
 
     def _verdict(self, limit: Limit) -> LimitVerdict:
         place = self.search.worst[limit.kind.name]
@@ -91,10 +91,10 @@ class BoxCheck:
 
     def _draw(self, place: int) -> tuple[Mapping[str, float], LinearLoop]:
         """A draw as values that `linear_loop` takes, those included in which the loop is not at its defaults."""
-        loop = at_draw(self.linear, self.search, place)
-        given = self.linear.parameters
+        loop, given = at_draw(self.linear, self.search, place), self.linear.parameters
+        kept = {self.linear.states.labels[i]: float(self.linear.x0[i]) for i in self.linear.point.kept}
         own = {n: float(v) for n, v, d in zip(given.labels, self.linear.p0, given.default, strict=True) if v != d}
-        return own | self.box.values(self.search.theta[place]), loop
+        return kept | own | self.box.values(self.search.theta[place]), loop
 
     def _proof(self, limit: Limit) -> BoxProof:
         if limit.kind.name not in PROVABLE:

@@ -30,7 +30,8 @@ class LimitVerdict:
     At a point a limit `holds` or `fails` if all values between the bounds of the figure do, else it is `undecided`.
     Over a box it is `proved`, `refuted` by the draw `witness`, or `not refuted` in so many `draws`; the figure is that
     of the worst draw that was found. It is `undecided` where the bounds of that figure lie on both sides of the limit,
-    and `not checkable` where there is no figure; the evidence has the reason.
+    and `not checkable` where there is no figure; the evidence has the reason. `arguments` are those of `linear_loop`
+    beside the values, as they were written.
     """
 
     limit: Limit
@@ -39,6 +40,7 @@ class LimitVerdict:
     evidence: str
     witness: Mapping[str, float] = field(default_factory=dict)
     draws: int = 0
+    arguments: str = ""
 
     @property
     def name(self) -> str:
@@ -62,13 +64,18 @@ class LimitVerdict:
         return f"{self.kind} at the worst of {self.draws:,} draws" if self.draws else self.kind
 
     @property
+    def witness_line(self) -> str:
+        """The line of Python that gives the loop at the witness, for the `loop` in question."""
+        values = f", values={dict(self.witness)}" if self.witness else ""
+        return f"linear_loop(loop{values}{self.arguments})"
+
+    @property
     def ruling(self) -> Ruling:
         """The same as a ruling of a ledger of claims."""
-        line = witness_line(self.witness)
         if self.kind in ("proved", "holds"):
             return Ruling("proved", self.evidence)
         if self.kind in ("refuted", "fails"):
-            return Ruling("refuted", self.evidence, witness=line)
+            return Ruling("refuted", self.evidence, witness=self.witness_line)
         if self.kind == "not refuted":
             return Ruling("not refuted", self.evidence, samples=self.draws)
         return Ruling("not checkable", self.evidence)
@@ -156,18 +163,13 @@ def draw_words(values: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.6g}" for name, value in values.items())
 
 
-def witness_line(values: Mapping[str, float]) -> str:
-    """The line of Python that gives the loop at a draw, for the `loop` in question."""
-    return f"linear_loop(loop, values={dict(values)})" if values else "linear_loop(loop)"
-
-
 def _row(one: LimitVerdict) -> tuple[Cell, ...]:
     value = one.figure.value
     stressed = Strong(one.verdict) if one.kind in ("proved", "holds", "fails", "refuted") else one.verdict
     finite = value is not None and math.isfinite(value.value) and math.isfinite(value.error)
     shown: Cell = Measured(value.value, value.error) if value is not None and finite else _text(one) or None
     margin: Cell = f"{one.margin:.4g}" if value is not None else None
-    witness = (" ", Code(witness_line(one.witness))) if one.witness else ()
+    witness = (" ", Code(one.witness_line)) if one.witness else ()
     return one.limit.words, stressed, shown, margin, (one.evidence, *witness)
 
 

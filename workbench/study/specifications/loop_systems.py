@@ -56,6 +56,11 @@ class LoopSystems:
             lti(call, loop)
         except ValueError:
             raise refusal(f"{call}", LOOP, loop) from None
+        if loop.dt and loop.ninputs > 1:
+            raise ValueError(
+                f"`{call}` takes a sampled loop gain with one channel; got one with {loop.ninputs}. Give the "
+                "`LinearLoop` of a `DigitalLoop`, or a loop gain in continuous time."
+            )
         if inputs is not None or outputs is not None:
             raise ValueError(
                 f"`{call}` takes names of signals of a `LinearLoop`; a system of python-control has T alone."
