@@ -25,6 +25,8 @@ from workbench.validation.refusals import Array
 FREQUENCIES, BEYOND = 200, 30.0  # frequencies of an answer, and how far they go beyond the slowest and fastest pole
 MOST_DECADES = 8.0
 MOST_OPERATIONS = 100_000  # of a Jacobian, which take seconds to compile
+LIGHT, SHARPEST = 0.2, 1e-4  # damping: a pole between has frequencies of its own; with less its peak is not drawn whole
+AROUND = np.sinh(np.linspace(-4, 4, 15))  # times the distance of such a pole from the axis, as in linear_poles.js
 INTEGRATOR = 1e-9  # of the size of the fastest pole: a slower one sets no frequency
 
 
@@ -234,7 +236,10 @@ def _follows(closed: Ode | Sampled) -> list[int]:
 
 
 def grid(linear: LinearLoop) -> Array:
-    """Frequencies in rad/s that rise from far below the slowest pole to far above the fastest, or to Nyquist's."""
+    """Frequencies in rad/s that rise from far below the slowest pole to far above the fastest, or to Nyquist's.
+
+    A pole of little damping has more about it, as its peak would fall between two.
+    """
     period = linear.period
     poles = np.concatenate([np.linalg.eigvals(M.A[0]) for M in (linear.models.closed, linear.models.kind("", "L"))])
     if period is not None:
@@ -247,4 +252,7 @@ def grid(linear: LinearLoop) -> Array:
     low = max(min(slowest, high) / BEYOND, high / 10**MOST_DECADES)
     omega = np.geomspace(low, high, FREQUENCIES)
     omega[-1] = high
-    return np.asarray(omega)
+    damping = np.abs(poles.real) / np.maximum(np.abs(poles), np.finfo(float).tiny)
+    light = poles[(damping < LIGHT) & (damping >= SHARPEST) & (poles.imag > 0)]
+    more = np.concatenate([omega, *[pole.imag + np.abs(pole.real) * AROUND for pole in light]])
+    return np.unique(more[(more >= low) & (more <= high)])

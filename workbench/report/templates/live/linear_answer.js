@@ -6,6 +6,7 @@ const CORNERED = "The loop is on a corner at this point, where a law or its plan
 const NOT_FINITE = "The Jacobians of the loop are not finite at this point.";
 const NO_NUMBER = "A number of the loop is not finite.";
 const NO_POLES = "The poles of the loop could not be computed.";
+const SHARPEST = 1e-4; // damping: the peak of a root with less is not drawn to its top
 
 class LinearAnswers {
   constructor(linear, modules) {
@@ -29,8 +30,8 @@ class LinearAnswers {
     const poles = polesOf(whole.closed, whole.n, linear.period), openPoles = polesOf(cut.A, cut.n, linear.period);
     if (!poles || !openPoles) return { rests: false, reason: NO_POLES };
     const stable = allDecay(whole.closed, whole.n, poles, linear.period);
-    const response = new LinearResponse(cut, linear.period), L = this.loopGain(response);
-    const roots = [poles, openPoles], margins = [];
+    const roots = [poles, openPoles], margins = [], omega = drawnFrequencies(this.omega, roots, linear.period);
+    const response = new LinearResponse(cut, linear.period), L = loopGain(response, omega);
     for (let i = 0; i < m; i++) {
       const own = m === 1 ? cut : closedAt(cut, [...Array(m).keys()].filter((j) => j !== i));
       const ownRoots = m === 1 ? roots : [...roots, polesOf(own.A, own.n, linear.period) || poles];
@@ -40,22 +41,29 @@ class LinearAnswers {
     if (stable && m > 1) diskMargin = diskMarginOf(response, searchGrid(this.omega, roots, linear.period), cut.D);
     for (const one of margins) delete one.diskMargin;
     return {
-      rests: true, reason: "", x0: x.slice(), omega: this.omega.slice(), L, poles, stable, openPoles, margins, diskMargin,
+      rests: true, reason: "", x0: x.slice(), omega, L, poles, stable, openPoles, margins, diskMargin,
     };
   }
+}
 
-  // L = -G at the frequencies of the page, [frequency][row][column].
-  loopGain(response) {
-    const { omega } = this, { m } = response, L = { re: new Float64Array(omega.length * m * m), im: new Float64Array(omega.length * m * m) };
-    omega.forEach((w, k) => {
-      const isFinite = response.at(w);
-      for (let i = 0; i < m * m; i++) {
-        L.re[k * m * m + i] = isFinite ? -response.re[i] : Infinity;
-        L.im[k * m * m + i] = isFinite ? -response.im[i] : 0;
-      }
-    });
-    return L;
-  }
+// L = -G at frequencies, [frequency][row][column].
+function loopGain(response, omega) {
+  const { m } = response, L = { re: new Float64Array(omega.length * m * m), im: new Float64Array(omega.length * m * m) };
+  omega.forEach((w, k) => {
+    const isFinite = response.at(w);
+    for (let i = 0; i < m * m; i++) {
+      L.re[k * m * m + i] = isFinite ? -response.re[i] : Infinity;
+      L.im[k * m * m + i] = isFinite ? -response.im[i] : 0;
+    }
+  });
+  return L;
+}
+
+// The frequencies of the page, and more about each root of little damping, whose peak would fall between two of them.
+function drawnFrequencies(omega, roots, period) {
+  const more = roots.flatMap((one) => rootFrequencies(one, period, SHARPEST).around);
+  const all = Float64Array.from([...omega, ...more.filter((w) => w > omega[0] && w < omega.at(-1))]).sort();
+  return all.filter((w, k) => !k || w > all[k - 1]);
 }
 
 // The model without the states of a computer that nothing reads.

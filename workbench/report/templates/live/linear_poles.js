@@ -64,8 +64,9 @@ function eigenvector(A, n, re, im, size) {
   return v;
 }
 
-// The natural frequencies [rad/s] of poles or zeros, and those at which the lightly damped ones of them stand out.
-function rootFrequencies({ re, im }, period) {
+// The natural frequencies [rad/s] of poles or zeros, and those at which the lightly damped ones of them stand out, unless
+// they have less than some least damping.
+function rootFrequencies({ re, im }, period, least = 0) {
   const sizes = [], around = [];
   for (let i = 0; i < re.length; i++) {
     let a = re[i], b = Math.abs(im[i]);
@@ -76,7 +77,7 @@ function rootFrequencies({ re, im }, period) {
     }
     const size = Math.hypot(a, b);
     sizes.push(size);
-    if (b > 0 && Math.abs(a) < LIGHT * size) for (const turn of AROUND) around.push(b + turn * Math.abs(a));
+    if (b > 0 && Math.abs(a) < LIGHT * size && Math.abs(a) >= least * size) for (const turn of AROUND) around.push(b + turn * Math.abs(a));
   }
   return { sizes, around };
 }
