@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from browsers import needs_chromium, needs_node
 from compilers import needs_llvmlite
-from live_linear import LoopData, assert_same, close
+from live_linear import LoopData, assert_same, close, complex_of
 
 import workbench as wb
 from studies.paper.card import PROPOSED
@@ -184,6 +184,15 @@ def test_the_crossovers_of_a_narrow_resonance_are_found_wherever_a_knob_puts_it(
         (answer,) = data.answers(data.turn(plant__w=w))
         assert_same(answer, data.python(plant__w=w), poles_within=1e-8)
         assert len(answer["margins"][0]["gainCrossovers"]) >= 3
+
+
+def test_a_sharp_peak_is_drawn_as_high_as_the_table_says_it_is_wherever_a_knob_puts_it():
+    data = LoopData.of(LIGHT)
+    for w in (3.0, 41.7, 97.3):
+        (answer,) = data.answers(data.turn(plant__w=w, plant__zeta=1e-3))
+        peak = np.abs(1 / (1 + complex_of(answer["L"]))).max()
+        Ms = float(answer["margins"][0]["Ms"])
+        assert 0.9 * Ms < peak <= Ms * (1 + 1e-9)  # points lie a half of a width apart
 
 
 @wb.block
