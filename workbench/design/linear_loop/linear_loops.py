@@ -85,15 +85,14 @@ def linear_loop(
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
     instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
     point = rest_point(equations, instant, values or {}, at_rest, side, substeps)
-    others: dict[str, Any] = {"at": at, "t": t, "freeze": freeze, "delays": delays}
-    others |= {"at_rest": at_rest, "side": side, "substeps": substeps}
-    words = [f", {name}={value!r}" for name, value in others.items() if _is_given(name, value)]
-    return about(replace(point, arguments="".join(words)))
+    others = {"at": at, "t": t, "freeze": freeze, "delays": delays}
+    return about(replace(point, arguments=_arguments({**others, "at_rest": at_rest, "side": side, "substeps": substeps})))
 
 
-def _is_given(name: str, value: Any) -> bool:
-    """True for a value other than the default of this argument."""
-    return repr(value) != repr(signature(linear_loop).parameters[name].default)
+def _arguments(given: Mapping[str, Any]) -> str:
+    """The arguments that differ from the defaults of `linear_loop`, as Python writes them in a call."""
+    defaults = signature(linear_loop).parameters
+    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name].default))
 
 
 def rest_point(
