@@ -1,23 +1,41 @@
 // What a measurement asks of a live page: turns of a knob until all is drawn, and a march by its kernel alone.
 
-// Wait without a timer, whose clock is coarse.
-const until = (holds) => new Promise((done) => {
-  const channel = new MessageChannel();
-  const look = () => (holds() ? done() : channel.port2.postMessage(0));
-  channel.port1.onmessage = look;
-  look();
+const rest = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
+
+// Open the bench of a report; that of a single loop opens by itself.
+async function openBench() {
+  if (!document.body.classList.contains("bench-page")) document.querySelector(".bench-handle").click();
+  while (!livePage.pool) await rest(10);
+}
+
+// Whether all exact runs are there, and whatever of them is in sight is drawn.
+const isDrawn = () => livePage.flight && !livePage.flight.whole.size && !livePage.late.size;
+
+// The time when the page has drawn a turn, and when the browser has painted it.
+const drawing = () => new Promise((done) => {
+  livePage.draw = function () {
+    Object.getPrototypeOf(livePage).draw.call(livePage);
+    if (!isDrawn()) return;
+    delete livePage.draw;
+    const { drawn } = livePage;
+    requestAnimationFrame(() => setTimeout(() => done({ drawn, painted: performance.now() })));
+  };
 });
 
-// The ms from each of some turns, spread over a range, to the frame in which everything that shows is drawn exactly.
+// The ms from each of some turns, spread over a range, to the moment when everything that shows is drawn exactly; the ms
+// until it is painted, too, are in `painted`.
+let painted = [];
 async function turned(name, low, high, turns) {
   const knob = livePage.bench.knobs[livePage.data.knobs.findIndex((one) => one.name === name)], spans = [];
+  painted = [];
   for (let i = 0; i < turns; i++) {
-    const began = performance.now();
+    const drawn = drawing(), began = performance.now();
     knob.turn(low * (high / low) ** ((0.11 + 0.618034 * i) % 1));
-    await until(() => livePage.flight && !livePage.flight.whole.size && !livePage.late.size && livePage.drawn > began);
-    spans.push(livePage.drawn - began);
-    await until(() => !livePage.flight || !livePage.flight.fine.size);
-    await new Promise((done) => setTimeout(done, 30));
+    const times = await drawn;
+    spans.push(times.drawn - began);
+    painted.push(times.painted - began);
+    while (livePage.flight?.fine.size) await rest(5);
+    await rest(30);
   }
   return spans;
 }

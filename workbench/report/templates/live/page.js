@@ -3,6 +3,7 @@
 // The page: knobs ask, workers compute, and what comes back goes into the figures and tables of the report. Nothing is
 // read, compiled or started before the bench is opened; and whatever fails, the page stays as it was made.
 
+const TOGETHER = 60; // ms after a request within which a linear answer waits for the run, so that both are drawn at once
 const HOLD = 200; // ms that a request waits for the first results of the one before, so that dragging shows them
 const NEAR = 400; // px beyond the window within which a figure is drawn at once
 const MOST_SPOKEN = 8; // results that are read aloud
@@ -221,9 +222,10 @@ class LivePage {
       this.holds.hear(place, shown);
     }
     this.views.set(place, shown);
+    if (done) this.report();
     this.redraw(place);
+    if (phase === "whole" && done && !flight.whole.size) this.drawNow();
     if (!done) return;
-    this.report();
     if (!flight.rough.size && this.held) this.ask();
   }
 
@@ -234,8 +236,13 @@ class LivePage {
     const key = this.flight.keys.get(place), answer = new LoopAnswer(linear, about);
     this.answers.set(place, { key, answer });
     this.holds.hearAnswer(place, key, answer);
-    this.redraw(place);
-    this.report();
+    const wait = this.flight.rough.has(place) ? this.flight.began + TOGETHER - performance.now() : 0;
+    const show = () => {
+      this.report();
+      this.redraw(place);
+    };
+    if (wait <= 0) show();
+    else setTimeout(() => this.answers.get(place)?.answer === answer && this.flight?.rough.has(place) && show(), wait);
   }
 
   // A loop goes back to the baseline.
@@ -252,6 +259,13 @@ class LivePage {
       this.frame = null;
       this.draw();
     });
+  }
+
+  // All exact runs are there: nothing is gained by waiting for the next frame.
+  drawNow() {
+    cancelAnimationFrame(this.frame);
+    this.frame = null;
+    this.draw();
   }
 
   draw() {

@@ -7,6 +7,7 @@ const STEPS_AT_ONCE = 2000; // share a table of what depends on time alone, as i
 const ROWS_OF_A_LOOK = 64; // in the search for the first step that is not finite, as in the engine
 const CALL = 4; // ms that one call of a kernel shall take
 const SLICE = 12; // ms between two looks for a newer request
+const DRAWING = 60; // ms in which the page draws exact runs, before their errors are computed beside it
 const GROWTH = 60; // ms between two views of a run that is under way
 const COARSE = 60; // ms that the coarse pictures of all loops of this worker shall take together
 const SLOWER = 1.25; // how much slower a call may make the pace, as a call that had to wait says nothing of it
@@ -318,6 +319,7 @@ async function serve({ ticket, runs }) {
   const drawn = await sketch(ticket, runs);
   if (!drawn) return;
   for (const phase of ["whole", "half"]) {
+    if (phase === "half") await new Promise((resolve) => setTimeout(resolve, DRAWING));
     for (const run of runs) {
       if (run.printed && phase === "half") continue; // whose errors nobody asks for
       if (ticket !== newest || !(await march(ticket, phase, run, null, !drawn.has(run)))) return;
