@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.design.frequency.frequency_axis import checked_frequencies
+from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.matrices import Complex, Refused
 from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
@@ -20,8 +21,9 @@ BEYOND = 30.0  # times the fastest root, and as much below the slowest: the rang
 DECADE = 120  # frequencies in a decade
 MOST = 3000  # frequencies in all
 LIGHT = 0.2  # the damping below which a root has frequencies of its own
-TURN = np.sinh(np.linspace(-4, 4, 41))  # times the distance of a root from the axis
-TIMES = 1000  # of a response
+SHARPEST = 1e-6  # the damping that a sharper root counts as having
+CLOSE = 0.06  # radians of the circle that a resonance draws, from one frequency to the next
+ABOUT = 12_000  # frequencies about all lightly damped roots
 CONSTANTS = 8.0  # time constants of the slowest mode, which a step response shows
 UNSTABLE = 3.0  # time constants of the fastest growth
 LONGEST = 5000  # periods of a response in a computer
@@ -157,10 +159,21 @@ def fitting_frequencies(roots: SystemRoots) -> Array:
     low = min(low, high / 100)
     count = min(MOST, max(2, round(DECADE * math.log10(high / low))))
     parts = [np.geomspace(low, high, count)]
-    for root in both[(np.abs(both.real) < LIGHT * sizes) & (both.imag > 0)]:
-        parts.append(root.imag + max(abs(root.real), 1e-6 * root.imag) * TURN)
+    light = both[(np.abs(both.real) < LIGHT * sizes) & (both.imag > 0)]
+    parts += [root.imag + distances(root, ABOUT // len(light)) for root in light]
     omega = np.unique(np.concatenate(parts))
     return np.asarray(omega[(omega >= low) & (omega <= high)])
+
+
+def distances(root: complex, most: int) -> Array:
+    """Distances in rad/s from the frequency of a lightly damped root, at even steps of the circle near it.
+
+    They go on, in even ratios, until the frequencies of a whole picture are as close.
+    """
+    width = max(abs(root.real), SHARPEST * root.imag)
+    end = float(np.arcsinh(max(1.0, 0.3 * root.imag / width)))
+    count = min(most, 2 * math.ceil(end / CLOSE) + 1)
+    return np.asarray(width * np.sinh(np.linspace(-end, end, count)))
 
 
 @door
@@ -194,6 +207,8 @@ def step_answers(
 ) -> tuple[Array, Array, Array]:
     """The times (N,) in s, the step responses (ny, nu, N), and the values (ny, nu) to which they tend, NaN if to none.
 
+    In continuous time the steps are shorter while fast modes last, and each value is exact but for rounding.
+
     Without `until` it is long enough for the slowest mode to decay, or for the fastest growth to be seen.
 
     Raises
@@ -203,8 +218,6 @@ def step_answers(
     Refused
         If the response would have too many periods.
     """
-    import control
-
     held = lti("step_answers", system)
     _refuse_improper("step_answers", held)
     h = period_of(held)
@@ -219,15 +232,27 @@ def step_answers(
             f"`step_answers(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
             "shorter `until`."
         )
-    t = np.asarray(np.linspace(0, end, TIMES) if h is None else h * np.arange(max(2, round(end / h) + 1)), dtype=float)
-    respond = control.impulse_response if impulse else control.step_response
-    found = respond(held, t, squeeze=False)
+    t, outputs = _responses(held, poles, end, impulse)
     final = np.full((held.noutputs, held.ninputs), np.nan)
     rests = bool((poles.real < -1e-9 * np.abs(poles).max(initial=0.0)).all())
     if rests:
         final = np.zeros_like(final) if impulse else np.real(np.asarray(held.dcgain())).reshape(final.shape)
-    outputs: Array = np.asarray(found.outputs, dtype=float).reshape(held.noutputs, held.ninputs, len(t))
     return t, outputs, np.asarray(final, dtype=float)
+
+
+def _responses(system: Any, poles: Complex, end: float, impulse: bool) -> tuple[Array, Array]:
+    """The times (N,) and the responses (ny, nu, N); in continuous time closer while fast modes last."""
+    import control
+
+    h = period_of(system)
+    if h is not None:
+        t = np.asarray(h * np.arange(max(2, round(end / h) + 1)), dtype=float)
+        respond = control.impulse_response if impulse else control.step_response
+        found = np.asarray(respond(system, t, squeeze=False).outputs, dtype=float)
+        return t, found.reshape(system.noutputs, system.ninputs, len(t))
+    space, steps = control.ss(system), response_times(poles, end)
+    A, B, Cy, D = (np.asarray(part, dtype=float) for part in (space.A, space.B, space.C, space.D))
+    return times_of(steps), np.asarray(np.moveaxis(exact_responses(A, B, Cy, D, steps, impulse), 0, -1))
 
 
 def showing_time(poles: Complex, h: float | None) -> float:

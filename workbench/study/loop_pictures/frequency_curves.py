@@ -162,7 +162,8 @@ def number(value: float, digits: int = 3) -> str:
     rounded = float(f"{value:.{digits}g}")
     if rounded == 0 or 1e-3 <= abs(rounded) < 1e5:
         return np.format_float_positional(rounded, trim="-").replace("-", "−")
-    return f"{rounded:.{digits - 1}e}".replace("-", "−").replace("e+", "e")
+    mantissa, exponent = f"{rounded:.{digits - 1}e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}".replace("-", "−")
 
 
 def written(value: CertifiedValue, factor: float = 1.0) -> str:
