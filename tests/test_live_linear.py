@@ -260,7 +260,7 @@ def test_a_law_that_saturates_where_the_loop_starts_rests_at_its_reference(perio
     for values in ({}, {"controller__Kp": [300.0]}):
         (answer,) = data.answers(data.turn(**values))
         assert_same(answer, data.python(**values))
-        assert answer["x0"][0] == pytest.approx(1.0, abs=1e-12)
+        assert float(answer["x0"][0]) == pytest.approx(1.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(("time", "later"), [(0.0, ""), (0.123456, ", before the reference moves at 0.123456 s")])

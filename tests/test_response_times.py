@@ -19,7 +19,7 @@ def closed_form(t):
 def test_a_fast_mode_beside_a_slow_one_is_drawn_with_its_turns():
     t, y, (final,) = step_answers(STIFF)
     assert final == pytest.approx(1.0)
-    assert t[0] == 0 and t[-1] == pytest.approx(160.0, rel=1e-12)
+    assert (t[0], t[-1]) == (0, pytest.approx(160.0, rel=1e-12))
     np.testing.assert_allclose(y[0, 0], closed_form(t), atol=1e-13)  # some ten thousand roundings
     fast = t < 8  # in which the fast mode falls to 2 % of its start
     assert np.diff(t[fast]).max() < 2 * np.pi / ROOT / 40

@@ -178,9 +178,11 @@ def distances(root: complex, most: int) -> Array:
 
 @door
 def system_answers(
-    system: control.StateSpace | control.TransferFunction, frequencies: Array | None = None
+    system: control.StateSpace | control.TransferFunction,
+    frequencies: Array | None = None,
+    call: str = "system_answers",
 ) -> SystemAnswers:
-    """The answers of a system, by default at frequencies that fit its poles and zeros.
+    """The answers of a system, by default at frequencies that fit its poles and zeros; refusals name the `call`.
 
     Raises
     ------
@@ -188,12 +190,12 @@ def system_answers(
         If the system is none of python-control, or the frequencies are none, not finite, negative, falling or above
         Nyquist's.
     """
-    held = lti("system_answers", system)
+    held = lti(call, system)
     h = period_of(held)
     if frequencies is None:
         omega = fitting_frequencies(system_roots(held))
     else:
-        omega = checked_frequencies("system_answers(frequencies=...)", frequencies, h)
+        omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, h)
     at = 1j * omega if h is None else np.exp(1j * omega * h)
     with np.errstate(all="ignore"):
         values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
@@ -203,7 +205,10 @@ def system_answers(
 
 @door
 def step_answers(
-    system: control.StateSpace | control.TransferFunction, until: float | None = None, impulse: bool = False
+    system: control.StateSpace | control.TransferFunction,
+    until: float | None = None,
+    impulse: bool = False,
+    call: str = "step_answers",
 ) -> tuple[Array, Array, Array]:
     """The times (N,) in s, the step responses (ny, nu, N), and the values (ny, nu) to which they tend, NaN if to none.
 
@@ -218,18 +223,18 @@ def step_answers(
     Refused
         If the response would have too many periods.
     """
-    held = lti("step_answers", system)
-    _refuse_improper("step_answers", held)
+    held = lti(call, system)
+    _refuse_improper(call, held)
     h = period_of(held)
     poles = np.asarray(held.poles(), dtype=complex)
     if h is not None:
         poles = np.log(np.where(poles == 0, 1e-3, poles)) / h
     end = until if until is not None else showing_time(poles, h)
     if not 0 < end < math.inf:
-        raise refusal("step_answers(until=...)", "a positive number of seconds", until)
+        raise refusal(f"{call}(until=...)", "a positive number of seconds", until)
     if h is not None and end / h > LONGEST:
         raise Refused(
-            f"`step_answers(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
+            f"`{call}(until=...)` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f} of them: give a "
             "shorter `until`."
         )
     t, outputs = _responses(held, poles, end, impulse)

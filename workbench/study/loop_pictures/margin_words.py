@@ -21,6 +21,12 @@ def in_decibels(gain: CertifiedValue) -> CertifiedValue:
     )
 
 
+def fall_in_decibels(factor: CertifiedValue) -> CertifiedValue:
+    """By how many decibels a gain falls that is multiplied by a factor; infinite for zero."""
+    gain = in_decibels(factor)
+    return CertifiedValue(-gain.value, -gain.high, -gain.low)
+
+
 def names_of_gains(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
     """The names of phase crossovers: 'gain margin 6.02 dB, 1.73 rad/s' at the one or two that decide.
 
@@ -46,7 +52,7 @@ def _rise(factor: CertifiedValue) -> str:
 
 
 def _fall(factor: CertifiedValue) -> str:
-    return written(in_decibels(factor), -1.0)
+    return written(fall_in_decibels(factor))
 
 
 def names_of_phases(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:

@@ -12,7 +12,7 @@ function findRest(model) {
   model.evaluate(x);
   if (!linear.rests) return { x, reason: "" };
   let shares = sharesOf(model, x);
-  const free = must.filter((i) => model.change[i] !== 0 || stateMoves(model, i));
+  const free = movingStates(model);
   if (free.length && !(most(shares, must) <= AT_REST) && allFinite(model.change, 0, n)) {
     const start = x.slice();
     shares = descend(model, x, free, shares);
@@ -31,6 +31,11 @@ function queueFilled(model) {
     for (const i of linear.follows) x[i] = jump.heights[i];
   }
   return allFinite(x, 0, x.length) ? x : start.slice();
+}
+
+// The states that must rest and that something moves.
+function movingStates(model) {
+  return model.linear.must.filter((i) => model.change[i] !== 0 || stateMoves(model, i));
 }
 
 // Whether anything moves a state.
@@ -96,7 +101,7 @@ function descendOnTheWay(model, x, start, free) {
     rate *= Math.min(Math.max(left / size, 0.5), 5);
     size = left;
     if (!WAY.includes(count)) continue;
-    const ahead = at.slice(), shares = descend(model, ahead, free, sharesOf(model, ahead));
+    const ahead = at.slice(), shares = descend(model, ahead, movingStates(model), sharesOf(model, ahead));
     if (most(shares, must) <= AT_REST) {
       x.set(ahead);
       return shares;
