@@ -60,10 +60,13 @@ def exact_responses(
     drive = np.zeros_like(B) if impulse else B
     through = np.zeros_like(D) if impulse else D
     values = [Cy @ x + through]
+    whole = np.zeros((*A.shape[:-2], nx + nu, nx + nu))
+    whole[..., :nx, :nx], whole[..., :nx, nx:] = A, drive
+    taken = steps[0][0]
+    moved = expm(whole * taken)
     for step, times in steps:
-        whole = np.zeros((*A.shape[:-2], nx + nu, nx + nu))
-        whole[..., :nx, :nx], whole[..., :nx, nx:] = A, drive
-        moved = expm(whole * step)
+        while taken < 0.75 * step:  # each step is twice the one before, or a higher power of two
+            moved, taken = moved @ moved, 2 * taken
         Ad, Bd = moved[..., :nx, :nx], moved[..., :nx, nx:]
         for _ in range(times):
             x = Ad @ x + Bd

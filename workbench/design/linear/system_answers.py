@@ -7,8 +7,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.linalg import schur, solve_triangular
 
 from workbench.design.frequency.frequency_axis import checked_frequencies
+from workbench.design.linear.finite_zeros import finite_zeros, markov_parameter
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.matrices import Complex, Refused
 from workbench.validation.refusals import Array, refusal
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 BEYOND = 30.0  # times the fastest root, and as much below the slowest: the range of frequencies
 DECADE = 120  # frequencies in a decade
 MOST = 3000  # frequencies in all
+MANY = 30  # states, from which on one Schur form serves all frequencies
 LIGHT = 0.2  # the damping below which a root has frequencies of its own
 SHARPEST = 1e-6  # the damping that a sharper root counts as having
 CLOSE = 0.06  # radians of the circle that a resonance draws, from one frequency to the next
@@ -55,7 +58,7 @@ class SystemRoots:
     def integrators(self) -> int:
         """The number of poles at zero, or at z = 1, less that of the zeros there."""
         both, one = np.concatenate([self.poles, self.zeros]), 0.0 if self.period is None else 1.0
-        near = AT_ZERO * float(np.abs(both).max(initial=0.0))
+        near = AT_ZERO * float(np.abs(self.poles if len(self.poles) else both).max(initial=0.0))
         return int((np.abs(self.poles - one) <= near).sum() - (np.abs(self.zeros - one) <= near).sum())
 
 
@@ -101,30 +104,32 @@ def period_of(system: Any) -> float | None:
 
 @door
 def system_roots(system: control.StateSpace | control.TransferFunction) -> SystemRoots:
-    """The poles and the zeros of a system, as python-control computes them.
+    """The poles and the zeros of a system, as python-control computes them, without zeros that are infinite in truth.
 
     Raises
     ------
     ValueError
         If the system is none of python-control.
     """
-    import control
-
     held = lti("system_roots", system)
     poles, zeros = (np.asarray(roots, dtype=complex) for roots in (held.poles(), held.zeros()))
-    gain = None
-    if held.issiso():
-        ratio = control.tf(held)
-        top, bottom = (np.trim_zeros(np.asarray(part[0][0], dtype=float), "f") for part in (ratio.num, ratio.den))
+    zeros, gain = zeros[np.isfinite(zeros)], None
+    if held.issiso() and hasattr(held, "A"):
+        parts = (np.asarray(part, dtype=float) for part in (held.A, held.B, held.C, held.D))
+        excess, slope = markov_parameter(*parts)
+        zeros, gain = finite_zeros(zeros, held.nstates - excess), slope or None
+    elif held.issiso():
+        top, bottom = (np.trim_zeros(np.asarray(part[0][0], dtype=float), "f") for part in (held.num, held.den))
         gain = float(top[0] / bottom[0]) if top.size else None
-    return SystemRoots(poles, zeros[np.isfinite(zeros)], gain, period_of(held))
+    return SystemRoots(poles, zeros, gain, period_of(held))
 
 
 def unstable_poles(roots: SystemRoots) -> int:
-    """The number of poles in the right half-plane, or outside the unit circle, but for rounding."""
+    """The number of poles in the right half-plane, or outside the unit circle, but for rounding and for integrators."""
     sizes = np.abs(roots.poles)
     outside = sizes - 1 if roots.period is not None else roots.poles.real
-    return int((outside > ON_AXIS * np.maximum(sizes, 1e-300)).sum())
+    integrates = np.abs(roots.poles - (0.0 if roots.period is None else 1.0)) <= AT_ZERO * sizes.max(initial=0.0)
+    return int(((outside > ON_AXIS * sizes) & ~integrates).sum())
 
 
 def feedback_poles(system: control.StateSpace | control.TransferFunction, gains: Array) -> Complex:
@@ -198,9 +203,25 @@ def system_answers(
         omega = checked_frequencies(f"{call}(frequencies=...)", frequencies, h)
     at = 1j * omega if h is None else np.exp(1j * omega * h)
     with np.errstate(all="ignore"):
-        values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
+        if hasattr(held, "A") and held.nstates > MANY:
+            values = _by_schur_form(held, at)
+        else:
+            values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
     values = np.where(np.isfinite(values), values, np.nan)
     return SystemAnswers(omega, values, tuple(held.input_labels), tuple(held.output_labels), h)
+
+
+def _by_schur_form(system: Any, at: Complex) -> Complex:
+    """The answers (m, ny, nu) of a state space at points s or z (m,), from one unitary form of A for all of them."""
+    T, Z = schur(np.asarray(system.A, dtype=complex), output="complex")
+    into, out, places = Z.conj().T @ system.B, system.C @ Z, np.diag_indices(len(T))
+    values = np.full((len(at), system.noutputs, system.ninputs), np.nan, complex)
+    for k, point in enumerate(at):
+        M = -T
+        M[places] += point
+        if (M[places] != 0).all():
+            values[k] = out @ solve_triangular(M, into, check_finite=False) + system.D
+    return values
 
 
 @door

@@ -228,7 +228,7 @@ def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, severa
             s = "" if turns.closures == 1 else "s"
             said.append(f"At infinity it is closed by {turns.closures} half turn{s} clockwise.")
         if unstable is not None:
-            said.append(_verdict(turns.clockwise, unstable))
+            said.append(_verdict(turns.clockwise, unstable, None if one.margins is None else one.margins.stable))
     return list(said)
 
 
@@ -256,10 +256,14 @@ def _times(clockwise: int, name: str) -> str:
     return f"encircles {name} {count}, {'clockwise' if clockwise > 0 else 'anticlockwise'}"
 
 
-def _verdict(clockwise: int, unstable: int) -> str:
+def _verdict(clockwise: int, unstable: int, stable: bool | None) -> str:
+    """The unstable poles of the closed loop, unless its margins, which are certified, say otherwise."""
     closed = clockwise + unstable
     if closed < 0:
         return f"This contradicts {_poles(unstable)} of L: look at the range of frequencies."
+    if stable is not None and stable != (closed == 0):
+        truth = "stable" if stable else "not stable"
+        return f"The closed loop is {truth}, which these turns do not show: look at the range of frequencies."
     return f"With {_poles(unstable)} of L, the closed loop has {_poles(closed)}."
 
 
