@@ -85,14 +85,14 @@ def linear_loop(
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
     instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
     point = rest_point(equations, instant, values or {}, at_rest, side, substeps)
-    others = {"at": at, "t": t, "freeze": freeze, "delays": delays}
-    return about(replace(point, arguments=_arguments({**others, "at_rest": at_rest, "side": side, "substeps": substeps})))
+    others = {"at": at, "t": t, "freeze": freeze, "delays": delays, "at_rest": at_rest}
+    return about(replace(point, arguments=_arguments({**others, "side": side, "substeps": substeps})))
 
 
 def _arguments(given: Mapping[str, Any]) -> str:
     """The arguments that differ from the defaults of `linear_loop`, as Python writes them in a call."""
-    defaults = signature(linear_loop).parameters
-    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name].default))
+    defaults = {name: one.default for name, one in signature(linear_loop).parameters.items()}
+    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name]))
 
 
 def rest_point(
