@@ -189,7 +189,7 @@ def test_the_table_and_the_bench_show_the_margins_of_now(page):
     (row,) = [row for row in rows if row[0].startswith("phase margin")]
     assert float(row[1]) == pytest.approx(margins.phase_margin.value, rel=1e-3)
     assert float(row[2]) == pytest.approx(38.67, abs=0.01)  # the baseline, as in the docstring of linear_loop
-    assert ["At rest at the reference at t = 0 s."] in rows
+    assert ["At rest at the reference at t = 0 s, before the reference moves."] in rows
 
 
 @needs_chromium

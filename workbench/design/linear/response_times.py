@@ -41,9 +41,10 @@ def response_times(poles: Complex, end: float, count: int = TIMES, most: int = M
 
 def times_of(steps: Sequence[tuple[float, int]]) -> Array:
     """The times (N,) from zero on."""
-    parts, start = [np.zeros(1)], 0.0
+    parts: list[Array] = [np.zeros(1)]
+    start = 0.0
     for step, times in steps:
-        parts.append(start + step * np.arange(1, times + 1))
+        parts.append(np.asarray(start + step * np.arange(1, times + 1), dtype=float))
         start = float(parts[-1][-1])
     return np.concatenate(parts)
 

@@ -204,7 +204,7 @@ def system_answers(
     at = 1j * omega if h is None else np.exp(1j * omega * h)
     with np.errstate(all="ignore"):
         if hasattr(held, "A") and held.nstates > MANY:
-            values = _by_schur_form(held, at)
+            values = _by_schur_form(held, np.asarray(at, dtype=complex))
         else:
             values = np.moveaxis(np.asarray(held(at, squeeze=False, warn_infinite=False), dtype=complex), -1, 0)
     values = np.where(np.isfinite(values), values, np.nan)

@@ -19,7 +19,7 @@ from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.study.live.linear_marches import computer_marches, continuous_marches
 from workbench.study.live.marches import Modules, plain
-from workbench.study.live.reference_moves import first_move
+from workbench.study.live.reference_moves import moves_later
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
@@ -50,7 +50,7 @@ def baseline_of(outcome: Outcome) -> Baseline:
     runs = outcome.measurement.trajectories
     found = Baseline.of(outcome.case.run.loop, runs.step)
     at = found.linear.point.instant.t
-    return replace(found, moves=first_move(runs.step.flow, runs.step.parameters.default, at, float(runs.t[-1])))
+    return replace(found, moves=moves_later(runs.step.flow, runs.step.parameters.default, at, float(runs.t[-1])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,13 +58,13 @@ class Baseline:
     """The linear loop of a page before a knob is turned, and how it came about.
 
     It rests, or else it is frozen at its start. `held` are states of the law that adapt, and that are held as gains.
-    `moves` is the time in s at which its reference first moves after that of the rest, None if it does not.
+    `moves` is True if its reference is another one at a later time than that of the rest.
     """
 
     linear: LinearLoop
     rests: bool
     held: tuple[str, ...]
-    moves: float | None = None
+    moves: bool = False
 
     @staticmethod
     def of(loop: Any, step: Step) -> Baseline:
@@ -108,7 +108,7 @@ class Baseline:
         if not self.rests:
             return f"Frozen at the start, where the loop does not rest{held}."
         follows = flow_of(self.linear.point.equations.closed).follows
-        later = "" if self.moves is None else f", before the reference moves at {self.moves:.6g} s"
+        later = ", before the reference moves" if self.moves else ""
         return f"At rest{' at the reference' if follows else ''} at {t}{later}{held}."
 
 

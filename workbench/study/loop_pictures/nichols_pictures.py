@@ -72,7 +72,7 @@ def _chart(ends: tuple[int, int]) -> Guides:
     names: list[str] = []
     for k in range(ends[0], ends[1] + 1):
         for level in M_LINES:
-            lines.append(_turned(10 ** (level / 20) * np.exp(1j * ALONG), k))
+            lines.append(_turned(np.asarray(10 ** (level / 20) * np.exp(1j * ALONG), dtype=complex), k))
             names.append(f"{level:g} dB".replace("-", "−"))
         for angle in N_LINES:
             for degrees in {angle, -360.0 - angle}:
