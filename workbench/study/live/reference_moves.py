@@ -1,4 +1,4 @@
-"""Whether the references of a loop leave, at a later time, the values that they have at an instant."""
+"""The question whether the references of a loop leave, later, the values that they have at an instant."""
 
 from __future__ import annotations
 
