@@ -1,156 +1,76 @@
 "use strict";
 
-// Handles on Bode plots: a gain crossover that a reader drags to another frequency. One knob of the law, which the reader
-// chooses, then takes the number at which |L| is one there, as if it had been turned by hand.
+// Handles on pictures of a live page: what a reader drags there by pointer, finger or keys turns knobs, as if by hand. Each kind
+// of handle says what it is and what to ask the worker; here is what all of them share.
 
-const SAME = 1e-6; // in a logarithm: two frequencies that are one
-const KEY_STEP = 10 ** (1 / 20); // by which an arrow key moves a crossover
+const ARROWS = { ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowLeft: [-1, 0], ArrowDown: [0, -1] }; // to the right, upwards
 
-const onDecades = (omega, other) => Math.abs(Math.log(omega / other));
-
-// The handle of a crossover of one channel in a figure, with the knobs that move it and a line that says what follows.
-class CrossoverHandle {
-  constructor(handles, { figure, panel, loop, channel, name, layer }) {
-    const { page } = handles, ring = part("span", { "aria-hidden": "true" });
-    Object.assign(this, { page, figure, panel, loop, channel, name, knobs: [], omega: null, aim: null, refusal: "" });
-    this.element = part("div", { class: "live-handle", role: "slider", tabindex: 0, "aria-label": `Gain crossover${name}`, hidden: true }, ring);
-    const id = `drag-${figure}-${loop}-${channel}`;
-    this.choice = part("select", { id });
-    this.choice.addEventListener("change", () => this.say(""));
-    [this.told, this.warned] = [part("span"), part("span", { role: "status" })];
-    this.row = part("p", { class: "live-drag", hidden: true }, part("label", { for: id }, `Dragging the gain crossover${name} moves`), " ", this.choice, ". ", this.told, this.warned);
-    layer.append(this.element);
-    this.element.addEventListener("keydown", (event) => this.key(event));
-    for (const type of ["pointerdown", "pointermove", "pointercancel"]) {
-      this.element.addEventListener(type, (event) => this[type](event));
-    }
+// The way of a handle to where it was dragged last. An answer ends only the aim to which it belongs.
+class Pursuit {
+  constructor(seek, fail) {
+    Object.assign(this, { seek, fail, aim: null, isSeeking: false });
   }
 
-  // Offer the knobs that move the crossover, the strongest first.
-  offer(knobs) {
-    Object.assign(this, { knobs, offered: true });
-    this.choice.replaceChildren(...knobs.map((knob) => part("option", { value: knob }, this.page.data.knobs[knob].name)));
+  // Where the handle is to go, or comes to stand once the answer is there; null where it stands.
+  get target() {
+    return this.aim?.target ?? null;
   }
 
-  get rulers() {
-    const { x, y, box } = this.page.figure(this.figure).panels[this.panel];
-    return { x, y, box };
-  }
-
-  // The crossover of an answer: the one nearest to where the handle was or is to go, at first the highest.
-  crossoverOf(answer) {
-    const { low, high } = this.rulers.x, rows = (answer?.margins?.[this.channel]?.gainCrossovers ?? []).filter(({ omega }) => omega >= low && omega <= high);
-    const near = this.aim ?? this.omega;
-    if (near === null) return rows.at(-1);
-    return rows.reduce((best, row) => (!best || onDecades(row.omega, near) < onDecades(best.omega, near) ? row : best), undefined);
-  }
-
-  // Stand where the crossover is now; without one the handle is not there.
-  place(answer, isCurrent) {
-    const row = this.knobs.length && this.page.figure(this.figure) ? this.crossoverOf(answer) : undefined;
-    const at = row && { x: this.rulers.x.at(row.omega), y: this.rulers.y.at(0) }, shown = Boolean(at && isInBox(at.x, at.y, this.rulers.box));
-    this.element.hidden = this.row.hidden = !shown;
-    if (!shown) return;
-    const { width, height } = this.page.data.plates[this.figure];
-    Object.assign(this.element.style, { left: `${100 * at.x / width}%`, top: `${100 * at.y / height}%` });
-    this.omega = row.omega;
-    if (isCurrent && !this.seeking && this.aim !== null && this.isSettled(row.omega)) this.aim = null;
-    const margin = answer.margins[this.channel].stable ? `phase margin ${shortNumber(row.phase)}°` : "the loop is unstable";
-    this.text = `Crossover at ${shortNumber(row.omega)}\u00a0rad/s, ${margin}`;
-    this.describe();
-  }
-
-  // True if the crossover is where it was to go, or other knobs have been turned since.
-  isSettled(omega) {
-    return onDecades(omega, this.aim) < SAME || !this.sought?.every((value, i) => Object.is(value, this.page.state.values[i]));
-  }
-
-  // The numbers of now, as values of the slider and below the figure.
-  describe() {
-    const { low, high } = this.rulers.x, knob = Number(this.choice.value), { name, unit } = this.page.data.knobs[knob];
-    const number = `${name} = ${withUnit(shortNumber(this.page.state.values[knob], 6), unit)}`, text = `${this.text}, ${number}.`;
-    const values = { "aria-valuemin": low, "aria-valuemax": high, "aria-valuenow": this.omega, "aria-valuetext": text };
-    for (const [key, value] of Object.entries(values)) this.element.setAttribute(key, value);
-    this.told.textContent = this.refusal ? "" : text;
-    if (this.warned.textContent !== this.refusal) this.warned.textContent = this.refusal;
-  }
-
-  // A sentence in the place of the numbers, until the next one.
-  say(refusal) {
-    this.refusal = refusal;
-    this.describe();
-  }
-
-  key(event) {
-    const turns = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1 }[event.key];
-    if (!turns || event.altKey || event.ctrlKey || event.metaKey) return;
-    event.preventDefault();
-    this.wish((this.aim ?? this.omega) * KEY_STEP ** turns);
-  }
-
-  pointerdown(event) {
-    if (event.button) return;
-    event.preventDefault();
-    this.element.focus({ preventScroll: true });
-    this.element.setPointerCapture(event.pointerId);
-    this.grip = this.across(event) - this.rulers.x.at(this.omega);
-  }
-
-  pointermove(event) {
-    if (!this.element.hasPointerCapture(event.pointerId)) return;
-    const { x } = this.rulers;
-    this.wish(10 ** ((this.across(event) - this.grip - x.offset) / x.slope));
-  }
-
-  pointercancel() {
-    this.aim = null;
-  }
-
-  // The abscissa of a pointer on the sheet.
-  across({ clientX }) {
-    const { left, width } = this.element.parentElement.getBoundingClientRect();
-    return (clientX - left) / width * this.page.data.plates[this.figure].width;
-  }
-
-  // Move the crossover to a frequency within the plot; what is wished meanwhile follows, the newest alone.
-  async wish(omega) {
-    const { low, high } = this.rulers.x;
-    this.aim = Math.min(high, Math.max(low, omega));
-    if (this.seeking) return;
-    this.seeking = true;
+  // Go to a target; what is wished meanwhile follows, the newest alone.
+  async wish(target) {
+    this.aim = { target, key: null };
+    if (this.isSeeking) return;
+    this.isSeeking = true;
     try {
-      for (let done = null; this.aim !== null && this.aim !== done;) {
+      for (let done = null; this.aim && this.aim !== done;) {
         done = this.aim;
         await this.seek(done);
       }
     } catch (error) {
-      this.page.fail(error);
+      this.fail(error);
     } finally {
-      this.seeking = false;
+      this.isSeeking = false;
     }
   }
 
-  // Ask the worker for the number of the knob, and turn the knob there.
-  async seek(omega) {
-    const { page, loop, channel } = this, place = Number(this.choice.value), control = page.bench.knobs[place];
-    const { p, x } = inputsOf(page.data.loops[loop], page.state, page.printed, page.data.knobs);
-    const knob = movedBy(page, loop).find((one) => one.place === place);
-    const { value, reached, blocked } = await page.crew().ask(loop, { kind: "crossover", p, x, knob, channel, omega });
-    if (page.failed) return;
-    const { name, unit, low, high } = control.knob, [least, most, now] = [low, high, value].map((one) => shortNumber(one, 4));
-    const some = blocked ? ", as far as the loop has linear answers," : "";
-    this.refusal = reached ? "" : `No value of ${name} from ${least} to ${most}${some} puts this crossover at ${shortNumber(omega)}\u00a0rad/s. It stops at ${withUnit(now, unit)}.`;
-    const moves = !Object.is(value, page.state.values[place]);
-    if (this.aim === omega && !(reached && moves)) this.aim = null;
-    if (moves) control.turn(value);
-    this.sought = [...page.state.values];
-    this.describe();
+  // The knobs have been turned for an aim: with the inputs `key` the handle comes to stand at `at`.
+  arrive(aim, at, key) {
+    if (aim === this.aim) Object.assign(aim, { target: at, key });
   }
 
-  remove() {
-    this.element.remove();
-    this.row.remove();
+  // Give an aim up, if it is the newest.
+  end(aim = this.aim) {
+    if (aim === this.aim) this.aim = null;
   }
+
+  // An answer of the inputs `key` is shown, while those of `wanted` are asked for.
+  hear(key, wanted) {
+    if (this.aim && this.aim.key !== null && (key === this.aim.key || wanted !== this.aim.key)) this.aim = null;
+  }
+}
+
+// Let an element be dragged and moved by keys: `handle` has key([right, up]), grab(at) and drag(at), in units of its sheet.
+function listenTo(element, handle) {
+  const on = (type, call) => element.addEventListener(type, call);
+  const at = ({ clientX, clientY }) => {
+    const { left, top, width } = element.parentElement.getBoundingClientRect(), scale = handle.page.data.plates[handle.figure].width / width;
+    return { x: (clientX - left) * scale, y: (clientY - top) * scale };
+  };
+  on("keydown", (event) => {
+    const way = ARROWS[event.key];
+    if (!way || event.altKey || event.ctrlKey || event.metaKey) return;
+    event.preventDefault();
+    handle.key(way);
+  });
+  on("pointerdown", (event) => {
+    if (event.button) return;
+    event.preventDefault();
+    element.focus({ preventScroll: true });
+    element.setPointerCapture(event.pointerId);
+    handle.grab(at(event));
+  });
+  on("pointermove", (event) => element.hasPointerCapture(event.pointerId) && handle.drag(at(event)));
+  on("pointercancel", () => handle.pursuit.end());
 }
 
 // The knobs that move parameters of the law of a loop alone, as a worker reads them; `place` is theirs on the page.
@@ -162,18 +82,40 @@ function movedBy(page, loop) {
   }).filter(({ share, value }) => !share || value !== 0);
 }
 
+// What a question about some knobs of a loop says, their controls, and whether all knobs still stand as they did.
+function askedOf(page, loop, places) {
+  const { data, state, printed, bench } = page, { p, x } = inputsOf(data.loops[loop], state, printed, data.knobs), all = movedBy(page, loop);
+  return {
+    control: places.map((place) => bench.knobs[place]), inputs: { p, x },
+    knobs: places.map((place) => all.find((one) => one.place === place)), all,
+    isStill: () => state.values.every((value, i) => Object.is(value, page.state.values[i])),
+  };
+}
+
+// Turn some knobs at once.
+function turnKnobs(page, places, values) {
+  const { bench } = page;
+  if (places.every((place, i) => Object.is(values[i], page.state.values[place]))) return;
+  places.forEach((place, i) => (bench.state.values[place] = values[i]));
+  bench.changed();
+}
+
+// The inputs of a loop that are asked for now, as text; at the baseline it is empty.
+const keyOf = (page, loop) => page.wanted.get(loop)?.key ?? "";
+
 // All handles of a page, and the answers at the baseline, which the page has no other use for.
 class Handles {
   constructor(page) {
     Object.assign(this, { page, baseline: new Map(), looked: new Map() });
-    const { data } = page, links = data.linear_marks.filter(({ quantity, loop }) => quantity === "magnitude" && data.loops[loop].linear);
+    const { data } = page, kinds = { magnitude: CrossoverHandle, "poles of the closed loop": PoleHandles };
+    const links = data.linear_marks.filter(({ quantity, loop }) => quantity in kinds && data.loops[loop].linear);
     this.all = links.flatMap((link) => {
       const sheet = document.querySelector(`[data-figure="${CSS.escape(link.figure)}"] .scroll`);
       if (!sheet || !data.plates[link.figure]) return [];
       const { channels } = data.loops[link.loop].linear, beside = links.filter(({ figure }) => figure === link.figure);
       const laws = new Set(beside.map(({ loop }) => loop)).size > 1 ? ` of ${data.loops[link.loop].label}` : "";
-      const name = `${channels.length > 1 ? ` at ${channels[link.channel]}` : ""}${laws}`;
-      return [new CrossoverHandle(this, { ...link, name, layer: layerOf(sheet, data.plates[link.figure]) })];
+      const channel = link.quantity === "magnitude" && channels.length > 1 ? ` at ${channels[link.channel]}` : "";
+      return [new kinds[link.quantity](this, { ...link, name: `${channel}${laws}`, layer: layerOf(sheet, data.plates[link.figure]) })];
     });
     for (const handle of this.all) document.querySelector(`[data-figure="${CSS.escape(handle.figure)}"] figcaption`)?.before(handle.row);
   }
@@ -182,12 +124,10 @@ class Handles {
   place(figure = null) {
     for (const handle of this.all) {
       if (figure !== null && handle.figure !== figure) continue;
-      const { page } = this, { loop } = handle, wanted = page.wanted.get(loop), found = page.answers.get(loop);
+      const { page } = this, { loop } = handle, wanted = keyOf(page, loop), found = page.answers.get(loop);
       const answer = wanted ? found?.answer : this.baseline.get(loop), isAway = !isAsked(page.data.loops[loop], page.state);
-      const isTurning = page.frame || page.held; // what is turned is not asked for yet
-      handle.place(isAway ? null : answer, !isTurning && (!wanted || found?.key === wanted.key));
-      const crosses = answer?.margins?.[handle.channel]?.gainCrossovers.length;
-      if (!handle.offered && !isAway && crosses) this.survey(loop, wanted?.key ?? "");
+      if (isAway || answer) handle.place(isAway ? null : answer, wanted ? found.key : "", wanted); // else it waits where it is
+      if (!handle.offered && !isAway && handle.isFound(answer)) this.survey(loop, wanted);
     }
   }
 
@@ -197,20 +137,17 @@ class Handles {
     for (const loop of shown) if (!this.baseline.has(loop) && isAsked(this.page.data.loops[loop], this.page.state)) this.survey(loop, "");
   }
 
-  // Ask once, at the numbers of now or at the baseline, which knobs move the crossovers of a loop.
+  // Ask once, at the numbers of now or at the baseline, what moves the crossovers and the poles of a loop.
   async survey(loop, key) {
     if (this.looked.get(loop) === key) return;
     this.looked.set(loop, key);
     const { page } = this, { data, printed, state } = page, from = key ? state : printed;
     const { p, x } = inputsOf(data.loops[loop], from, printed, data.knobs), knobs = movedBy({ data, state: from }, loop);
     try {
-      const { answer, channels } = await page.crew().ask(loop, { kind: "survey", p, x, knobs });
+      const { answer, ...found } = await page.crew().ask(loop, { kind: "survey", p, x, knobs });
       if (page.failed) return;
       if (!key) this.baseline.set(loop, new LoopAnswer(answer, data.loops[loop].linear));
-      for (const handle of this.all) {
-        const found = handle.loop === loop && !handle.offered ? channels[handle.channel] : null;
-        if (found) handle.offer(found.map((i) => knobs[i].place));
-      }
+      for (const handle of this.all) if (handle.loop === loop) handle.learn(found, knobs.map(({ place }) => place), key);
       this.place();
     } catch (error) {
       page.fail(error);

@@ -51,7 +51,14 @@ function soughtNumber(f, { low, high, log, value }) {
   return { value: best.share === here ? value : number(best.share), reached: false, blocked };
 }
 
-// The answer at some inputs, and for each channel with a gain crossover among the frequencies of the page which of the
+// The gain crossover of a channel that is nearest to a frequency, with a knob at a value; null where there is none.
+function nearestCrossover(answers, inputs, knob, channel, omega, value) {
+  const { p, x } = turnedTo(inputs, knob, value), rows = answers.answer(p, x).margins?.[channel].gainCrossovers ?? [];
+  const apart = (row) => Math.abs(Math.log(row.omega / omega));
+  return rows.reduce((best, row) => (best === null || apart(row) < apart({ omega: best }) ? row.omega : best), null);
+}
+
+// The answer at some inputs, the poles with the knobs that move them, and for each channel with a gain crossover among the frequencies of the page which of the
 // knobs move |L| at the highest one, the strongest first, as places among `knobs`; null for a channel without one.
 function surveyed(answers, { p, x, knobs }) {
   const answer = answers.answer(p, x), { omega, m } = { omega: answers.omega, m: answers.model.m };
@@ -66,11 +73,15 @@ function surveyed(answers, { p, x, knobs }) {
     });
     return [...knobs.keys()].filter((i) => strengths[i] > MOVES).sort((i, j) => strengths[j] - strengths[i]);
   });
-  return { answer, channels };
+  const poles = answer.rests ? movedPoles(new PolesOfKnobs(answers, { p, x, knobs })) : [];
+  return { answer, channels, poles };
 }
 
 // The reply to a question of the page about a loop.
-function replyTo(answers, { kind, p, x, knob, knobs, channel, omega }) {
+function replyTo(answers, { kind, p, x, knob, knobs, channel, omega, ...asked }) {
   if (kind === "survey") return surveyed(answers, { p, x, knobs });
-  return soughtNumber(gainOfKnob(answers, { p, x }, knob, channel, omega), knob);
+  if (kind === "poles") return movedPoles(new PolesOfKnobs(answers, { p, x, knobs }));
+  if (kind === "pole") return placedPole(new PolesOfKnobs(answers, { p, x, knobs }), asked);
+  const sought = soughtNumber(gainOfKnob(answers, { p, x }, knob, channel, omega), knob);
+  return { ...sought, omega: sought.reached ? omega : nearestCrossover(answers, { p, x }, knob, channel, omega, sought.value) };
 }
