@@ -180,7 +180,7 @@ def test_a_finger_drags_a_pair_and_the_page_stays_where_it_is(page):
         found = nearest([complex(*one) for one in page.value(POLES)], start)
         assert found.real == pytest.approx(start.real, rel=PLACED)
         assert 0 < found.imag < start.imag - 1
-        assert page.value(top) == pytest.approx(place, abs=0.5)
+        assert page.value(top) == pytest.approx(place, abs=1)  # a px, of six that the finger moved
     finally:
         page.size(1100, 800)
 

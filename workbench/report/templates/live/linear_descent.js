@@ -5,8 +5,8 @@
 const PLACED = 1e-8; // of its size: a pole that is so near is there
 const FLAT = 1e-3; // of the size of a pair: its least distance from the real axis, where the two are no pair any more
 const DESCENT_ROUNDS = 60, LONGEST = 1; // steps towards the nearest place, and the longest of them in sizes of the knobs
-const SMALLEST_SHARE = 1e-6, LARGEST_SHARE = 0.02; // of the range of a knob: steps along a locus
-const SECTIONS = 60, HELD_ROUNDS = 8;
+const SMALLEST_SHARE = 1e-5, LARGEST_SHARE = 0.02, LONGER = 2.5; // of the range of a knob: steps along a locus
+const SECTIONS = 60, SAME_SHARE = 1e-11, HELD_ROUNDS = 8;
 
 // The pole nearest to another one, of those on and above the real axis; where two are as near, the one nearer to a target.
 function nearestPole({ re, im }, from, target) {
@@ -24,18 +24,18 @@ const between = (s, t) => Math.hypot(s.re - t.re, s.im - t.im);
 // The reply to a drag of the pole `from` to a target by a choice of knobs: their numbers, where the pole is then, whether that
 // is the target, and the knobs that were followed, which are fewer where the choice has no single answer at this pole.
 function placedPole(map, { from, target, choice }) {
-  const poles = map.at(map.start);
-  if (!poles) return { knobs: [], values: [], at: from, reached: false, blocked: true, isUnique: true, holds: false };
-  const s = nearestPole(poles, from, from), nearer = (one, other) => (between(other, s) < between(one, s) ? other : one);
-  const offered = movedPoles(map).filter((one) => between(one, s) < PLACED * largestOf(poles)).reduce(nearer, { choices: [], re: Infinity, im: 0 }).choices;
-  const isSame = (one) => one.holds === choice.holds && one.knobs.length === choice.knobs.length && choice.knobs.every((i) => one.knobs.includes(i));
-  const isUnique = offered.some(isSame), instead = offered.filter(({ knobs }) => knobs.length === 1);
-  const { knobs, holds } = isUnique ? choice : instead.find((one) => choice.knobs.includes(one.knobs[0])) ?? { knobs: [], holds: false };
-  if (!knobs.length) return { knobs, values: [], at: s, reached: false, blocked: false, isUnique, holds };
-  const own = map.only(knobs), wished = knobs.length > 1 && s.im > 0 ? { re: target.re, im: Math.max(target.im, FLAT * Math.abs(target.re)) } : target;
-  const found = holds ? heldPlace(own, poles, s, wished) : knobs.length > 1 ? freePlace(own, poles, s, wished) : placeOnLocus(own, s, wished);
-  const size = Math.max(sizeOfPole(wished, poles, map.period), sizeOfPole(s, poles, map.period));
-  return { knobs, ...found, reached: between(found.at, wished) <= PLACED * size, blocked: own.blocked, isUnique, holds };
+  const all = map.only(choice.knobs), poles = all.at(all.start), none = { knobs: [], values: [], reached: false, holds: false };
+  if (!poles) return { ...none, at: from, blocked: true, isUnique: true };
+  const s = nearestPole(poles, from, from), size = sizeOfPole(s, poles, map.period);
+  const mine = movedPoles(all).find((one) => between(one, s) <= PLACED * size)?.choices ?? [];
+  const isUnique = mine.some(({ knobs, holds }) => knobs.length === choice.knobs.length && holds === choice.holds);
+  const followed = isUnique ? [...choice.knobs.keys()] : mine.find(({ knobs }) => knobs.length === 1)?.knobs ?? [];
+  if (!followed.length) return { ...none, at: s, blocked: false, isUnique };
+  const own = all.only(followed), isPair = followed.length > 1 && s.im > 0, holds = isUnique && choice.holds;
+  const wished = isPair ? { re: target.re, im: Math.max(target.im, FLAT * Math.abs(target.re)) } : target;
+  const found = holds ? heldPlace(own, poles, s, wished) : isPair ? freePlace(own, poles, s, wished) : placeOnLocus(own, s, wished);
+  const reached = between(found.at, wished) <= PLACED * Math.max(sizeOfPole(wished, poles, map.period), size);
+  return { ...found, knobs: followed.map((i) => choice.knobs[i]), reached, blocked: own.blocked, isUnique, holds };
 }
 
 // The numbers at which the vector f is zero, by Newton's method within the ranges, or the last ones that came nearer.
@@ -168,7 +168,7 @@ function placeOnLocus(map, s, target) {
 // Walk a branch to one side as long as the target comes nearer, and find where it is nearest.
 function walkLocus(first, direction, look) {
   let [before, here] = [first, first];
-  for (let step = SMALLEST_SHARE; here.share !== (direction > 0 ? 1 : 0); step = Math.min(LARGEST_SHARE, step * WIDER)) {
+  for (let step = SMALLEST_SHARE; here.share !== (direction > 0 ? 1 : 0); step = Math.min(LARGEST_SHARE, step * LONGER)) {
     const share = Math.min(1, Math.max(0, here.share + direction * step)), next = look(share, here.at);
     if (!next) return here;
     if (!(next.far < here.far)) return nearestOf(before, here, next, look);
@@ -177,20 +177,24 @@ function walkLocus(first, direction, look) {
   return here;
 }
 
-// The point nearest to the target between two of a branch, with one between that is nearer, by golden sections.
+// The point nearest to the target between two of a branch, with one between that is nearer: by parabolas through the squares
+// of the three distances, or where those come no further by golden sections.
 function nearestOf(before, best, after, look) {
   const golden = (3 - Math.sqrt(5)) / 2;
-  let [a, b] = [before.share, after.share];
-  for (let round = 0; round < SECTIONS && Math.abs(b - a) > 1e-14; round++) {
-    const isLater = Math.abs(b - best.share) > Math.abs(best.share - a), share = best.share + golden * ((isLater ? b : a) - best.share);
-    const next = look(share, best.at);
-    if (!next || share === best.share) break;
-    if (next.far < best.far) {
-      if (isLater) a = best.share;
-      else b = best.share;
-      best = next;
-    } else if (isLater) b = share;
-    else a = share;
+  let [a, b] = [before, after], last = Infinity;
+  for (let round = 0; round < SECTIONS; round++) {
+    const width = Math.abs(b.share - a.share), left = best.share - a.share, right = best.share - b.share;
+    const u = left * (best.far ** 2 - b.far ** 2), v = right * (best.far ** 2 - a.far ** 2);
+    let share = best.share - (left * u - right * v) / (2 * (u - v));
+    if (Math.abs(share - best.share) <= SAME_SHARE) break;
+    const isInside = (share - a.share) * (share - b.share) < 0;
+    if (!isInside || width > 0.6 * last) share = best.share + golden * ((Math.abs(left) > Math.abs(right) ? a : b).share - best.share);
+    last = isInside ? width : Infinity;
+    const next = share === best.share ? null : look(share, best.at), isBefore = (share - a.share) * (share - best.share) < 0;
+    if (!next || width <= SAME_SHARE) break;
+    if (next.far < best.far) [a, b, best] = isBefore ? [a, best, next] : [best, b, next];
+    else if (isBefore) a = next;
+    else b = next;
   }
   return best;
 }

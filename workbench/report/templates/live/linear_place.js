@@ -159,12 +159,13 @@ function choicesOf(motions, { im }, least) {
 // A function that gives the choice of all knobs that move anything, if they move a pole by itself and there is one way to do so:
 // first of all where they enter linearly, as the gains of a state feedback, and last where they do not.
 function wholeDesign(map, poles, places) {
+  if (places.length < 2) return () => ({});
   const own = map.only(places), scale = largestOf(poles);
   const coefficients = (values) => {
     const now = own.at(values);
     return now && coefficientsOf(now, scale);
   };
-  const columns = places.length && places.length <= poles.re.length ? own.differences(coefficients, own.start) : null;
+  const columns = places.length <= poles.re.length ? own.differences(coefficients, own.start) : null;
   const isUnique = columns?.every((one) => Math.hypot(...one) > 0) && conditionOfColumns(columns) <= UNIQUE_ALL;
   const order = isUnique && isStraight(own, coefficients, columns) ? "first" : "last";
   return (k, s) => {

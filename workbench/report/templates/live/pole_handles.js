@@ -5,6 +5,7 @@
 
 const KEY_SHARE = 0.05; // of the distance of a pole from rest: by which an arrow key moves it
 const LEAST_KEY = 0.005; // of the width of the panel
+const REST_OF_KNOBS = 400; // ms without a turn, after which is learnt which knobs move the poles now
 
 // A list of names in a sentence.
 const listed = (names) => (names.length < 2 ? names.join("") : `${names.slice(0, -1).join(", ")} and ${names.at(-1)}`);
@@ -38,10 +39,10 @@ class PoleHandles {
     this.offered = true;
   }
 
-  // Learn the choices at the numbers of now.
+  // Learn the choices at the numbers of now, where they are not known.
   async refresh() {
     const { page, loop } = this, key = keyOf(page, loop);
-    if (this.known.key === key) return;
+    if (this.known.key === key || page.failed) return;
     const { inputs, all } = askedOf(page, loop, []), poles = await page.crew().ask(loop, { kind: "poles", ...inputs, knobs: all });
     this.learn({ poles }, all.map(({ place }) => place), key);
     page.handles.place(this.figure);
@@ -60,6 +61,15 @@ class PoleHandles {
     this.row.hidden = !this.active;
     for (const record of this.records) record.element.classList.toggle("chosen", record === this.active && shown.length > 1);
     if (this.active) this.describe();
+    clearTimeout(this.waiting);
+    if (this.known && this.known.key !== wanted && key === wanted && this.page.near.has(this.figure)) {
+      this.waiting = setTimeout(() => this.pursuit.aim || this.safely(this.refresh()), REST_OF_KNOBS);
+    }
+  }
+
+  // A fault of the worker ends all that is live.
+  safely(promise) {
+    promise.catch((error) => this.page.fail(error));
   }
 
   // Give each handle the pole nearest to it, the one that is dragged first; poles without one get one.
@@ -95,7 +105,7 @@ class PoleHandles {
       const isAt = (one) => Math.hypot(one.re - at.re, one.im - at.im) <= 1e-9 * Math.hypot(at.re, at.im);
       record.choices = this.known.poles.find(isAt)?.choices ?? [];
     }
-    element.hidden = !record.isThere || record.choices?.length === 0;
+    element.hidden = !record.isThere || !(record.choices?.length || (!record.choices && record === this.active));
     if (element.hidden) return;
     const { width, height } = this.page.data.plates[this.figure], { x, y } = this.rulers;
     Object.assign(element.style, { left: `${100 * x.at(at.re) / width}%`, top: `${100 * y.at(at.im) / height}%` });
@@ -145,7 +155,7 @@ class PoleHandles {
       Object.assign(this, { active: record, refusal: "" });
       this.page.handles.place(this.figure);
     }
-    this.refresh().catch((error) => this.page.fail(error));
+    this.safely(this.refresh());
   }
 
   step(record, [right, up]) {
