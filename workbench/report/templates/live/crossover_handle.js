@@ -18,7 +18,7 @@ class CrossoverHandle {
     this.choice = part("select", { id });
     this.choice.addEventListener("change", () => this.say(""));
     [this.told, this.warned] = [part("span"), part("span", { role: "status" })];
-    this.row = part("p", { class: "live-drag", hidden: true }, part("label", { for: id }, `Dragging the gain crossover${name} moves`), " ", this.choice, ". ", this.told, this.warned);
+    this.row = part("p", { class: "live-drag", hidden: true }, part("label", { for: id }, `Dragging the gain crossover${name} moves`), " ", this.choice, this.told, this.warned);
     layer.append(this.element);
     listenTo(this.element, this);
   }

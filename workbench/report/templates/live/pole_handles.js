@@ -20,7 +20,7 @@ class PoleHandles {
     this.choice.addEventListener("change", () => this.prefer(this.choice.value));
     this.label = part("label", { for: id });
     [this.told, this.warned] = [part("span"), part("span", { role: "status" })];
-    this.row = part("p", { class: "live-drag", hidden: true }, this.label, " ", this.choice, ". ", this.told, this.warned);
+    this.row = part("p", { class: "live-drag", hidden: true }, this.label, " ", this.choice, this.told, this.warned);
   }
 
   get rulers() {
