@@ -102,7 +102,7 @@ class PoleHandles {
     const { at, element } = record;
     if (key === wanted) record.stands = null;
     if (record.isThere && this.known.key === key) {
-      const isAt = (one) => Math.hypot(one.re - at.re, one.im - at.im) <= 1e-9 * Math.hypot(at.re, at.im);
+      const isAt = (one) => Math.hypot(one.re - at.re, one.im - at.im) <= 1e-6 * Math.hypot(at.re, at.im);
       record.choices = this.known.poles.find(isAt)?.choices ?? [];
     }
     element.hidden = !record.isThere || !(record.choices?.length || (!record.choices && record === this.active));
