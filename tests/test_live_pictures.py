@@ -22,7 +22,10 @@ IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 FIGURES = ("linear_bode", "linear_nyquist", "linear_sensitivity", "linear_poles")
 CURVE = """(() => { const {x, y} = livePage.figure(%r).panels[%d].curves.get(%d);
   return [[...x], [...y].map((one) => (Number.isFinite(one) ? one : null))]; })()"""
-PICTURES = "JSON.stringify([...document.querySelectorAll('[data-figure^=linear]')].map((one) => one.outerHTML))"
+PICTURES = """JSON.stringify([...document.querySelectorAll('[data-figure^=linear]')].map((one) => {
+  const picture = one.cloneNode(true); // without the handles, which lie above it
+  picture.querySelectorAll('.live-handles, .live-drag').forEach((part) => part.remove());
+  return picture.outerHTML; }))"""
 
 
 def loop(**gains):
