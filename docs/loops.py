@@ -6,8 +6,8 @@ from studies.a8_fair_comparison.entrants import LAWS, PROPOSED
 from studies.b3_any_plant.loops import loop
 from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.laws import REFERENCES, plant, proposed_repaired
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
 
 STIFF = PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC", "terminal SMC"  # whose boundary layers limit the step
 HORIZON, BRIEF = 10.0, 5.0  # s

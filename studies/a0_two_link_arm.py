@@ -7,13 +7,13 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.core import Dynamics
-from workbench.notation.formula import Formula, Relation, entry_symbol, symbol
-from workbench.notation.reader import formula_of
-from workbench.printed.entry_comparison import EntryVerdict, compare
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.printed.entry_comparison import EntryVerdict, compare
+from workbench.core.notation.formula import Formula, Relation, entry_symbol, symbol
+from workbench.core.notation.reader import formula_of
 from workbench.proofs.bounds import shown
 from workbench.proofs.properties import PropertyVerdict, eigenvalues_along, positive_definite, skew, symmetric
-from workbench.robots import paper_arm
 from workbench.study.document.document import (
     Equation,
     Figure,

@@ -3,10 +3,10 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from workbench.loop.instruments import Instruments, Limit, Sensor
-from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
-from workbench.robots.planar_arm import PointMass
-from workbench.robots.spatial_vectors import from_angles, moments
+from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.mechanics.spatial_vectors import from_angles, moments
+from workbench.blocks.loop.instruments import Instruments, Limit, Sensor
 
 numbers = st.floats(0.1, 4.0)
 shifts = st.floats(-1.0, 1.0)

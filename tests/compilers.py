@@ -6,7 +6,7 @@ import pytest
 from equations import decay
 
 from workbench.core import rk4
-from workbench.simulate import arithmetic
+from workbench.engine import arithmetic
 
 COMPILES = find_spec("llvmlite") is not None
 WITHOUT = "nothing is compiled here without llvmlite"

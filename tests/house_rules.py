@@ -18,14 +18,14 @@ LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 300, 50
 # One door per library: where a library may be imported, under workbench/ (a folder ends with a slash).
 DOORS = {
     "click": "cli/",
-    "clarabel": "design/observer_gains/matrix_inequalities.py",
+    "clarabel": "arms/observer_gains/matrix_inequalities.py",
     "control": "design/",
-    "cvxpy": "design/observer_gains/matrix_inequalities.py",
+    "cvxpy": "arms/observer_gains/matrix_inequalities.py",
     "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
     "jinja2": "report/html_page.py",
-    "llvmlite": "simulate/kernel/llvm.py",
+    "llvmlite": "engine/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",
     "SALib": "study/uncertainty/indices.py",

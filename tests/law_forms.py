@@ -5,7 +5,7 @@ from typing import NamedTuple
 from c_runs import recorded
 
 from workbench.core.sampled_law import SampledLaw
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 
 class Record(NamedTuple):

@@ -12,10 +12,10 @@ import numpy as np
 from browsers import NODE
 
 import workbench as wb
+from workbench.report.live.linear_data import linear_data
+from workbench.report.live.marches import Modules
 from workbench.report.live_page import WORKER
 from workbench.study import case_runs
-from workbench.study.live.linear_data import linear_data
-from workbench.study.live.marches import Modules
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates" / "live"
 CLOSE = 1e-9  # of the size of what is compared, as the page promises

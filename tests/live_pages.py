@@ -12,12 +12,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench import metrics
 from workbench.core import Entry, Layout, Step
-from workbench.metrics.measured_equation import MeasuredEquation
+from workbench.engine import metrics, simulate
+from workbench.engine.kernel.plan import Plan
+from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.report.live_page import WORKER
-from workbench.simulate import simulate
-from workbench.simulate.kernel.plan import Plan
 
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
 SCRIPTS = (
@@ -149,7 +148,7 @@ def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: fl
 
 
 def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
-    from workbench.simulate.kernel import webassembly  # with llvmlite, which not every machine has
+    from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
 
     plan = Plan.of_step(step, ())
     squeeze = zlib.compressobj(9, wbits=-15)

@@ -4,7 +4,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import (
+from workbench.engine import simulate
+from workbench.engine.metrics import (
     AbstractMetric,
     effort,
     energy,
@@ -24,7 +25,6 @@ from workbench.metrics import (
     total_variation,
     violation,
 )
-from workbench.simulate import simulate
 
 HORIZON, STEP, RUNS = 1.0, 1e-2, 300
 ODD = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0, 1e-300, 1e30, 2e30, HORIZON, 5e-324, 1.7e308])

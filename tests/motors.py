@@ -1,7 +1,7 @@
 """A motor with a law and a reference of one's own: a plant that is no arm, for tests."""
 
+from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop
 from workbench.core import block, initial, layout, parameter
-from workbench.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop
 
 
 @block

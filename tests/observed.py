@@ -2,9 +2,9 @@
 
 import casadi as ca
 
+from workbench.blocks.loop import AbstractController, AbstractPlant
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Matrix, Scalar
-from workbench.loop import AbstractController, AbstractPlant
 
 
 @block

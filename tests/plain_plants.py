@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from workbench.blocks.loop import AbstractPlant
 from workbench.core import block, initial, layout, parameter
-from workbench.loop import AbstractPlant
 
 SPEED, VOLTAGE = layout(omega="rad/s"), layout(v="V")
 

@@ -13,15 +13,15 @@ from c_runs import compiled, differing
 from wasm_runs import Kernel
 
 import workbench as wb
+from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractPlant
+from workbench.blocks.loop.surroundings import AbstractReference
 from workbench.core import block, layout, parameter
+from workbench.engine.kernel import webassembly
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.plan import Evaluation, Plan, graph_of
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.programs.python_law import python_law
 from workbench.handover.recording import record
-from workbench.loop import AbstractController, AbstractObserver, AbstractPlant
-from workbench.loop.surroundings import AbstractReference
-from workbench.simulate.kernel import webassembly
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.plan import Evaluation, Plan, graph_of
 
 GAINS = (180 / np.pi, np.pi / 180, 3.3, -4.7, 0.1, 10.0, 60 / (2 * np.pi), 1 / 3, 9.81, 2.0, -1.0, 1.0, 0.5)
 INVERSES = (  # what an instrument does to a signal, and how a law undoes it

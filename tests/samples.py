@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.metrics import Measurement
-from workbench.metrics.score import Column
+from workbench.engine.metrics import Measurement
+from workbench.engine.metrics.score import Column
 from workbench.study.sample import Sample
 
 

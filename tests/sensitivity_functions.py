@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.study.uncertainty import AbstractDesign
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)

@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from workbench.report.table_text import plain
-from workbench.study.document.document import Points, Series
-from workbench.study.pictures import (
+from workbench.report.pictures import (
     budget_curves,
     indices_over_time,
     morris_plane,
@@ -14,6 +12,8 @@ from workbench.study.pictures import (
     sobol_bars,
     tornado_figure,
 )
+from workbench.report.table_text import plain
+from workbench.study.document.document import Points, Series
 from workbench.study.uncertainty import (
     MonteCarlo,
     MorrisDesign,

@@ -5,7 +5,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
-from workbench.metrics import iae, ise
+from workbench.engine.metrics import iae, ise
 from workbench.study.contract import Run, Sweep
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform

@@ -21,10 +21,10 @@ from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, QUANTIFIERS, decisive
 from studies.a2_claims.study import ASSUMED, OURS, PAPER, grouped
 from studies.paper.card import LAWS
-from workbench.claims.claim_ledger import BROKEN, WITNESSED, Ledger, Line, Ruling
-from workbench.claims.counterexample import CounterExample
 from workbench.core import Claim
-from workbench.notation.formula import Power, Symbol
+from workbench.core.notation.formula import Power, Symbol
+from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Ledger, Line, Ruling
+from workbench.proofs.counterexample import CounterExample
 from workbench.proofs.rest_points import RestPoint
 from workbench.report.html_page import html
 from workbench.report.number_text import join_units

@@ -10,7 +10,7 @@ from scipy.linalg import solve_continuous_are
 from studies.a3_riccati_gains import findings, path
 from studies.a3_riccati_gains.settings import ASSUMED, FORWARD, OTHERS, SETTINGS, WEIGHTS
 from studies.a3_riccati_gains.study import cases, choices_of, figure
-from workbench.metrics import rmse
+from workbench.engine.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.study import Study
 

@@ -6,7 +6,7 @@ import pytest
 from studies.a4_observer_gains.candidates import COLUMNS, definitions_table
 from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.laws import rival
-from workbench.metrics import late_error, measure
+from workbench.engine.metrics import late_error, measure
 
 AFTER, APART, H = 1.0, 2.0, 2e-3
 

@@ -8,10 +8,10 @@ import pytest
 from studies.a5_linear_analysis.pages import SEED, arm, arm_alone, shown
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import LEVEL, POSES, SEVEN, at_rest, holding, still
+from workbench.arms.manipulator import Manipulator
 from workbench.core import rk4
 from workbench.design.linear import linearize
-from workbench.plants import Manipulator
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 def resting(law):

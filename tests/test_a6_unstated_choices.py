@@ -24,10 +24,10 @@ from studies.a6_unstated_choices.blocks import chosen
 from studies.paper.card import CARD, INERTIA, LAWS
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, plant, rival
 from studies.paper.unstated import left_out
-from workbench.controllers import PID, AosmcRgs
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.arms.laws import PID, AosmcRgs
+from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
 from workbench.study.uncertainty import Estimate, Listed, SobolIndices, share

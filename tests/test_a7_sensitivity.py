@@ -14,7 +14,7 @@ from studies.a7_sensitivity.second_looks import Later, Numbers
 from studies.a7_sensitivity.study import acting_pairs, left_table
 from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
 from studies.a7_sensitivity.torque_variation import first_second, torque_variation
-from workbench.metrics import late_error, measure
+from workbench.engine.metrics import late_error, measure
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
 from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.local import LocalSensitivities

@@ -42,8 +42,8 @@ from studies.a8_fair_comparison.other_numbers import AGAIN, PLAIN, half_budget, 
 from studies.a8_fair_comparison.riccati_worth import A3, failures, more_or_less
 from studies.a8_fair_comparison.study import study
 from studies.paper.card import CARD
+from workbench.blocks.loop import roles
 from workbench.core import Signals, grouped, lift
-from workbench.loop import roles
 from workbench.study.evidence import Standings, compare, leave_one_out, paired
 from workbench.study.evidence.pooling import WAYS
 from workbench.study.tuning import tune

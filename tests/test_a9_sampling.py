@@ -43,8 +43,8 @@ from studies.a9_sampling.quiet_periods import (
 from studies.paper.card import LAWS, PUBLISHED
 from studies.paper.linearization import SEVEN
 from workbench.core import rk4
-from workbench.metrics import measure
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import measure
 from workbench.study.compiled import compile_sweep
 from workbench.study.evidence import LargestSetting, LoopTrial, Threshold, find_largest
 

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import (
+from workbench.arms.laws import (
     PID,
     AdaptiveSlidingMode,
     AosmcRgs,
@@ -18,13 +18,13 @@ from workbench.controllers import (
     StateFeedback,
     SuperTwisting,
 )
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 ARM, I = paper_arm(), np.eye(2)
 SURFACE = {"model": ARM, "Lambda": 6.0, "phi": 0.5}

@@ -6,10 +6,10 @@ import pytest
 from equations import decay
 
 from workbench.core import Sampled
-from workbench.metrics import ise, measured, sampled_rmse, total_variation
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.measured_equation import common_grid
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import ise, measured, sampled_rmse, total_variation
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.measured_equation import common_grid
 
 TIME = ca.SX.sym("time")
 

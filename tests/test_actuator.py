@@ -4,10 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.core import rk4
-from workbench.loop import open_loop
-from workbench.plants import DirectDrive, FirstOrderLag, Manipulator
-from workbench.robots import paper_arm
 
 
 def applied(drive, tau):

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from oracles import adaptive_sliding_mode, closed_loop, integrate, worst_difference
 
-from workbench.controllers import AdaptiveSlidingMode, DeadZone, Leakage, Plain
+from workbench.arms.laws import AdaptiveSlidingMode, DeadZone, Leakage, Plain
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4, with_quadrature
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 LAW = {"model": paper_arm(), "Lambda": [6.0, 5.0], "phi": 0.1, "gamma": 3.0, "K": [1.0, 0.5]}
 FORMS = {"plain": Plain(), "dead_zone": DeadZone(width=0.8), "leakage": Leakage(sigma=0.7, level=[1.0, 0.5])}

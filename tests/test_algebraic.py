@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers.algebraic_riccati import closed_form, doubled, norm, residual, stabilising
+from workbench.arms.laws.algebraic_riccati import closed_form, doubled, norm, residual, stabilising
 from workbench.design.riccati import care
 
 

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from browsers import CHROMIUM, NODE, needs_chromium, needs_node
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.core import rk4
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 LIVE = Path(__file__).resolve().parent.parent / "workbench" / "report" / "templates" / "live"
 SCRIPT, STYLE = LIVE / "animation.js", LIVE / "animation.css"

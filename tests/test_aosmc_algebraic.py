@@ -5,16 +5,16 @@ import pytest
 from oracles import aosmc_rgs, closed_loop, matrices, worst_difference
 from scipy.linalg import solve_continuous_are
 
-from workbench.claims.claim_margins import violation, watching
-from workbench.controllers import AosmcRgs
+from workbench.arms.laws import AosmcRgs
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.claim_margins import violation, watching
 
 LAW = {
     "model": paper_arm(),

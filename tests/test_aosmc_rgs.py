@@ -20,14 +20,14 @@ from oracles import (
 )
 from scipy.linalg import solve_continuous_are
 
-from workbench.controllers import AosmcRgs
+from workbench.arms.laws import AosmcRgs
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 SHAPES = ("outer", "elementwise", "diagonal", "norm")
 LAW = {

@@ -212,12 +212,12 @@ def test_no_law_forbids_what_the_house_allows(law, text):
 
 # The contracts of import-linter, each broken in a copy of the house.
 BROKEN = [
-    ("core/ode.py", "import workbench.loop", "Floors"),
+    ("core/ode.py", "import workbench.blocks.loop", "Floors"),
     ("core/ode.py", "def f():\n    import workbench.study.study", "Floors"),
     ("report/html_page.py", "import workbench.cli.command", "Floors"),
-    ("simulate/batch.py", "from workbench.robots import paper_arm", "Hourglass"),
-    ("study/case_runs.py", "def f():\n    from workbench import signals", "Hourglass"),
-    ("metrics/table.py", "from workbench.robots import paper_arm", "Hourglass"),
+    ("engine/batch.py", "from workbench.arms.mechanics import paper_arm", "Hourglass"),
+    ("study/case_runs.py", "def f():\n    from workbench.blocks import signals", "Hourglass"),
+    ("metrics/table.py", "from workbench.arms.mechanics import paper_arm", "Hourglass"),
     ("new_room.py", "", "exhaustive"),
 ]
 

@@ -14,11 +14,11 @@ import pytest
 from equations import decay, oscillator
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.metrics import measure, rmse
-from workbench.simulate import arithmetic, simulate
-from workbench.simulate.arithmetic import continued
-from workbench.simulate.kernel.lowering import lower
-from workbench.simulate.kernel.plan import Plan, graph_of
+from workbench.engine import arithmetic, simulate
+from workbench.engine.arithmetic import continued
+from workbench.engine.kernel.lowering import lower
+from workbench.engine.kernel.plan import Plan, graph_of
+from workbench.engine.metrics import measure, rmse
 
 GRAPH = ["fused", "portable"]
 
@@ -70,7 +70,7 @@ def test_the_bits_of_an_arithmetic_change_with_its_version_alone(name, engine):
         pytest.importorskip("llvmlite")
     found = digest(name, engine)
     assert BITS.get((name, arithmetic.VERSION)) == found, (
-        f"The bits of '{name}' are others, {found}: raise `VERSION` in workbench/simulate/arithmetic.py, so that no "
+        f"The bits of '{name}' are others, {found}: raise `VERSION` in workbench/engine/arithmetic.py, so that no "
         "ledger mixes them with those it has, and write them down here."
     )
 
@@ -80,7 +80,7 @@ import sys
 sys.modules["llvmlite"] = None
 import numpy as np
 import test_arithmetic as here
-from workbench.simulate import arithmetic, simulate
+from workbench.engine import arithmetic, simulate
 print(*(here.digest(name, None) for name in here.GRAPH))
 print(arithmetic.default_for(here.STEP), simulate(here.STEP, **here.SPAN).arithmetic)
 many = np.tile(here.STARTS, (50, 1))
@@ -139,7 +139,7 @@ def test_a_step_that_no_graph_holds_has_casadis_arithmetic():
 
 
 def test_a_processor_that_fuses_nothing_compiles_the_portable_arithmetic(monkeypatch):
-    llvm = pytest.importorskip("workbench.simulate.kernel.llvm")
+    llvm = pytest.importorskip("workbench.engine.kernel.llvm")
     monkeypatch.setattr(llvm, "has_fma", lambda: False)
     step = rk4(oscillator(), 0.01)
     assert arithmetic.default_for(step) == simulate(step, until=0.1).arithmetic == "portable"

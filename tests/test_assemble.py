@@ -4,12 +4,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
+from workbench.arms.mechanics import PlanarArm, named, paper_arm
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Vector
-from workbench.loop import AbstractArmController, AbstractArmObserver, ClosedLoop, open_loop
-from workbench.plants import DirectDrive, FirstOrderLag, Manipulator
-from workbench.robots import PlanarArm, named, paper_arm
-from workbench.signals import Hold, Sines, SineTorque
 
 
 @block

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from studies.b0_robots import measurements, study
-from workbench.core import Dynamics
-from workbench.robots import CATALOGUE, PlanarArm, named
-from workbench.robots.arm_catalogue import planar
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import CATALOGUE, PlanarArm, named
+from workbench.arms.mechanics.arm_catalogue import planar
 
 
 def test_equal_operations_are_counted_once():

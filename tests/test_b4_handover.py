@@ -29,11 +29,11 @@ from studies.b4_handover.loops import (
 )
 from studies.b4_handover.margins import BOTH, Loss, Losses, Scan, effects, growth, periods_of, searches, starts
 from studies.paper.card import PROPOSED
+from workbench.engine import simulate
+from workbench.engine.metrics import measure
 from workbench.handover.replays import TargetResult
 from workbench.handover.targets import TARGETS
 from workbench.handover.targets.contract import Figures
-from workbench.metrics import measure
-from workbench.simulate import simulate
 from workbench.study import Results, Run
 from workbench.study.compiled import compile_sweep
 from workbench.study.evidence import LargestSetting, LoopTrial, Threshold

@@ -6,15 +6,15 @@ import pytest
 
 ARM = """
 import numpy as np
-from workbench.controllers import PID
+from workbench.arms.laws import PID
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import Link, PlanarArm, paper_arm
-from workbench.robots.planar_arm import PointMass
-from workbench.signals import Sines
-from workbench.simulate import simulate
+from workbench.blocks.loop import ClosedLoop
+from workbench.arms.observers import FullState
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import Link, PlanarArm, paper_arm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.blocks.signals import Sines
+from workbench.engine import simulate
 from workbench.study.contract import Run
 from workbench.study.study import Case, Study
 

@@ -10,7 +10,7 @@ from arms import moving_arms, random_tree
 from hypothesis import given as example
 
 import workbench as wb
-from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink
+from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 EXAM = Path(__file__).parents[2] / "shared" / "exams" / "dynamics"

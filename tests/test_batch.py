@@ -8,8 +8,8 @@ from compilers import COMPILES, NATIVE, needs_llvmlite
 from equations import decay, explosion, oscillator
 
 from workbench.core import rk4
-from workbench.simulate import arithmetic, batch, job, simulate
-from workbench.simulate.kernel import casadi_machine, numpy_kernel
+from workbench.engine import arithmetic, batch, job, simulate
+from workbench.engine.kernel import casadi_machine, numpy_kernel
 
 
 def test_the_oscillator_follows_its_closed_form_in_every_run():

@@ -5,15 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.metrics import measured, rmse, total_variation
-from workbench.simulate import job, simulate
-from workbench.simulate.job import Job
+from workbench.engine import job, simulate
+from workbench.engine.job import Job
+from workbench.engine.metrics import measured, rmse, total_variation
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where another engine serves
 
 from studies.paper import laws as paper_laws
-from workbench.simulate.kernel import native
-from workbench.simulate.kernel.plan import Plan
+from workbench.engine.kernel import native
+from workbench.engine.kernel.plan import Plan
 
 ODE = paper_laws.proposed_repaired("FS").ode()
 STEP = measured(ODE, (rmse(), total_variation(1e-3)), 1e-4)

@@ -6,7 +6,7 @@ from compilers import SLOW
 STUDY = """
 import numpy as np
 from scipy import stats
-from workbench.metrics import iae
+from workbench.engine.metrics import iae
 from workbench.study import *
 from sweeps import START, Decay, sweep
 from tunings import tuning

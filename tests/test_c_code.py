@@ -9,11 +9,11 @@ from c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, rec
 from test_sampled_law import digital, gallery
 
 import workbench as wb
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.target_operations import Number
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.c99.c_functions import Lines, arguments_of, definitions, functions_of
 from workbench.handover.c99.c_primitives import DOUBLE
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.target_operations import Number
 
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from workbench.simulate.kernel import cache
+from workbench.engine.kernel import cache
 
 CODE = bytes(range(32))
 KEY, OTHER = cache.key("this kernel"), cache.key("another kernel")
@@ -95,7 +95,7 @@ def test_what_is_no_file_counts_as_absent_and_is_not_waited_for(kernels, make):
     cache.store(KEY, CODE)
     (kernels / f"{KEY}.kernel").unlink()
     make(kernels / f"{KEY}.kernel", 0o600)
-    text = f"from workbench.simulate.kernel import cache; assert cache.load({KEY!r}) is None"
+    text = f"from workbench.engine.kernel import cache; assert cache.load({KEY!r}) is None"
     # a pipe that nobody writes to would keep its reader for ever
     subprocess.run([sys.executable, "-c", text], check=True, timeout=60)
 
@@ -246,7 +246,7 @@ def test_a_reader_finds_a_whole_kernel_while_another_process_writes(kernels):
     cache.store(KEY, codes[0])
     text = f"""
 import sys
-from workbench.simulate.kernel import cache
+from workbench.engine.kernel import cache
 print("ready", flush=True)
 for i in range(40):
     cache.store({KEY!r}, bytes([i % 2]) * 2_000_000)

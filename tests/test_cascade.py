@@ -6,11 +6,11 @@ import pytest
 from plain_plants import SPEED, VOLTAGE, Turntable
 from scipy.linalg import expm
 
-from workbench.controllers import PID2, Cascade
+from workbench.blocks.laws import PID2, Cascade
+from workbench.blocks.loop import AbstractController, ClosedLoop
+from workbench.blocks.signals import Step, Together
 from workbench.core import block, layout, rk4
-from workbench.loop import AbstractController, ClosedLoop
-from workbench.signals import Step, Together
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 ANGLE = layout(theta="rad")
 OUTER, INNER = PID2(ANGLE, SPEED, Kp=3.0, Ki=0.5), PID2(SPEED, VOLTAGE, Kp=5.0, Ki=2.0)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
-from workbench.robots import CATALOGUE, named, paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import CATALOGUE, named, paper_arm
 
 
 @pytest.mark.parametrize("name", CATALOGUE)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from arms import arm_instruments
 
-from workbench.controllers import PID, AosmcRgs
-from workbench.loop import AbstractController, ClosedLoop
-from workbench.metrics import rmse
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold
+from workbench.arms.laws import PID, AosmcRgs
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import AbstractController, ClosedLoop
+from workbench.blocks.signals import Hold
+from workbench.engine.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep

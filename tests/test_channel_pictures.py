@@ -7,11 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.design.chattering import BoundaryLayer, Relay, harmonic_balance
-from workbench.report.table_text import plain
-from workbench.study.document.figure import Arrows, Band, Points, Series
-from workbench.study.loop_pictures import (
+from workbench.report.loop_pictures import (
     Envelope,
-    FrequencyCurve,
     FrequencyMatrix,
     PhaseCurve,
     Rest,
@@ -26,8 +23,11 @@ from workbench.study.loop_pictures import (
     relative_gain_figure,
     singular_value_figure,
 )
-from workbench.study.loop_pictures.frequency_matrices import characteristic_curves, determinant_curve
-from workbench.study.loop_pictures.phase_planes import zero_lines
+from workbench.report.loop_pictures.frequency_matrices import characteristic_curves, determinant_curve
+from workbench.report.loop_pictures.phase_planes import zero_lines
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Arrows, Band, Points, Series
+from workbench.study.document.frequency_curves import FrequencyCurve
 
 OMEGA = np.geomspace(1e-3, 1e3, 1501)
 PLANT = control.ss(

@@ -5,16 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.controllers import SlidingMode
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import FirstOrderLag, Manipulator
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold
 from workbench.design.chattering import BoundaryLayer, Relay, cut, harmonic_balance, record_oscillation, relay_cycles
 from workbench.design.matrices import Refused
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.plants.manipulator import FirstOrderLag
-from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Hold
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 K, LAMBDA, PHI = 5.0, 6.0, 0.01  # the gains of the paper's card
 FOLDED = np.array([0.0, np.pi])  # M is the unit matrix here, so the joints are alone

@@ -14,7 +14,7 @@ from workbench.design.chattering import (
     relay_cycles,
 )
 from workbench.design.matrices import Refused
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 K, TAU = 5.0, 0.01
 s = control.tf("s")

@@ -2,14 +2,14 @@
 
 import pytest
 
-from workbench.controllers import PID, AosmcRgs, SlidingMode
+from workbench.arms.laws import PID, AosmcRgs, SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, OracleFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold
 from workbench.core import Claim
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, OracleFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold
 
 ARM = paper_arm()
 

@@ -10,9 +10,9 @@ from compilers import needs_llvmlite
 from stops import stopped
 
 from workbench import __version__, study
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named
 from workbench.handover import FORMS
-from workbench.robots import named
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 
@@ -172,7 +172,7 @@ LONG = """
 import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import rmse
+from workbench.engine.metrics import rmse
 from workbench.study.contract import Run
 from workbench.study.study import Case, Results, Study
 
@@ -210,7 +210,7 @@ def test_ctrl_c_stops_a_simulation_that_runs(tmp_path):
 
 @needs_llvmlite
 def test_the_doctor_says_which_engine_serves_and_where_its_kernels_are(command, monkeypatch, tmp_path):
-    from workbench.simulate.kernel import llvm
+    from workbench.engine.kernel import llvm
 
     monkeypatch.setenv("WORKBENCH_CACHE", str(tmp_path / "kernels"))
     assert str(tmp_path / "kernels") in command("doctor").stdout

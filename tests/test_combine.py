@@ -4,10 +4,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.core import Entry, Layout, Ode, rk4, with_quadrature, with_sensitivity
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
 
 
 def decay() -> Ode:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from equations import decay, explosion
 
-from workbench.metrics import iae, ise
+from workbench.engine.metrics import iae, ise
 from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Diverged, Emphasis, Measured

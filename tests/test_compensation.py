@@ -14,23 +14,16 @@ from oracles import (
     worst_difference,
 )
 
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import (
-    PID,
-    AdaptiveSlidingMode,
-    AosmcRgs,
-    SlidingMode,
-    SuperTwisting,
-    WithCompensation,
-)
+from workbench.arms.laws import PID, AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting, WithCompensation
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM, I = paper_arm(), np.eye(2)
 SMC = SlidingMode(ARM, Lambda=6.0, K=5.0, phi=0.5)

@@ -5,12 +5,12 @@ import control
 import numpy as np
 import pytest
 
-from workbench.controllers import Regulator
+from workbench.blocks.laws import Regulator
+from workbench.blocks.loop import AbstractPlant, ClosedLoop, LinearLaw, LinearPlant, open_loop
 from workbench.core import block, layout
 from workbench.design.linear import lead_lag, linearize, place
 from workbench.design.matrices import Refused
 from workbench.design.riccati import lqg
-from workbench.loop import AbstractPlant, ClosedLoop, LinearLaw, LinearPlant, open_loop
 
 MASSES = control.ss([[0, 0, 1, 0], [0, 0, 0, 1], [-1, 1, 0, 0], [1, -1, 0, 0]], [[0], [0], [1], [0]], [[0, 1, 0, 0]], 0,
                     inputs="f", outputs="x2", states=["x1", "x2", "v1", "v2"], name="masses")  # fmt: skip
@@ -52,8 +52,8 @@ def test_a_lead_lag_loop_has_the_crossover_and_the_margin(crossover, boost):
 
 
 def test_a_lead_lag_law_runs_in_the_loop_and_in_a_computer():
+    from workbench.blocks.loop import AbstractReference
     from workbench.core import parameter
-    from workbench.loop import AbstractReference
 
     @block
     class Angle(AbstractReference):

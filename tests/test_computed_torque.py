@@ -7,16 +7,16 @@ import pytest
 from oracles import closed_loop, integrate, matrices, momentum_observer, with_disturbance, worst_difference
 from scipy.linalg import expm
 
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import ComputedTorque
+from workbench.arms.laws import ComputedTorque
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.observers import FullState, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, MomentumObserver, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM, Kp, Kd = paper_arm(), np.array([64.0, 49.0]), np.array([16.0, 10.0])
 LAW = ComputedTorque(ARM, Kp, Kd)

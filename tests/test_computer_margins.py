@@ -8,18 +8,19 @@ from scipy.linalg import expm
 from scipy.stats import kstest
 
 import workbench as wb
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import PlanarArm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, LinearLaw
+from workbench.blocks.plants import DCMotor
+from workbench.blocks.signals import Hold, SineTorque
 from workbench.core import Entry, Layout, Ode, Sampled
+from workbench.engine import simulate
+from workbench.engine.kernel.noise import normals
+from workbench.engine.metrics import rmse
 from workbench.handover.single.single_precision import single_precision
 from workbench.handover.single.single_precision_loop import in_single_precision, single
-from workbench.loop import ClosedLoop, LinearLaw
-from workbench.metrics import rmse
-from workbench.observers import FullState
-from workbench.plants import DCMotor, Manipulator
-from workbench.robots import PlanarArm
-from workbench.robots.planar_arm import PointMass
-from workbench.signals import Hold, SineTorque
-from workbench.simulate import simulate
-from workbench.simulate.kernel.noise import normals
 from workbench.study import Factor, Run, Uniform
 from workbench.study.evidence.computer_margins import (
     ComputerEffect,

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from test_falsify import ODE, RANGES, blow_up, late
 
-from workbench.claims.counterexample import CounterExample, hypotheses_kept, in_reference_mode
-from workbench.claims.falsify import Budget, Hunt
 from workbench.core import Claim
 from workbench.core.claim import Declared
+from workbench.proofs.counterexample import CounterExample, hypotheses_kept, in_reference_mode
+from workbench.proofs.falsify import Budget, Hunt
 
 HUNT = Hunt(ODE, late(0.0), RANGES, 2.0, 0.01)
 WORST = HUNT.search(1, Budget(8, 3, 1)).worst

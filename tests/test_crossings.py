@@ -10,10 +10,10 @@ from test_c_code import kalman_law, motor_law
 import workbench as wb
 from workbench.core import Entry, Layout, Ode, Rule, Step
 from workbench.core.crossing import Crossing, plain
-from workbench.simulate.kernel.barriers import BARRIER, joined, without_barriers
-from workbench.simulate.kernel.casadi_to_graph import read
-from workbench.simulate.kernel.graph import Graph, Node
-from workbench.simulate.kernel.plan import graph_of
+from workbench.engine.kernel.barriers import BARRIER, joined, without_barriers
+from workbench.engine.kernel.casadi_to_graph import read
+from workbench.engine.kernel.graph import Graph, Node
+from workbench.engine.kernel.plan import graph_of
 
 
 def recursion(handed, update, size=1):

@@ -8,16 +8,16 @@ import pytest
 from equations import decay
 from test_page import document
 
-from workbench.metrics import rmse
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
+from workbench.engine.metrics import rmse
 from workbench.report.figures.figure_csv import figure_csv
 from workbench.report.folder import write
+from workbench.report.pictures.traces import Window, curve, traces
 from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.document.document import Band, Bars, Figure, Panel, Series
 from workbench.study.document.figure import Tiles
 from workbench.study.marks import bars, points
-from workbench.study.pictures.traces import Window, curve, traces
 from workbench.study.study import Case, Study
 
 T = np.array([0.0, 0.1, 0.2])

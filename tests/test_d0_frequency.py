@@ -11,7 +11,7 @@ from studies.d0_frequency.loops import ARM_POSES, RUN_POSES, RUNS, AtPose
 from studies.d0_frequency.period_limits import SHARES, PeriodLimit
 from studies.paper.card import CARD, PROPOSED
 from studies.paper.linearization import LEVEL, at_rest
-from workbench.metrics import measure, settling_time
+from workbench.engine.metrics import measure, settling_time
 
 K, PHI, LAMBDA = 5.0, 0.01, 6.0
 G = 9.81

@@ -13,9 +13,9 @@ from workbench.report.figures.boxes import ink_on, ink_over, tint, tone
 from workbench.report.figures.dark_colors import GROUND, INK, LEAST, contrast, dark, dark_scheme, with_variables
 from workbench.report.figures.style import LINES
 from workbench.report.html_page import TEMPLATES, html
+from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs, writeup
 from workbench.study.document.figure import STYLES
-from workbench.study.live.loop_study import loop_study
 
 BY_EYE = 0.05  # of a contrast: a colour has 8 bits, and nobody sees less
 

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from arms import random_arm
 
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import SpatialArm, SpatialLink, named, paper_arm
+from workbench.arms.mechanics.arm_catalogue import planar
 from workbench.handover import FORMS
-from workbench.robots import SpatialArm, SpatialLink, named, paper_arm
-from workbench.robots.arm_catalogue import planar
 
 # The bar: 1e-15 of the largest entry. The operations are the model's own, so in truth no bit differs.
 SCALED = 1e-15

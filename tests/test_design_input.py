@@ -3,18 +3,18 @@
 import numpy as np
 import pytest
 
-from workbench.controllers import PID
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observer_gains import Gains, by_poles, certify, high_gain
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Hold
 from workbench.design import linearize, to_control
 from workbench.design.chattering import BoundaryLayer, Relay
 from workbench.design.linear import broken_loop, controllability, equilibria, freeze, one_loop, operating_point
-from workbench.design.observer_gains import Gains, by_poles, certify, high_gain
 from workbench.design.riccati import dare, lqe, lqr
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold
 
 ARM = paper_arm()
 ODE = open_loop(Manipulator(ARM, q=[0.0, 0.0]))

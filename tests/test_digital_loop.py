@@ -7,8 +7,8 @@ import pytest
 
 import workbench as wb
 from tests.motors import PI, Level, Motor
+from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments
 from workbench.core.equations import equations_of
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments
 
 LOOP = ClosedLoop(Motor(), controller=PI(), reference=Level())
 ROUGH = Instruments.of(LOOP.plant, noise={"omega": 1e-3}, quantum={"omega": 1e-3}, limit={"v": (-60.0, 60.0)})

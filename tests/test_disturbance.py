@@ -17,10 +17,10 @@ from oracles import (
     worst_difference,
 )
 
-from workbench.controllers import SlidingMode
-from workbench.core import Layout, block, rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import (
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.observers import (
     AbstractDisturbanceObserver,
     FullState,
     Luenberger,
@@ -30,10 +30,10 @@ from workbench.observers import (
     PrintedFilter,
     WithDisturbance,
 )
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
+from workbench.core import Layout, block, rk4
+from workbench.engine import simulate
 
 OBSERVERS = {
     "printed": (PrintedFilter(2, l=20.0), printed_filter),

@@ -5,14 +5,16 @@ import numpy as np
 import pytest
 from plain_plants import SPEED, VOLTAGE, Counter, Motor
 
-from workbench.controllers import PID, PID2
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.laws import PID2
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.plants import Disturbed, Equipped, OdePlant
+from workbench.blocks.signals import Hold, Sines, SineTorque, Step, Table, Together
 from workbench.core import layout, rk4
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState
-from workbench.plants import Disturbed, Equipped, Manipulator, OdePlant
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque, Step, Table, Together
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 LAW = PID2(SPEED, VOLTAGE, Kp=20.0, Ki=40.0)
 

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.simulate import divergence, simulate
-from workbench.simulate.divergence import find_divergence
-from workbench.simulate.job import Job
-from workbench.simulate.kernel import casadi_machine
+from workbench.engine import divergence, simulate
+from workbench.engine.divergence import find_divergence
+from workbench.engine.job import Job
+from workbench.engine.kernel import casadi_machine
 
 EACH = [NATIVE, "numpy", "casadi"]
 STEP = rk4(explosion(), 1e-3)

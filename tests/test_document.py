@@ -3,7 +3,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
 from workbench.report.html_page import html
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import (

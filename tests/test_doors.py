@@ -15,14 +15,14 @@ import pandas as pd
 import pytest
 from arms import arm_instruments
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import FirstOrderLag, Friction
+from workbench.arms.mechanics import paper_arm
 from workbench.core import Signals
-from workbench.notation.formula import Symbol
-from workbench.plants import FirstOrderLag, Friction
-from workbench.robots import paper_arm
-from workbench.validation import refusals as v
-from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import door
+from workbench.core.notation.formula import Symbol
+from workbench.core.validation import refusals as v
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.signatures import door
 
 if TYPE_CHECKING:
     from collections import OrderedDict as SeenByTheTypeChecker

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench.controllers import PID
-from workbench.core import Circle, Line, Word, block, initial, layout, parameter, with_quadrature
-from workbench.core.shapes import projected
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, LinearPlant, open_loop
-from workbench.plants import (
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import CATALOGUE, named
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, LinearPlant, open_loop
+from workbench.blocks.plants import (
     BuckConverter,
     CartPole,
     DCMotor,
@@ -21,7 +21,6 @@ from workbench.plants import (
     Equipped,
     FirstOrder,
     FurutaPendulum,
-    Manipulator,
     PlanarQuadrotor,
     Quadrotor,
     QuadrupleTank,
@@ -29,8 +28,9 @@ from workbench.plants import (
     StirredTank,
     TwoMasses,
 )
-from workbench.robots import CATALOGUE, named
-from workbench.signals import Step
+from workbench.blocks.signals import Step
+from workbench.core import Circle, Line, Word, block, initial, layout, parameter, with_quadrature
+from workbench.core.shapes import projected
 
 ARMS = [Manipulator(named(name), q=np.zeros(named(name).dof)) for name in sorted(CATALOGUE)]
 SEEN = [

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from arms import random_arm, random_tree
 
-from workbench.core import Dynamics
-from workbench.robots import named, paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named, paper_arm
 
 
 def test_the_matrices_of_the_paper_arm_are_those_of_its_equations():

@@ -7,17 +7,17 @@ import pytest
 from hypothesis import strategies as st
 from scipy.linalg import solve_continuous_lyapunov
 
-from workbench.core import block, initial, layout, rk4
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop
-from workbench.plants import (
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop
+from workbench.blocks.plants import (
     Equipped,
     FirstOrder,
     PadeDelay,
     RateLimit,
     Saturation,
 )
-from workbench.plants.elements import pade
-from workbench.simulate import simulate
+from workbench.blocks.plants.elements import pade
+from workbench.core import block, initial, layout, rk4
+from workbench.engine import simulate
 
 VOLTS = st.floats(-100, 100)
 

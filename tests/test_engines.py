@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from test_sweeping import SWEPT, acknowledged, forget
 
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 
 pytest.importorskip("llvmlite")
 

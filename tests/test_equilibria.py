@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from equations import decay
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.core import Entry, Layout, Ode
 from workbench.design.linear import equilibria
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
 
 BOX = {"q": (-1.0, 4.0), "qd": (-1.0, 1.0)}
 

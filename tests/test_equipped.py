@@ -6,25 +6,25 @@ import pytest
 from compilers import needs_llvmlite
 from scipy.linalg import expm
 
-from workbench.core import Signals, block, initial, layout, parameter, rk4
-from workbench.design.linear import linearize
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
-from workbench.plants import (
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
+from workbench.blocks.plants import (
     AbstractElement,
     Backlash,
     DeadZone,
     Equipped,
     FirstOrder,
-    Manipulator,
     PadeDelay,
     Quantiser,
     RateLimit,
     Saturation,
 )
-from workbench.plants.elements import pade
-from workbench.reference import reference
-from workbench.robots import paper_arm
-from workbench.simulate import simulate
+from workbench.blocks.plants.elements import pade
+from workbench.core import Signals, block, initial, layout, parameter, rk4
+from workbench.design.linear import linearize
+from workbench.engine import simulate
+from workbench.engine.reference import reference
 
 
 @block

@@ -41,8 +41,8 @@ def test_editors_and_mypy_see_the_names_of_the_face_and_no_others():
 
 def test_a_room_does_not_take_the_place_of_a_function():
     code = (
-        "import workbench.simulate.batch, workbench as wb; "
-        "assert wb.simulate is workbench.simulate is sys.modules['workbench.simulate'].simulate; "
+        "import workbench.engine.batch, workbench as wb; "
+        "assert wb.simulate is workbench.engine is sys.modules['workbench.engine'].simulate; "
     )
     subprocess.run([sys.executable, "-c", f"import sys; {code}"], check=True)
 

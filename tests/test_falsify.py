@@ -4,13 +4,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.claim_margins import Box, slope_of, violation
-from workbench.claims.falsify import Budget, Hunt
 from workbench.core import Claim, Entry, Layout, Ode
 from workbench.core.claim import Declared
 from workbench.core.numbers import Bounds
-from workbench.metrics import ise, peak_error, rmse
-from workbench.metrics.contract import Integral
+from workbench.engine.metrics import ise, peak_error, rmse
+from workbench.engine.metrics.contract import Integral
+from workbench.proofs.claim_margins import Box, slope_of, violation
+from workbench.proofs.falsify import Budget, Hunt
 
 
 def decay() -> Ode:

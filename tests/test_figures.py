@@ -5,7 +5,7 @@ import matplotlib
 import numpy as np
 import pytest
 
-from workbench.notation.formula import Matrix, Number, symbol
+from workbench.core.notation.formula import Matrix, Number, symbol
 from workbench.report.figures.curves import thinned, windowed
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.pen import Pen

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.simulate.kernel.arrays import fma
+from workbench.engine.kernel.arrays import fma
 
 RNG = np.random.default_rng(1)
 SPECIAL = [0.0, 1.0, math.inf, 5e-324, 1.7976931348623157e308, 2.2250738585072014e-308, 2.0**-537]
@@ -91,7 +91,7 @@ end:
 @pytest.mark.parametrize("kind", cases(30))
 def test_it_is_the_processors_own(kind):
     pytest.importorskip("llvmlite")
-    from workbench.simulate.kernel import llvm
+    from workbench.engine.kernel import llvm
 
     if not llvm.has_fma():
         pytest.skip("this processor has none")

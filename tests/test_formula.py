@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import build, text
-from workbench.notation.formula import (
+from workbench.core.notation import build, text
+from workbench.core.notation.formula import (
     Call,
     Cases,
     Matrix,
@@ -24,7 +24,7 @@ from workbench.notation.formula import (
     name_of,
     symbol,
 )
-from workbench.notation.reader import read, read_shared
+from workbench.core.notation.reader import read, read_shared
 
 x, y, z = (ca.SX.sym(name) for name in "xyz")
 X, Y, Z = Symbol("x"), Symbol("y"), Symbol("z")

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from workbench.controllers import PID
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import Hold, SineTorque
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, SineTorque
 
 
 def loop(arm, q):

@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from workbench.simulate.kernel import elementary_functions as f
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.further_functions import DOUBLE
-from workbench.simulate.kernel.target_operations import Number, number
+from workbench.engine.kernel import elementary_functions as f
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.further_functions import DOUBLE
+from workbench.engine.kernel.target_operations import Number, number
 
 mpmath = pytest.importorskip("mpmath")  # it comes with sympy
 

@@ -5,14 +5,14 @@ import numpy as np
 import pytest
 from oracles import closed_loop, fuzzy_asmc, integrate, worst_difference
 
-from workbench.controllers import AdaptiveSlidingMode, DeadZone, FuzzyAsmc, Leakage, Plain, RuleBase
+from workbench.arms.laws import AdaptiveSlidingMode, DeadZone, FuzzyAsmc, Leakage, Plain, RuleBase
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 RULES = RuleBase(
     sizes=[0.0, 1.0, 3.0],

@@ -5,12 +5,12 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
-from workbench.printed.arm_letters import narrowed
-from workbench.printed.entry_comparison import compare_sheet
-from workbench.printed.printed_equations import read_sheet
-from workbench.printed.tokens import FormulaError
-from workbench.robots import named, paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.entry_comparison import compare_sheet
+from workbench.arms.printed.printed_equations import read_sheet
+from workbench.arms.printed.tokens import FormulaError
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))

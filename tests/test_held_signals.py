@@ -6,8 +6,8 @@ import pytest
 
 import workbench as wb
 from workbench.core.held_signals import is_held
+from workbench.report.pictures.traces import curve
 from workbench.study import case_runs
-from workbench.study.pictures.traces import curve
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()

@@ -7,8 +7,8 @@ from arms import arm_instruments
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.blocks.loop.quantisation import quantised
 from workbench.core import Signals
-from workbench.loop.quantisation import quantised
 
 X, B = ca.SX.sym("x"), ca.SX.sym("b")
 QUANTISED = ca.Function("quantised", [X, B], [quantised(X, B)])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from compilers import needs_llvmlite
 
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
 from workbench.core import block, initial, layout, lift
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 PERIOD = 0.1
 

@@ -11,15 +11,15 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are
 
-from workbench.controllers import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
-from workbench.controllers.algebraic_riccati import stepped
+from workbench.arms.laws import PID, AosmcRgs, RbfAsmc, SuperTwisting, WithCompensation
+from workbench.arms.laws.algebraic_riccati import stepped
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines
 from workbench.core import Signals
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 ARM, I = paper_arm(), np.eye(2)
 LAW = {
@@ -213,7 +213,7 @@ def test_p_that_is_solved_for_runs_in_a_sampled_loop_too(n):
     """Its matrix among the signals stopped the loop from being made: 'hold.P' had the shape of a column."""
     solved = AosmcRgs(**{k: v for k, v in LAW.items() if k != "P"} | {"K": 5 * I}, riccati="algebraic")
     if n == 3:
-        from workbench.robots import named
+        from workbench.arms.mechanics import named
 
         solved = replace(solved, model=named("planar-3r"), Lambda=[6.0] * 3, K=5 * np.eye(3), Q=np.eye(3), R=np.eye(3))
     q = [0.1] * n

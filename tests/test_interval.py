@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation.program import walk
+from workbench.core.notation.program import walk
 from workbench.proofs import interval
 from workbench.proofs.interval import RULES, Interval, NoBound, evaluate
 

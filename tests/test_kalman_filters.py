@@ -10,11 +10,11 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import chi2
 
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
+from workbench.blocks.observers import ExtendedKalmanFilter, UnscentedKalmanFilter
 from workbench.core import block, initial, layout, parameter
 from workbench.core.block import Scalar
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments
-from workbench.observers import ExtendedKalmanFilter, UnscentedKalmanFilter
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 BOTH = pytest.mark.parametrize("kind", [ExtendedKalmanFilter, UnscentedKalmanFilter])
 Q, P = np.diag([0.1, 0.2]), np.array([[1.0, 0.3], [0.3, 0.5]])

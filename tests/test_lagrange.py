@@ -6,11 +6,12 @@ import pytest
 from arms import moving_arms, random_arm
 from hypothesis import given
 
-from workbench.core import Dynamics, rk4
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import lagrange
-from workbench.signals import SineTorque
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import lagrange
+from workbench.blocks.loop import open_loop
+from workbench.blocks.signals import SineTorque
+from workbench.core import rk4
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 

@@ -5,7 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 import workbench as wb
-from workbench.metrics import ise
+from workbench.engine.metrics import ise
 from workbench.study.evidence import LoopLimits, LoopTrial, largest_setting
 
 K, UNTIL = 4.0, 3.0  # 1/s, s

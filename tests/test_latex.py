@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
-from workbench.notation import latex
-from workbench.notation.build import number
-from workbench.notation.formula import Call, Cases, Matrix, Power, Product, Relation, Sum, Symbol, System, symbol
-from workbench.notation.reader import read
+from workbench.core.notation import latex
+from workbench.core.notation.build import number
+from workbench.core.notation.formula import Call, Cases, Matrix, Power, Product, Relation, Sum, Symbol, System, symbol
+from workbench.core.notation.reader import read
 
 x, y, q2, qd = (ca.SX.sym(name) for name in ("x", "y", "q_2", "qd_1"))
 X, Y = Symbol("x"), Symbol("y")

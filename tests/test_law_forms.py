@@ -19,6 +19,7 @@ from test_sampled_law import digital
 import workbench as wb
 from docs.loops import of_plants
 from studies.paper.laws import RIVALS, proposed_repaired, rival
+from workbench.blocks.loop import AbstractController, ClosedLoop, LinearLaw
 from workbench.core import Entry, Layout, LinearSystem, block, layout, parameter
 from workbench.design.riccati import lqg as lqg_design
 from workbench.handover.c99.c_code import c_code
@@ -27,7 +28,6 @@ from workbench.handover.programs.linear_law import as_control, linear_law, mat_o
 from workbench.handover.programs.python_law import python_law
 from workbench.handover.wrappers.ros2 import ros2
 from workbench.handover.wrappers.simulink import simulink
-from workbench.loop import AbstractController, ClosedLoop, LinearLaw
 
 LOOPS = {"AOSMC-RGS": lambda: proposed_repaired("FS"), **{name: lambda name=name: rival("FS", name) for name in RIVALS}}
 MOTOR = wb.DCMotor()

@@ -14,11 +14,11 @@ from c_runs import COMPILERS, differing
 from random_laws import in_c, in_numpy, in_python, in_webassembly, wanted
 
 import workbench as wb
+from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractPlant
 from workbench.core import block, layout, parameter
+from workbench.engine.arithmetic import FUSED
 from workbench.handover.fmi import fmu
 from workbench.handover.recording import record
-from workbench.loop import AbstractController, AbstractObserver, AbstractPlant
-from workbench.simulate.arithmetic import FUSED
 
 NUMBERS = range(31)  # of random loops, of which 30 stay finite at least; thousands by `python tests/random_laws.py`
 UNITS = range(0, 30, 3)  # of those that become an FMU, whose equations are the same text in C
@@ -214,7 +214,7 @@ class SharingLaw(AbstractController):
 
 
 def _law_part(step):
-    from workbench.simulate.kernel.casadi_to_graph import read
-    from workbench.simulate.kernel.graph import fused, opened
+    from workbench.engine.kernel.casadi_to_graph import read
+    from workbench.engine.kernel.graph import fused, opened
 
     return [node._replace(entry=0) for node in fused(opened(read(step).earlier[-1])).nodes]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from arms import arm_instruments
 
-from workbench.controllers import (
+from workbench.arms.laws import (
     PID,
     AdaptiveSlidingMode,
     AosmcRgs,
@@ -21,8 +21,9 @@ from workbench.controllers import (
     SuperTwisting,
     WithCompensation,
 )
-from workbench.loop import ClosedLoop
-from workbench.observers import (
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import (
     DirtyDerivative,
     FullState,
     Luenberger,
@@ -30,10 +31,9 @@ from workbench.observers import (
     VelocityFilter,
     WithDisturbance,
 )
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
+from workbench.engine import simulate
 
 ARM, I, START, PERIOD = paper_arm(), np.eye(2), [0.6, -0.8], 1e-3
 SURFACE = {"model": ARM, "Lambda": 6.0, "phi": 0.5}

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from workbench.claims.claim_ledger import Ledger, Line, Quantifier, Ruling
 from workbench.core import Claim
+from workbench.proofs.claim_ledger import Ledger, Line, Quantifier, Ruling
 
 RIGHT = Claim("model", "the model is right", "(1)")
 BOUND = Claim("bound", "D is bounded", "(8)")

@@ -5,11 +5,11 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.arms.manipulator import Friction, Manipulator
+from workbench.arms.mechanics import Link, PlanarArm, paper_arm
+from workbench.blocks.signals import SineTorque
 from workbench.core import Signals, block, lift, option, parameter
 from workbench.core.block import Scalar, Vector
-from workbench.plants import Friction, Manipulator
-from workbench.robots import Link, PlanarArm, paper_arm
-from workbench.signals import SineTorque
 
 
 @block

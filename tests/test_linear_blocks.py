@@ -4,9 +4,9 @@ import control
 import numpy as np
 import pytest
 
+from workbench.blocks.loop import AbstractReference, ClosedLoop, LinearFilter, LinearLaw, LinearPlant, open_loop
 from workbench.core import LinearSystem, block, layout, parameter, rk4
-from workbench.loop import AbstractReference, ClosedLoop, LinearFilter, LinearLaw, LinearPlant, open_loop
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 PERIOD = 0.1
 PLANT = control.tf([1, 2], [1, 1, 3], inputs="v", outputs="omega", name="motor")

@@ -10,8 +10,8 @@ import pytest
 import workbench as wb
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, loop_at_rest, still
+from workbench.blocks.loop import AbstractReference, ClosedLoop, LinearLaw
 from workbench.design.linear_loop import linear_loop
-from workbench.loop import AbstractReference, ClosedLoop, LinearLaw
 
 PLANT = control.tf([1, 2], [1, 1, 3], inputs="v", outputs="omega", name="motor")
 PI = control.tf([2.0, 3.0], [1.0, 0.0], inputs="omega", outputs="v", name="pi")

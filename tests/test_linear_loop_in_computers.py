@@ -13,10 +13,10 @@ from studies.b3_any_plant.settings import SETTINGS
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
 from studies.paper.linearization import still
+from workbench.blocks.loop import ClosedLoop, LinearLaw
 from workbench.design.linear_loop import linear_loop
 from workbench.design.linear_loop.loop_equations import labels_of
-from workbench.loop import ClosedLoop, LinearLaw
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 PERIOD, OMEGA = 0.1, np.geomspace(1e-2, np.pi / 0.1, 60)
 PLANT = control.tf([1, 2], [1, 1, 3], inputs="v", outputs="omega", name="motor")

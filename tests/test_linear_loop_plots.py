@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.loop import LinearLaw
+from workbench.blocks.loop import LinearLaw
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Points, Series
 

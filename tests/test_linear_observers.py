@@ -7,18 +7,13 @@ from observed import Balance, CartPole, Constant, Oscillator, Pendulum, Swaying
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
+from workbench.arms.observers import ExtendedStateObserver
+from workbench.arms.observers.model import phi
+from workbench.blocks.loop import ClosedLoop, Instruments, open_loop
+from workbench.blocks.observers import ExtendedKalmanFilter, LinearObserver, SteadyKalmanFilter, UnscentedKalmanFilter
 from workbench.core import Signals, rk4
 from workbench.design.riccati import lqr, steady_kalman
-from workbench.loop import ClosedLoop, Instruments, open_loop
-from workbench.observers import (
-    ExtendedKalmanFilter,
-    ExtendedStateObserver,
-    LinearObserver,
-    SteadyKalmanFilter,
-    UnscentedKalmanFilter,
-)
-from workbench.observers.model import phi
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 A, B, C = np.array([[0.0, 1.0], [-4.0, -0.3]]), np.array([[0.0], [1.0]]), np.eye(1, 2)
 L = np.array([[3.0], [4.0]])

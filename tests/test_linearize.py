@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from equations import decay, oscillator, root
 
-from workbench.controllers import SlidingMode
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Hold
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.design import linearize, to_control
 from workbench.design.linear import operating_point
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 STATES = ["q[0]", "q[1]", "qd[0]", "qd[1]"]
 TORQUES = ["tau[0]", "tau[1]"]

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import urdf
+from workbench.blocks.loop import open_loop
 from workbench.design import linearize
 from workbench.design.linear import forward_differences
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import urdf
 
 SHARED = Path(__file__).parents[2] / "shared" / "exams" / "dynamics"
 ROBOTS = ("paper_2r_pointmass", "cartpole", "scara_rrpr", "ur5", "panda_arm")

@@ -13,11 +13,12 @@ import workbench as wb
 from studies.paper.laws import rival
 from workbench.design.frequency import CertifiedValue
 from workbench.design.frequency.frequency_axis import phases
-from workbench.study.loop_pictures import FrequencyCurve, PoleZeroSet, nyquist_figure, pole_zero_map
-from workbench.study.loop_pictures.margin_words import fall_in_decibels
-from workbench.study.loop_pictures.pole_maps import _rings
-from workbench.study.pictures.loop_gain_table import least_damping
-from workbench.study.pictures.loop_gains import channel_gains
+from workbench.report.loop_pictures import PoleZeroSet, nyquist_figure, pole_zero_map
+from workbench.report.loop_pictures.margin_words import fall_in_decibels
+from workbench.report.loop_pictures.pole_maps import _rings
+from workbench.report.pictures.loop_gain_table import least_damping
+from workbench.report.pictures.loop_gains import channel_gains
+from workbench.study.document.frequency_curves import FrequencyCurve
 
 pytestmark = needs_node
 FILES = ("curves", "rulers", "planes", "knobs", "tables", "answers", "holds")

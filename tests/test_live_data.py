@@ -14,18 +14,18 @@ from wasm_runs import Kernel, unpacked
 import workbench as wb
 from studies.a1_paper_tables.study import comparison
 from workbench.core.equations import equations_of
-from workbench.metrics.contract import Integral
-from workbench.metrics.value_program import Program
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.value_program import Program
 from workbench.report.html_page import html
+from workbench.report.live.live_data import live_data
+from workbench.report.live.loop_study import loop_study
+from workbench.report.live.marches import plain, switches
 from workbench.report.number_text import measured
+from workbench.report.pictures.traces import Window, curve, loops_section
 from workbench.study import case_runs, writeup
 from workbench.study.document.document import Bars, Column, Figure, Panel, Points, Section, Series, Table
-from workbench.study.live.knob import Knob
-from workbench.study.live.live_data import live_data
-from workbench.study.live.loop_study import loop_study
-from workbench.study.live.marches import plain, switches
+from workbench.study.knob import Knob
 from workbench.study.marks import bars, cell, points
-from workbench.study.pictures.traces import Window, curve, loops_section
 from workbench.study.study import Case, Study
 
 MOTOR = wb.DCMotor()

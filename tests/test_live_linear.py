@@ -12,11 +12,11 @@ from studies.paper.card import PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, loop_of, still
 from studies.performance.chromium import open_page
 from workbench.report.html_page import html
+from workbench.report.live.linear_data import baseline_of
+from workbench.report.live.live_data import live_data
+from workbench.report.pictures.traces import loops_section
 from workbench.study import case_runs, writeup
 from workbench.study.document.document import Section
-from workbench.study.live.linear_data import baseline_of
-from workbench.study.live.live_data import live_data
-from workbench.study.pictures.traces import loops_section
 
 pytestmark = [needs_node, needs_llvmlite]
 

@@ -14,10 +14,9 @@ from live_pages import data_of, write_page
 import workbench as wb
 from studies.paper.laws import rival
 from studies.performance.chromium import open_page
-from workbench import metrics
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.simulate import simulate
+from workbench.engine import metrics, simulate
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.measured_equation import MeasuredEquation
 
 pytestmark = [needs_chromium, needs_llvmlite]
 

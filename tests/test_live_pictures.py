@@ -13,10 +13,10 @@ import workbench as wb
 from studies.paper.laws import rival
 from studies.performance.chromium import open_browser, open_page
 from workbench.design.frequency.frequency_axis import phases
+from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs
 from workbench.study.document.document import Figure, Measured, Missing, Paragraph, Table
-from workbench.study.live.loop_study import loop_study
-from workbench.study.loop_pictures.frequency_curves import decibels
+from workbench.study.document.frequency_curves import decibels
 
 IDLE = "livePage.flight && !livePage.flight.fine.size && !livePage.held"
 FIGURES = ("linear_bode", "linear_nyquist", "linear_sensitivity", "linear_poles")

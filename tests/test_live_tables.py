@@ -13,14 +13,14 @@ import pytest
 from browsers import CHROMIUM, NODE
 from metric_programs import HORIZON, ODD, STEP, bits, catalogue, pair, some_runs
 
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.metrics.measurement import error_of
-from workbench.metrics.value_program import program_of
+from workbench.engine import simulate
+from workbench.engine.arithmetic import continued
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.engine.metrics.measurement import error_of
+from workbench.engine.metrics.value_program import program_of
 from workbench.report.number_text import Printed, measured, paddings, printed
 from workbench.report.table_text import grid, plain
-from workbench.simulate import simulate
-from workbench.simulate.arithmetic import continued
 from workbench.study.document.document import Column, Diverged, Table
 
 LIVE = files("workbench.report") / "templates" / "live"

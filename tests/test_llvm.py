@@ -16,8 +16,8 @@ from equations import turning
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
 from workbench.core import rk4
-from workbench.simulate import simulate
-from workbench.simulate.kernel import llvm
+from workbench.engine import simulate
+from workbench.engine.kernel import llvm
 
 POINTER = ctypes.c_void_p
 SCALE = """
@@ -242,7 +242,7 @@ def test_a_folder_that_cannot_be_made_costs_a_compilation_and_no_more(compilatio
 def test_two_processes_that_start_together_on_an_empty_folder_both_get_the_kernel(kernels):
     text = f"""
 import ctypes
-from workbench.simulate.kernel import llvm
+from workbench.engine.kernel import llvm
 print("ready", flush=True)
 input()
 x = (ctypes.c_double * 3)(1.0, 2.0, 0.1)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are, solve_continuous_lyapunov
 
+from workbench.arms.observer_gains import matrix_inequalities
 from workbench.design.matrices import Refused
-from workbench.design.observer_gains import matrix_inequalities
 
 
 def test_a_common_lyapunov_matrix_satisfies_every_inequality():

@@ -6,17 +6,27 @@ import pytest
 from arms import arm_instruments
 from equations import decay, explosion, oscillator
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
-from workbench.loop import ClosedLoop
-from workbench.metrics import effort, iae, ise, late_error, measured, peak_error, rmse, settling_time, total_variation
-from workbench.metrics.accumulators import final_values
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import (
+    effort,
+    iae,
+    ise,
+    late_error,
+    measured,
+    peak_error,
+    rmse,
+    settling_time,
+    total_variation,
+)
+from workbench.engine.metrics.accumulators import final_values
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor, Space

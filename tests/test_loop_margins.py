@@ -4,11 +4,11 @@ import control
 import numpy as np
 import pytest
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.design.linear import broken_loop, disk_margin, loop_margins, one_loop, sensitivity
 from workbench.design.linear.feedback_loops import largest_gain, response_at
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
 
 TEXTBOOK = control.ss(control.tf([25], [1, 10, 10, 10]))
 

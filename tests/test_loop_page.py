@@ -14,8 +14,8 @@ from browsers import needs_chromium
 import workbench as wb
 from studies.paper.laws import proposed_repaired
 from studies.performance.chromium import PATIENCE, open_page
+from workbench.report.live.loop_study import knobs_of, loop_study
 from workbench.study import case_runs
-from workbench.study.live.loop_study import knobs_of, loop_study
 
 MOTOR = wb.DCMotor()
 ERF = """
@@ -167,8 +167,8 @@ def test_a_loop_without_numbers_has_a_printed_page_that_says_so():
 
 
 def test_without_llvmlite_a_page_is_printed_and_says_so(monkeypatch):
-    monkeypatch.setitem(sys.modules, "workbench.simulate.kernel.webassembly", None)
-    monkeypatch.delattr(import_module("workbench.simulate.kernel"), "webassembly", raising=False)
+    monkeypatch.setitem(sys.modules, "workbench.engine.kernel.webassembly", None)
+    monkeypatch.delattr(import_module("workbench.engine.kernel"), "webassembly", raising=False)
     page = wb.live(loop(), until=0.1)
     assert page.printed.endswith("llvmlite, which compiles it for a browser, is not installed.")
     assert "<script" not in page.text

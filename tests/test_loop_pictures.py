@@ -8,19 +8,12 @@ import pytest
 
 from workbench.design.frequency import stability_margins
 from workbench.report.figures.figure_sheet import draw, draw_all
+from workbench.report.loop_pictures import bode_figure, curve_turns, nichols_figure, nyquist_figure
+from workbench.report.loop_pictures.asymptotes import asymptotic_gain, asymptotic_phase
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Area, Arrows, Guides, Points, Series
-from workbench.study.loop_pictures import (
-    Corners,
-    Disk,
-    FrequencyCurve,
-    GainBound,
-    bode_figure,
-    curve_turns,
-    nichols_figure,
-    nyquist_figure,
-)
-from workbench.study.loop_pictures.asymptotes import asymptotic_gain, asymptotic_phase
+from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.gain_bounds import Disk, GainBound
 
 s = control.tf("s")
 THIRD = 4 / (s + 1) ** 3

@@ -7,9 +7,11 @@ import pytest
 import workbench as wb
 from workbench.design.frequency import stability_margins
 from workbench.design.linear.system_answers import system_answers, system_roots
+from workbench.report.loop_pictures import nyquist_figure
 from workbench.report.table_text import plain
+from workbench.study.document.frequency_curves import FrequencyCurve
+from workbench.study.document.gain_bounds import Disk
 from workbench.study.document.plane_marks import Area
-from workbench.study.loop_pictures import Disk, FrequencyCurve, nyquist_figure
 
 s = control.tf("s")
 LOOP = 10 * (s + 1) / (s * (s + 5) * (s**2 + 0.04 * s + 4))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.blocks.loop import LinearLaw
 from workbench.core import Entry, Layout, LinearSystem, Ode
-from workbench.loop import LinearLaw
 
 MOTOR, CART, TANKS = wb.DCMotor(), wb.CartPole(phi=0.1), wb.QuadrupleTank()
 SPEED = wb.Step("omega", "rad/s", 1.0)

@@ -4,10 +4,17 @@ import control
 import numpy as np
 import pytest
 
+from workbench.blocks.loop import (
+    AbstractController,
+    AbstractPlant,
+    AbstractReference,
+    ClosedLoop,
+    Instruments,
+    LinearLaw,
+)
+from workbench.blocks.loop import LinearPlant as Linear
 from workbench.core import block, layout, parameter
 from workbench.design.linear import broken_loop, linearize
-from workbench.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, Instruments, LinearLaw
-from workbench.loop import LinearPlant as Linear
 
 PERIOD = 0.1
 PLANT = control.tf([1, 2], [1, 1, 3], inputs="v", outputs="omega", name="motor")

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, luenberger, matrices, oracle_filter, pid, with_disturbance, worst_difference
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import Luenberger, OracleFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import Luenberger, OracleFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 L1, L2 = np.array([[30.0, 1.0], [0.5, 28.0]]), np.array([[400.0, 5.0], [3.0, 380.0]])
 

@@ -4,11 +4,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
-from workbench.loop import open_loop
-from workbench.plants import DirectDrive, FirstOrderLag, Friction, Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import SineTorque
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.blocks.loop import open_loop
+from workbench.blocks.signals import SineTorque
 
 
 def friction(qd, **numbers):

@@ -4,11 +4,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
 from workbench.core import Claim, Entry, Layout, Ode, rk4
 from workbench.core.claim import Declared
-from workbench.metrics import measure
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import measure
+from workbench.proofs.claim_margins import SignalsOf, derivative, violation, watching
 
 
 def oscillator() -> Ode:

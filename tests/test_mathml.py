@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import mathml
-from workbench.notation.formula import Call, Matrix, Product, Relation, Sum, Symbol, symbol
-from workbench.notation.reader import read
+from workbench.core.notation import mathml
+from workbench.core.notation.formula import Call, Matrix, Product, Relation, Sum, Symbol, symbol
+from workbench.core.notation.reader import read
 
 CHILDREN = {"mfrac": 2, "msup": 2, "msub": 2, "msubsup": 3, "mover": 2}
 CORE = {"math", "mrow", "mi", "mn", "mo", "mtext", "mspace", "msqrt", "mtable", "mtr", "mtd", *CHILDREN}

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from equations import decay, explosion, oscillator, staircase
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Hold, Ramp, Sines, SquareWave
 from workbench.core import Entry, Layout
-from workbench.loop import ClosedLoop, open_loop
-from workbench.metrics import (
+from workbench.engine.metrics import (
     effort,
     energy,
     iae,
@@ -28,10 +32,6 @@ from workbench.metrics import (
     settling_time,
     total_variation,
 )
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Ramp, Sines, SquareWave
 
 TIME = ca.SX.sym("time")
 

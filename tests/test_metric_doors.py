@@ -12,10 +12,10 @@ import pytest
 from equations import decay
 
 from workbench.core import Entry, Layout, rk4
-from workbench.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
-from workbench.metrics.contract import Integral
-from workbench.metrics.measured_equation import common_grid
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import AbstractMetric, late_error, measure, measured, rmse, total_variation
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.measured_equation import common_grid
 
 ODE = decay()
 MEMORY = Layout((Entry("last", np.zeros(1)),))

@@ -6,10 +6,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
+from workbench.blocks.signals import Hold
 from workbench.core import Entry, Layout, Ode, block, initial, layout, parameter
-from workbench.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
-from workbench.metrics import (
+from workbench.engine.metrics import (
     effort,
     energy,
     iae,
@@ -27,11 +31,7 @@ from workbench.metrics import (
     total_variation,
     violation,
 )
-from workbench.metrics.signal_choice import product, work
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold
+from workbench.engine.metrics.signal_choice import product, work
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep

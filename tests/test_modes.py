@@ -4,15 +4,15 @@ import control
 import numpy as np
 import pytest
 
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import open_loop
 from workbench.design.linear import (
     controllability,
     linearize,
     observability,
     poles,
 )
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
 
 I2 = np.eye(2)
 

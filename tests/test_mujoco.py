@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from arms import random_arm, random_tree
 
-from workbench.core import Dynamics
-from workbench.robots import named
-from workbench.robots.planar_arm import DIRECTIONS
-from workbench.robots.spatial_vectors import tensor
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named
+from workbench.arms.mechanics.planar_arm import DIRECTIONS
+from workbench.arms.mechanics.spatial_vectors import tensor
 
 mujoco = pytest.importorskip("mujoco")
 

@@ -6,17 +6,17 @@ import pytest
 from equations import decay, explosion, oscillator, turning, with_next
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.metrics import measured, rmse, total_variation
-from workbench.simulate import simulate
-from workbench.simulate.job import Job
-from workbench.simulate.kernel.graph import Level
-from workbench.simulate.kernel.lowering import lower
-from workbench.simulate.kernel.plan import Plan, graph_of
+from workbench.engine import simulate
+from workbench.engine.job import Job
+from workbench.engine.kernel.graph import Level
+from workbench.engine.kernel.lowering import lower
+from workbench.engine.kernel.plan import Plan, graph_of
+from workbench.engine.metrics import measured, rmse, total_variation
 
 pytest.importorskip("llvmlite")  # there is no wheel of it for some platforms, where CasADi's machine serves
 
 from studies.paper import laws as paper_laws
-from workbench.simulate.kernel import native
+from workbench.engine.kernel import native
 
 LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
     "AOSMC-RGS": paper_laws.proposed_repaired("FS"),

@@ -9,10 +9,10 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.simulate.kernel.emission import Emission
-from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.noise import normals, normals_on, pair
-from workbench.simulate.kernel.target_operations import Word
+from workbench.engine.kernel.emission import Emission
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.noise import normals, normals_on, pair
+from workbench.engine.kernel.target_operations import Word
 
 
 def some_keys(count):

@@ -5,17 +5,17 @@ import pytest
 from arms import arm_instruments
 from compilers import ENGINES, WITHOUT, needs_llvmlite
 
-from workbench.controllers import PID
-from workbench.loop import ClosedLoop
-from workbench.metrics import rmse, total_variation
-from workbench.metrics.measure import measure
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate
-from workbench.simulate.job import Job
-from workbench.simulate.kernel.noise import normals
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
+from workbench.engine import simulate
+from workbench.engine.job import Job
+from workbench.engine.kernel.noise import normals
+from workbench.engine.metrics import rmse, total_variation
+from workbench.engine.metrics.measure import measure
 
 ARM = paper_arm()
 LOOP = ClosedLoop(
@@ -57,7 +57,7 @@ def test_a_noisy_run_keeps_its_bits_in_any_order_part_and_width():
     alone = simulate(STEP, x0=starts[13:14], until=0.2, every=0.1, seed=3, runs=np.array([13])).x
     np.testing.assert_array_equal(alone[0], whole[13])
     pytest.importorskip("llvmlite", reason=WITHOUT)
-    from workbench.simulate.kernel import native
+    from workbench.engine.kernel import native
 
     for width in (1, 4, 8):
         x = np.stack([starts, starts], axis=1)

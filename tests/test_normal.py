@@ -8,12 +8,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import build
-from workbench.notation.formula import Formula, Number, name_of, symbol
-from workbench.notation.normal_form import NormalForm, NotInClass
-from workbench.printed.formula_values import CASADI, NUMPY, at_numbers, evaluate, normal_form
-from workbench.printed.grammar import parse
-from workbench.printed.tokens import Names, tokens_of_text
+from workbench.arms.printed.formula_values import CASADI, NUMPY, at_numbers, evaluate, normal_form
+from workbench.arms.printed.grammar import parse
+from workbench.arms.printed.tokens import Names, tokens_of_text
+from workbench.core.notation import build
+from workbench.core.notation.formula import Formula, Number, name_of, symbol
+from workbench.core.notation.normal_form import NormalForm, NotInClass
 
 LETTERS = [symbol(name) for name in ("a", "b", "q_1", "q_2")]
 NAMES = {letter: name_of(letter) for letter in LETTERS}

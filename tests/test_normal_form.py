@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import text
-from workbench.notation.formula import Matrix, Number, symbol
-from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms, to_formula
+from workbench.core.notation import text
+from workbench.core.notation.formula import Matrix, Number, symbol
+from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_forms, to_formula
 
 NAMES = ("q_1", "q_2", "qd_1", "m_1", "l_1")
 SYMBOLS = {name: ca.SX.sym(name) for name in NAMES}
@@ -294,8 +294,8 @@ def test_a_matrix_has_a_formula_for_each_entry():
 
 PRINT_IN_ANOTHER_PROCESS = """
 import casadi as ca
-from workbench.notation import text
-from workbench.notation.normal_form import to_formula
+from workbench.core.notation import text
+from workbench.core.notation.normal_form import to_formula
 a, b, c, d = (ca.SX.sym(x) for x in ("m_1", "l_c1", "q_1", "qd_10"))
 print(text.emit(to_formula((a + b + c * d) ** 3 * ca.cos(c) * ca.sin(2 * d + a) + a * b * (c + d))))
 """

@@ -9,9 +9,9 @@ from equations import with_next
 
 from studies.paper import laws as paper_laws
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.metrics import measured, rmse, total_variation
-from workbench.simulate import arithmetic, simulate
-from workbench.simulate.kernel import numpy_kernel
+from workbench.engine import arithmetic, simulate
+from workbench.engine.kernel import numpy_kernel
+from workbench.engine.metrics import measured, rmse, total_variation
 
 LOOPS = {law: paper_laws.rival("FS", law) for law in paper_laws.RIVALS} | {
     "AOSMC-RGS": paper_laws.proposed_repaired("FS")

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_lyapunov
 
-from workbench.core import Dynamics
-from workbench.design.matrices import Refused
-from workbench.design.observer_gains import (
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observer_gains import (
     Gains,
     Mismatch,
     Region,
@@ -24,9 +25,8 @@ from workbench.design.observer_gains import (
     peaking,
     tolerated,
 )
-from workbench.observers import Luenberger
-from workbench.robots import paper_arm
-from workbench.robots.planar_arm import PlanarArm, PointMass
+from workbench.arms.observers import Luenberger
+from workbench.design.matrices import Refused
 
 I, ZERO = np.eye(2), np.zeros((1, 2))
 PAPER = Gains(30 * I, 50 * I)
@@ -145,7 +145,7 @@ def test_the_tolerated_mismatch_is_one_over_the_peak_of_the_frequency_response(l
 
 
 def test_a_larger_mismatch_than_the_tolerated_one_has_no_certificate():
-    from workbench.design.observer_gains.inequality import bears_mismatch
+    from workbench.arms.observer_gains.inequality import bears_mismatch
 
     rho, P = tolerated(PAPER)
     A, B = PAPER.error_matrix(), np.eye(4)[:, 2:]

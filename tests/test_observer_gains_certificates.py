@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import solve_continuous_lyapunov
 
-from workbench.core import Dynamics
-from workbench.design.matrices import Refused
-from workbench.design.observer_gains import (
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observer_gains import (
     Gains,
     Mismatch,
     Region,
@@ -22,8 +23,7 @@ from workbench.design.observer_gains import (
     least_double_pole,
     noise,
 )
-from workbench.robots import paper_arm
-from workbench.robots.planar_arm import PlanarArm, PointMass
+from workbench.design.matrices import Refused
 
 DYNAMICS = Dynamics.of(paper_arm())
 MISMATCH = Mismatch.of(DYNAMICS)
@@ -86,7 +86,7 @@ def test_a_certificate_that_was_tampered_with_is_refused(certificate):
 
 def test_a_certificate_that_is_not_definite_by_a_hair_is_refused_exactly():
     """[[1, 1], [1, 1 + 2^-52]] is definite and [[1, 1], [1, 1]] is not: rounding does not decide."""
-    from workbench.design.observer_gains.inequality import exactly_definite
+    from workbench.arms.observer_gains.inequality import exactly_definite
 
     assert exactly_definite(np.array([[1.0, 1.0], [1.0, 1 + 2.0**-52]]))
     assert not exactly_definite(np.array([[1.0, 1.0], [1.0, 1.0]]))

@@ -11,8 +11,9 @@ from tunings import tuning
 import workbench as wb
 from workbench.core import Entry
 from workbench.core.shapes import Circle, Line
-from workbench.metrics.contract import Integral
-from workbench.simulate.step_choice import Choice
+from workbench.core.validation.refusals import nearest
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.step_choice import Choice
 from workbench.study.document.figure import Tiles
 from workbench.study.evidence import bisect, compare, paired
 from workbench.study.evidence.largest_setting import LoopTrial
@@ -21,7 +22,6 @@ from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
 from workbench.study.uncertainty.indices import sobol_by_salib
 from workbench.study.uncertainty.sobol_design import SobolDesign
-from workbench.validation.refusals import nearest
 
 ELEMENTS = [
     wb.Saturation("v", -1.0, 1.0),

@@ -9,10 +9,10 @@ import pytest
 from test_sweeping import SWEPT
 
 import workbench as wb
+from workbench.core.validation.refusals import as_number, as_path, as_whole
+from workbench.core.validation.signatures import door
+from workbench.engine import simulate
 from workbench.handover.replays import replay
-from workbench.simulate import simulate
-from workbench.validation.refusals import as_number, as_path, as_whole
-from workbench.validation.signatures import door
 
 MOTOR = wb.DCMotor()
 ODE = wb.open_loop(MOTOR)

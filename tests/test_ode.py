@@ -10,11 +10,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics, Entry, Layout, Ode
-from workbench.loop import open_loop
-from workbench.plants import FirstOrderLag, Friction, Manipulator
-from workbench.robots import Link, PlanarArm, paper_arm
-from workbench.signals import SineTorque
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.manipulator import FirstOrderLag, Friction, Manipulator
+from workbench.arms.mechanics import Link, PlanarArm, paper_arm
+from workbench.blocks.loop import open_loop
+from workbench.blocks.signals import SineTorque
+from workbench.core import Entry, Layout, Ode
 
 RNG = np.random.default_rng(1)
 
@@ -113,9 +114,9 @@ def test_the_fingerprint_knows_the_choice_of_an_option():
 
 
 SCRIPT = """
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import named
+from workbench.blocks.loop import open_loop
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named
 print(open_loop(Manipulator(named("planar-3r"), q=[0.0, 0.0, 0.0])).fingerprint)
 """
 

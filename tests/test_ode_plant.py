@@ -11,12 +11,12 @@ from exams.plants import solve
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
+from workbench.blocks.loop import AbstractController, ClosedLoop, open_loop
+from workbench.blocks.plants import OdePlant
 from workbench.core import Layout, Signals, block, layout, lift, parameter, rk4
 from workbench.core.block import Scalar, parameters
 from workbench.design.linear import operating_point
-from workbench.loop import AbstractController, ClosedLoop, open_loop
-from workbench.plants import OdePlant
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 STATES, INPUTS = ("i:A", "omega:rad/s"), ("v:V",)
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.metrics.accumulators import final_values, measured
-from workbench.simulate import simulate
-from workbench.simulate.arithmetic import default_for
+from workbench.engine import simulate
+from workbench.engine.arithmetic import default_for
+from workbench.engine.metrics.accumulators import final_values, measured
 from workbench.study import case_runs
 from workbench.study.compiled import compile_case, compile_sweep
 from workbench.study.contract import Run, Sweep
@@ -127,7 +127,7 @@ def test_a_run_has_the_bits_that_it_has_alone_in_a_thousand_and_in_a_sweep_of_th
 
 
 def test_the_arithmetic_follows_from_the_step_and_not_from_the_number_of_runs(monkeypatch):
-    from workbench.simulate import arithmetic
+    from workbench.engine import arithmetic
 
     step = measured(LOOP.ode(), METRICS, H)
     for most in (arithmetic.MOST_COMPILED, 1):

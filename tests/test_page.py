@@ -4,7 +4,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from workbench.notation.formula import Matrix, Relation, symbol
+from workbench.core.notation.formula import Matrix, Relation, symbol
 from workbench.report.html_page import html
 from workbench.report.outline import ROWS, provenance
 from workbench.report.table_text import to_csv

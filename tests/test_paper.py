@@ -10,11 +10,11 @@ from studies.a1_paper_tables.six_laws import firm, reaching_time
 from studies.a1_paper_tables.study import comparison, study
 from studies.paper.card import CARD, PUBLISHED
 from studies.paper.laws import ARM, proposed_as_printed, proposed_repaired
-from workbench.controllers import AosmcRgs
-from workbench.metrics import measured, rmse, sampled_rmse
-from workbench.metrics.accumulators import final_values
-from workbench.robots import paper_arm
-from workbench.simulate import simulate, step_limit
+from workbench.arms.laws import AosmcRgs
+from workbench.arms.mechanics import paper_arm
+from workbench.engine import simulate, step_limit
+from workbench.engine.metrics import measured, rmse, sampled_rmse
+from workbench.engine.metrics.accumulators import final_values
 from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.study import Case, Study

@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation import build, latex, text
-from workbench.notation.formula import Matrix, Number, symbol
-from workbench.notation.normal_form import NormalForm
-from workbench.printed.formula_values import CASADI, NUMPY, evaluate, expanded_size
-from workbench.printed.grammar import parse
-from workbench.printed.tex import tokens_of_latex
-from workbench.printed.tokens import FormulaError, Names, tokens_of_text
+from workbench.arms.printed.formula_values import CASADI, NUMPY, evaluate, expanded_size
+from workbench.arms.printed.grammar import parse
+from workbench.arms.printed.tex import tokens_of_latex
+from workbench.arms.printed.tokens import FormulaError, Names, tokens_of_text
+from workbench.core.notation import build, latex, text
+from workbench.core.notation.formula import Matrix, Number, symbol
+from workbench.core.notation.normal_form import NormalForm
 
 LETTERS = [symbol(name) for name in ["m_1", "m_2", "l_1", "l_c1", "g", "q_1", "q_2", "qd_1", "qd_2", "alpha", "s_12"]]
 NAMES = Names.of(LETTERS)

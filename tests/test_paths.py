@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from equations import decay
 
-from workbench.controllers import SlidingMode
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.design.linear import along, freeze, linearize, lyapunov_exponents
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 def arm():

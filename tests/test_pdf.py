@@ -8,7 +8,7 @@ import pytest
 import typst
 from test_page import HOSTILE, document
 
-from workbench.notation.formula import Relation, Sum, System, symbol
+from workbench.core.notation.formula import Relation, Sum, System, symbol
 from workbench.report import pdf as module
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.outline import labels, notes

@@ -7,10 +7,8 @@ import numpy as np
 import pytest
 from sensitivity_pictures import NOTE, bar_ends, indices, line, made, morris_effects, points_of, tornado_of, words
 
-from workbench.notation.formula import symbol
-from workbench.report.table_text import to_csv
-from workbench.study.document.document import Band, Series
-from workbench.study.pictures import (
+from workbench.core.notation.formula import symbol
+from workbench.report.pictures import (
     budget_curves,
     indices_over_time,
     morris_plane,
@@ -20,6 +18,8 @@ from workbench.study.pictures import (
     sobol_bars,
     tornado_figure,
 )
+from workbench.report.table_text import to_csv
+from workbench.study.document.document import Band, Series
 from workbench.study.uncertainty import MonteCarlo, SobolDesign, quantiles, sobol
 
 

@@ -5,15 +5,15 @@ import pytest
 from matplotlib.colors import to_rgb
 from sensitivity_pictures import NOTE, indices, made, morris_effects, tornado_of
 
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
 from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.pen import Box, Extent, Pen, extent, folded
 from workbench.report.figures.points import placed
 from workbench.report.figures.rulers import size_of
 from workbench.report.folder import write
+from workbench.report.pictures import morris_plane, rank_figure, sobol_bars, tornado_figure
 from workbench.study.document.document import Bars, Colophon, Document, Figure, Panel, Points, Section
-from workbench.study.pictures import morris_plane, rank_figure, sobol_bars, tornado_figure
 
 LONG = tuple(f"controller.model.links[{k}].{what}" for k in range(4) for what in ("mass", "com", "inertia"))
 LONG += tuple(f"the {k}th coefficient of friction of the second joint of the arm μ̂" for k in range(8))

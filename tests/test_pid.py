@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, pid, worst_difference
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 GAINS = {"Kp": [60.0, 30.0], "Ki": [20.0, 15.0], "Kd": [15.0, 6.0]}
 

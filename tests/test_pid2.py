@@ -7,11 +7,11 @@ import pytest
 from plain_plants import SPEED, VOLTAGE, Counter, Motor
 from scipy.linalg import expm
 
-from workbench.controllers import PID2
+from workbench.blocks.laws import PID2
+from workbench.blocks.loop import AbstractPlant, ClosedLoop
+from workbench.blocks.signals import Step
 from workbench.core import Signals, block, initial, layout, lift, rk4
-from workbench.loop import AbstractPlant, ClosedLoop
-from workbench.signals import Step
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 GAINS = {"Kp": 20.0, "Ki": 40.0, "Kd": 0.5, "N": 50.0, "b": 0.7, "c": 0.2}
 LAW = PID2(SPEED, VOLTAGE, **GAINS)

@@ -7,9 +7,9 @@ from arms import moving_arms
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.core import Dynamics
-from workbench.robots import Link, PlanarArm
-from workbench.robots.planar_arm import PointMass, turns, waves
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import Link, PlanarArm
+from workbench.arms.mechanics.planar_arm import PointMass, turns, waves
 
 
 @pytest.mark.parametrize(

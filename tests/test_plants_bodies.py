@@ -4,22 +4,22 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from workbench import plants
-from workbench.core import Layout, block, layout, rk4
-from workbench.design.linear import linearize, operating_point
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
-from workbench.plants import (
+from workbench.arms.manipulator import Manipulator
+from workbench.blocks import plants
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop, Instruments, open_loop
+from workbench.blocks.plants import (
     Disturbed,
     Equipped,
     FurutaPendulum,
     LinearPlant,
-    Manipulator,
     OdePlant,
     PlanarQuadrotor,
     Quadrotor,
     SingleTrackVehicle,
 )
-from workbench.simulate import simulate
+from workbench.core import Layout, block, layout, rk4
+from workbench.design.linear import linearize, operating_point
+from workbench.engine import simulate
 
 FURUTA = FurutaPendulum()
 JH_2 = FURUTA.J_2 + FURUTA.m_2 * FURUTA.l_2**2

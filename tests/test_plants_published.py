@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
+from workbench.blocks.plants import BuckConverter, CartPole, DCMotor, QuadrupleTank, StirredTank, TwoMasses
 from workbench.core import Signals, block, layout, parameter, rk4
 from workbench.core.block import Vector
 from workbench.design.linear import equilibria, linearize, operating_point
 from workbench.design.riccati import lqr
-from workbench.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
-from workbench.plants import BuckConverter, CartPole, DCMotor, QuadrupleTank, StirredTank, TwoMasses
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 def transfer(system, s):

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from workbench.design import frequency, step_response
+from workbench.report import loop_pictures
 from workbench.report.figures.figure_sheet import draw_all
-from workbench.report.table_text import plain
-from workbench.study import loop_pictures
-from workbench.study.document.figure import Band, Guides, Points, Series
-from workbench.study.loop_pictures import (
+from workbench.report.loop_pictures import (
     PoleZeroSet,
     TimeResponse,
     impulse_figure,
@@ -20,7 +18,9 @@ from workbench.study.loop_pictures import (
     sampled_step_info,
     step_figure,
 )
-from workbench.study.loop_pictures.root_loci import branches
+from workbench.report.loop_pictures.root_loci import branches
+from workbench.report.table_text import plain
+from workbench.study.document.figure import Band, Guides, Points, Series
 
 s = control.tf("s")
 THIRD = 1 / (s + 1) ** 3

@@ -10,10 +10,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import PID
-from workbench.core import Entry, Layout, Signals, block, initial, layout, parameter, rk4
-from workbench.loop import (
-    AbstractArmController,
+from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import (
     AbstractController,
     AbstractObserver,
     AbstractPlant,
@@ -22,10 +23,9 @@ from workbench.loop import (
     Instruments,
     open_loop,
 )
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate
+from workbench.blocks.signals import Sines
+from workbench.core import Entry, Layout, Signals, block, initial, layout, parameter, rk4
+from workbench.engine import simulate
 
 WANTED = Sines([1.0, 1.0], [1.0, 1.0])
 

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.core import Dynamics
-from workbench.printed.entry_comparison import compare, compare_sheet, judged
-from workbench.printed.printed_equations import read_sheet
-from workbench.robots import PlanarArm, named, paper_arm
-from workbench.robots.planar_arm import PointMass
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import PlanarArm, named, paper_arm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.printed.entry_comparison import compare, compare_sheet, judged
+from workbench.arms.printed.printed_equations import read_sheet
 
 DERIVED = Dynamics.of(paper_arm())
 PAPER = Dynamics.of(PrintedArm())
@@ -164,7 +164,7 @@ def test_the_printed_arm_has_two_links():
 
 def test_the_study_names_the_wrong_entry_and_prints_the_right_one():
     from studies.a0_two_link_arm import study
-    from workbench.notation import text
+    from workbench.core.notation import text
 
     page = study.sections(None)
     wrong, skewness = page.findings

@@ -14,9 +14,9 @@ from studies.a1_paper_tables.study import PRINTED
 from studies.a6_unstated_choices import loops
 from studies.paper.card import CARD, PUBLISHED
 from studies.paper.unstated import CHOICES
-from workbench.metrics import measured, sampled_rmse
-from workbench.metrics.accumulators import final_values
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import measured, sampled_rmse
+from workbench.engine.metrics.accumulators import final_values
 from workbench.study.case_runs import run
 from workbench.study.contract import Run
 from workbench.study.study import Case, Study

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation.program import FUNCTIONS, Dialect, straight_line
+from workbench.core.notation.program import FUNCTIONS, Dialect, straight_line
 
 x, y, z = SYMBOLS = [ca.SX.sym(name) for name in "xyz"]
 PYTHON = Dialect({"fmin": "min", "fmax": "max"}, frozenset([*FUNCTIONS.values(), *keyword.kwlist]), width=60)

@@ -6,15 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.claims.claim_margins import violation, watching
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting
-from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
-from workbench.core import Claim
-from workbench.core.claim import Declared, declared
-from workbench.loop import ClosedLoop
-from workbench.metrics import measure
-from workbench.observers import (
+from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, SlidingMode, SuperTwisting
+from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE, P_STAYS_DEFINITE
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import (
     FullState,
     Luenberger,
     MomentumObserver,
@@ -23,9 +19,13 @@ from workbench.observers import (
     PrintedFilter,
     WithDisturbance,
 )
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
+from workbench.core import Claim
+from workbench.core.claim import Declared, declared
+from workbench.engine.metrics import measure
+from workbench.proofs.claim_margins import violation, watching
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM = paper_arm()
 PLANT = Manipulator(ARM, q=[0.5, -0.5], disturbance=SineTorque([0.5, 0.4], [3.0, 4.0]))

@@ -9,10 +9,11 @@ import pytest
 from arms import random_arm
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.core import Dynamics, Entry, Layout
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named, paper_arm
+from workbench.core import Entry, Layout
 from workbench.proofs.bounds import extreme_eigenvalue
 from workbench.proofs.properties import eigenvalues, eigenvalues_along, positive_definite, skew, symmetric
-from workbench.robots import named, paper_arm
 
 PAPER = Dynamics.of(PrintedArm())
 DERIVED = Dynamics.of(paper_arm())

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from oracles import closed_loop, disturbance, integrate, matrices, rbf_asmc, wanted, worst_difference
 
-from workbench.controllers import DeadZone, Leakage, Plain, RbfAsmc
+from workbench.arms.laws import DeadZone, Leakage, Plain, RbfAsmc
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 CENTRES = np.random.default_rng(7).uniform(-1, 1, (5, 4))
 LAW = {

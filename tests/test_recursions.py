@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from arms import random_tree
 
-from workbench.robots import CATALOGUE, SpatialArm, SpatialLink, energies, named, recursions
+from workbench.arms.mechanics import CATALOGUE, SpatialArm, SpatialLink, energies, named, recursions
 
 SPATIAL = [name for name in CATALOGUE if isinstance(named(name), SpatialArm)]
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest

@@ -6,16 +6,16 @@ import pytest
 from equations import decay, explosion, oscillator, root
 from scipy.linalg import expm
 
-from workbench.controllers import AosmcRgs
+from workbench.arms.laws import AosmcRgs
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode, rk4
 from workbench.core.numbers import Bounds
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.reference import reference, reference_of_function
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.reference import reference, reference_of_function
 
 # The runs below are asked for 1e-10, and what is handed back is closer by far; a factor is what an equation magnifies.
 EXACT = 1e-10

@@ -5,12 +5,12 @@ import control
 import numpy as np
 import pytest
 
-from workbench.controllers import Regulator
+from workbench.blocks.laws import Regulator
+from workbench.blocks.loop import AbstractPlant, AbstractReference, ClosedLoop, LinearLaw, open_loop
 from workbench.core import Layout, block, initial, layout, parameter, rk4
 from workbench.design.linear import equilibria, linearize, operating_point
 from workbench.design.riccati import lqg, lqr
-from workbench.loop import AbstractPlant, AbstractReference, ClosedLoop, LinearLaw, open_loop
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 @block

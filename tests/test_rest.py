@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
+from workbench.engine import simulate
 from workbench.proofs.rest_points import growing_modes, rest_point
-from workbench.simulate import simulate
 
 
 def pendulum(damping: float = 0.5, torque: float = 0.5, driven: bool = False) -> Ode:

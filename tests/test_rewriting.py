@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from equations import decay, oscillator
 
+from workbench.arms.mechanics.arm_catalogue import planar
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.robots.arm_catalogue import planar
-from workbench.simulate.kernel.casadi_to_graph import read
-from workbench.simulate.kernel.graph import Graph, Level, Node, Nodes, fused, opened
-from workbench.simulate.kernel.plan import graph_of
+from workbench.engine.kernel.casadi_to_graph import read
+from workbench.engine.kernel.graph import Graph, Level, Node, Nodes, fused, opened
+from workbench.engine.kernel.plan import graph_of
 
 
 def equation(*rates):

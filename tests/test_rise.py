@@ -4,17 +4,17 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, matrices, sat, worst_difference
 
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import Rise
+from workbench.arms.laws import Rise
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import named, paper_arm
-from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM = paper_arm()
 LAW = {"Lambda": [6.0, 5.0], "alpha": [4.0, 3.0], "ks": [60.0, 25.0], "beta": [12.0, 9.0], "phi": 0.1, "model": ARM}

@@ -7,13 +7,16 @@ import pytest
 from arms import arm_instruments
 from test_sampled_loop import marched
 
-from workbench.controllers import PID, AosmcRgs, Regulator, SlidingMode
+from workbench.arms.laws import PID, AosmcRgs, SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
+from workbench.blocks.laws import Regulator
+from workbench.blocks.loop import ClosedLoop, Instruments, roles
+from workbench.blocks.observers import LinearObserver
+from workbench.blocks.plants import CartPole
+from workbench.blocks.signals import Hold, Sines, Together
 from workbench.core import Roles, grouped
-from workbench.loop import ClosedLoop, Instruments, roles
-from workbench.observers import FullState, LinearObserver, Luenberger, MomentumObserver, OracleFilter, WithDisturbance
-from workbench.plants import CartPole, Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, Together
 from workbench.study.evidence.law_tables import information_table
 
 ARM, I = paper_arm(), np.eye(2)
@@ -111,7 +114,7 @@ def test_a_model_that_acts_on_nothing_is_told():
 
 
 def test_a_velocity_behind_a_filter_is_filtered_and_one_from_positions_estimated():
-    filters = pytest.importorskip("workbench.observers.full_state")
+    filters = pytest.importorskip("workbench.arms.observers.full_state")
     held = given(SMC, filters.VelocityFilter(2, 100.0))
     assert held.readings == {"q": ("read",), "qd": ("filtered",)}
     held = given(SMC, filters.DirtyDerivative(2, 100.0, q_hat=[0.1, 0.2]))

@@ -8,9 +8,9 @@ import pytest
 from motors import Motor, motor_loop
 from scipy.io import loadmat
 
+from workbench.blocks.loop import AbstractController, Instruments
 from workbench.core import block, initial, layout
-from workbench.loop import AbstractController, Instruments
-from workbench.metrics import measure, rmse
+from workbench.engine.metrics import measure, rmse
 from workbench.study import Case, Factor, LogUniform, MonteCarlo, Run, Study, Sweep, Trial, Tuning, Uniform
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
@@ -201,7 +201,7 @@ def test_a_factor_of_a_sweep_may_be_an_initial_state_of_a_computer():
 
 STUDY = """
 from motors import motor_loop
-from workbench.metrics import rmse
+from workbench.engine.metrics import rmse
 from workbench.study import Case, Paragraph, Run, Section, Study
 
 def sections(results):

@@ -8,7 +8,7 @@ import pytest
 from equations import decay
 from test_comparison import Given
 
-from workbench.metrics import iae
+from workbench.engine.metrics import iae
 from workbench.study.case_runs import CaseError, run
 from workbench.study.contract import Run
 from workbench.study.document.document import Section

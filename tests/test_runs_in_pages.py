@@ -6,10 +6,10 @@ from importlib import import_module
 import pytest
 
 import workbench as wb
-from workbench.reference import reference
-from workbench.simulate import simulate
+from workbench.core.validation.permission import no_runs
+from workbench.engine import simulate
+from workbench.engine.reference import reference
 from workbench.study.definition_text import Reader
-from workbench.validation.permission import no_runs
 
 PAGE = """
 import workbench as wb

@@ -7,10 +7,16 @@ from arms import arm_instruments
 from scipy.integrate import quad
 from scipy.signal import cont2discrete
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Friction, Manipulator
+from workbench.arms.mechanics import PlanarArm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold
 from workbench.core import Entry, Layout, Ode, Sampled
-from workbench.loop import ClosedLoop
-from workbench.metrics import (
+from workbench.engine import simulate
+from workbench.engine.metrics import (
     effort,
     ise,
     measure,
@@ -21,12 +27,6 @@ from workbench.metrics import (
     sampled_rmse,
     total_variation,
 )
-from workbench.observers import FullState
-from workbench.plants import Friction, Manipulator
-from workbench.robots import PlanarArm
-from workbench.robots.planar_arm import PointMass
-from workbench.signals import Hold
-from workbench.simulate import simulate
 
 # One link without weight, with viscous friction, under proportional and derivative action
 

@@ -9,9 +9,9 @@ from c_runs import differing, recorded
 
 import workbench as wb
 from workbench.core import Sampled
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.plan import Evaluation, graph_of
 from workbench.handover.law_graph import graph_of_law
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.plan import Evaluation, graph_of
 
 
 @cache

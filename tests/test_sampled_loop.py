@@ -17,14 +17,21 @@ from oracles import (
     with_disturbance,
 )
 
-from workbench.controllers import PID, SlidingMode, SuperTwisting
+from workbench.arms.arm_ports import AbstractArmController
+from workbench.arms.laws import PID, SlidingMode, SuperTwisting
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import (
+    FullState,
+    Luenberger,
+    NonlinearDisturbanceObserver,
+    OracleFilter,
+    WithDisturbance,
+)
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import Layout, block, rk4
-from workbench.loop import AbstractArmController, ClosedLoop
-from workbench.observers import FullState, Luenberger, NonlinearDisturbanceObserver, OracleFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 ARM = paper_arm()
 GAINS = {"Kp": [60.0, 40.0], "Ki": [20.0, 10.0], "Kd": [10.0, 8.0]}

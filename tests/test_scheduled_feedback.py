@@ -6,15 +6,15 @@ import pytest
 from numpy.polynomial import chebyshev
 from oracles import closed_loop, matrices, wanted, worst_difference
 
-from workbench.controllers import ScheduledFeedback, StateFeedback
+from workbench.arms.laws import ScheduledFeedback, StateFeedback
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4, with_quadrature
 from workbench.design.riccati_flow import rde
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 COEFFICIENTS = np.array(
     [[[60.0, 5, 15, 1], [2, 30, 3, 6]], [[8.0, 1, 2, 0], [0, 3, 1, 1]], [[4.0, 0, 1, 0], [1, 2, 0, 1]]]

@@ -5,15 +5,15 @@ import pytest
 from oracles import closed_loop, matrices, worst_difference
 from scipy.linalg import block_diag, solve_continuous_are
 
-from workbench.controllers import Sdre
+from workbench.arms.laws import Sdre
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.design.matrices import Refused
 from workbench.design.riccati_flow import sdre
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 WEIGHTS = {"Qp": np.diag([100.0, 80.0]), "Qd": np.diag([1.0, 2.0]), "R": np.diag([0.01, 0.02])}
 

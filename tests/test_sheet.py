@@ -4,18 +4,18 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
-from workbench.handover import as_latex
-from workbench.notation import latex, text
-from workbench.notation.formula import Matrix, Relation, equations, symbol
-from workbench.notation.normal_form import NormalForm, to_formula
-from workbench.printed.arm_letters import narrowed, symbols_of
-from workbench.printed.entry_comparison import compare_sheet
-from workbench.printed.formula_values import CASADI, evaluate, normal_form
-from workbench.printed.printed_equations import read_sheet
-from workbench.printed.tokens import FormulaError
+from workbench.arms.code.arm_equations import as_latex
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named, paper_arm, urdf
+from workbench.arms.printed.arm_letters import narrowed, symbols_of
+from workbench.arms.printed.entry_comparison import compare_sheet
+from workbench.arms.printed.formula_values import CASADI, evaluate, normal_form
+from workbench.arms.printed.printed_equations import read_sheet
+from workbench.arms.printed.tokens import FormulaError
+from workbench.core.notation import latex, text
+from workbench.core.notation.formula import Matrix, Relation, equations, symbol
+from workbench.core.notation.normal_form import NormalForm, to_formula
 from workbench.proofs.identity import candidates
-from workbench.robots import named, paper_arm, urdf
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))

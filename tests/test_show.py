@@ -2,14 +2,15 @@
 
 from xml.etree import ElementTree
 
-from workbench.controllers import SlidingMode
-from workbench.core import Dynamics, block, parameter
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.robots.arm_catalogue import planar
-from workbench.signals import Sines
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.mechanics.arm_catalogue import planar
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Sines
+from workbench.core import block, parameter
 
 
 def parsed(html: str) -> ElementTree.Element:

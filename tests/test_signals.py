@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 from scipy.signal import square
 
+from workbench.blocks.signals import Hold, Sines, SineTorque, SquareWave
 from workbench.core import lift
-from workbench.signals import Hold, Sines, SineTorque, SquareWave
 
 SINES = Sines([1.0, 2.0], [3.0, 0.7], [0.1, -0.4])
 

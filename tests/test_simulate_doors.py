@@ -8,9 +8,9 @@ import pytest
 from equations import decay
 
 from workbench.core import Layout, Ode, layout, rk4
-from workbench.reference import reference, reference_of_function
-from workbench.simulate import Trajectories, arithmetic, simulate, step_limit
-from workbench.simulate.batch import LARGEST_COPY, table_of
+from workbench.engine import Trajectories, arithmetic, simulate, step_limit
+from workbench.engine.batch import LARGEST_COPY, table_of
+from workbench.engine.reference import reference, reference_of_function
 
 ODE = decay()
 STEP = rk4(ODE, 0.1)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from recorded_laws import LOOPS, by_hand, recorded
 
+from workbench.engine.kernel.target_operations import Number
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.c99.c_functions import definitions, functions_of
 from workbench.handover.c99.c_names import members
@@ -16,7 +17,6 @@ from workbench.handover.c99.c_primitives import SINGLE
 from workbench.handover.single.rounding_rules import STATED
 from workbench.handover.single.single_functions import FUNCTIONS, LARGEST_ANGLE
 from workbench.handover.single.single_precision import Singles, single_precision
-from workbench.simulate.kernel.target_operations import Number
 
 COUNT = 1_000_000
 ODD = np.array([0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, np.inf, -np.inf, np.nan], np.float32)

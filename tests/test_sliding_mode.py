@@ -5,15 +5,15 @@ import numpy as np
 import pytest
 from oracles import closed_loop, disturbance, integrate, matrices, sliding_mode, wanted, worst_difference
 
-from workbench.controllers import SlidingMode
-from workbench.controllers.sliding_surface import saturation
+from workbench.arms.laws import SlidingMode
+from workbench.arms.laws.sliding_surface import saturation
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 LAW = {"model": paper_arm(), "Lambda": [6.0, 5.0], "K": [4.0, 3.0], "phi": 0.1}
 

@@ -2,12 +2,12 @@
 
 import pytest
 
-from workbench.core import Dynamics
-from workbench.printed.arm_letters import narrowed
-from workbench.printed.entry_comparison import compare_sheet
-from workbench.printed.entry_diagnosis import diagnose, first_wrong, in_common
-from workbench.printed.printed_equations import read_sheet
-from workbench.robots import named, paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.entry_comparison import compare_sheet
+from workbench.arms.printed.entry_diagnosis import diagnose, first_wrong, in_common
+from workbench.arms.printed.printed_equations import read_sheet
 
 PAPER = Dynamics.of(paper_arm())
 PELICAN = Dynamics.of(named("pelican"))

@@ -8,14 +8,15 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import PID, AdaptiveSlidingMode, AosmcRgs, Leakage, SlidingMode
-from workbench.core import AbstractArm, Dynamics, block, lift, parameter, rk4
-from workbench.loop import ClosedLoop, open_loop
-from workbench.observers import FullState, Luenberger, OracleFilter, WithDisturbance
-from workbench.plants import Friction, Manipulator
-from workbench.robots import PlanarArm, named, paper_arm
-from workbench.robots.planar_arm import PointMass
-from workbench.signals import Hold, Sines
+from workbench.arms.dynamics import AbstractArm, Dynamics
+from workbench.arms.laws import PID, AdaptiveSlidingMode, AosmcRgs, Leakage, SlidingMode
+from workbench.arms.manipulator import Friction, Manipulator
+from workbench.arms.mechanics import PlanarArm, named, paper_arm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.observers import FullState, Luenberger, OracleFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.blocks.signals import Hold, Sines
+from workbench.core import block, lift, parameter, rk4
 
 ARM = paper_arm()
 LINK = PointMass(1.0, 1.0)

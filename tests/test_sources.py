@@ -10,6 +10,10 @@ import pytest
 from wasm_runs import Kernel, unpacked
 
 import workbench as wb
+from workbench.report.live.live_data import live_data
+from workbench.report.live.loop_study import loop_study
+from workbench.report.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
+from workbench.report.pictures.traces import Window, components, curve, traces
 from workbench.report.table_text import to_csv
 from workbench.study import case_runs, uncertainty, writeup
 from workbench.study.compiled import compile_sweep
@@ -30,11 +34,7 @@ from workbench.study.document.source import Source
 from workbench.study.evidence import compare, paired, same_draws
 from workbench.study.evidence.comparison_tables import comparison_table
 from workbench.study.evidence.law_tables import Published, against_published, side_by_side
-from workbench.study.live.live_data import live_data
-from workbench.study.live.loop_study import loop_study
 from workbench.study.marks import bars, cell, labels_of, metric_source, points, signal_source
-from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, standings_figure, tornado_figure
-from workbench.study.pictures.traces import Window, components, curve, traces
 from workbench.study.study import Case, Results, Study
 from workbench.study.uncertainty.designs import MonteCarlo, MorrisDesign, OneAtATime
 

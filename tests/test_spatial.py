@@ -5,12 +5,13 @@ import numpy as np
 import pytest
 from arms import random_arm, random_tree
 
-from workbench.core import Dynamics, lift, rk4
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import SpatialArm, SpatialLink, lagrange, named
-from workbench.robots.planar_arm import DIRECTIONS
-from workbench.simulate import simulate
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import SpatialArm, SpatialLink, lagrange, named
+from workbench.arms.mechanics.planar_arm import DIRECTIONS
+from workbench.blocks.loop import open_loop
+from workbench.core import lift, rk4
+from workbench.engine import simulate
 
 ROUNDING = 1e-12  # a few hundred terms of a double each, relative to the largest
 BODY = {"mass": 1.0, "com": (0.1, 0.0, 0.0), "inertia": (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)}

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.robots import spatial_vectors
+from workbench.arms.mechanics import spatial_vectors
 
 
 def numbers(expression) -> np.ndarray:

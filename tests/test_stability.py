@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from equations import decay, explosion, oscillator, root
 
-from workbench.controllers import SlidingMode
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
 from workbench.core import rk4, with_quadrature
-from workbench.loop import ClosedLoop
-from workbench.metrics import effort, energy, measure, rmse
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
-from workbench.simulate import simulate, step_limit
-from workbench.simulate.stability import longest_steps, modes_at
+from workbench.engine import simulate, step_limit
+from workbench.engine.metrics import effort, energy, measure, rmse
+from workbench.engine.stability import longest_steps, modes_at
 
 RK4 = (1 / 24, 1 / 6, 1 / 2, 1.0, 1.0)
 

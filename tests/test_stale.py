@@ -13,9 +13,9 @@ STUDY = """
 import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import ise
-from workbench.metrics.contract import Integral
-from workbench.metrics.step_metrics import Peak
+from workbench.engine.metrics import ise
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.step_metrics import Peak
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
 from workbench.study.contract import Run

@@ -9,9 +9,9 @@ from test_pictures_drawn import told
 from workbench.report.figures.boxes import ink_over, tone
 from workbench.report.figures.figure_sheet import draw
 from workbench.report.figures.rulers import size_of
+from workbench.report.pictures import standings_figure
+from workbench.report.pictures.standings_pictures import BEYOND
 from workbench.study.evidence import Mean, Median, Quantile, Success, Tail, compare, judge, paired
-from workbench.study.pictures import standings_figure
-from workbench.study.pictures.standings_pictures import BEYOND
 
 RNG = np.random.default_rng(0)
 MEDIAN = Median()

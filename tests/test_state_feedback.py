@@ -6,14 +6,14 @@ import pytest
 from oracles import closed_loop, integrate, matrices, worst_difference
 from scipy.linalg import solve_continuous_are
 
-from workbench.controllers import StateFeedback
+from workbench.arms.laws import StateFeedback
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4, with_quadrature
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 Kp, Kd = np.array([[60.0, 5.0], [2.0, 30.0]]), np.array([[15.0, 1.0], [3.0, 6.0]])
 

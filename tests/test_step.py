@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 def forced(name: str = "logistic") -> Ode:

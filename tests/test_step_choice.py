@@ -9,13 +9,13 @@ import workbench as wb
 from workbench.core import Entry, Layout, Ode, Sampled, runge_kutta_step
 from workbench.core.methods import METHODS, RESTARTED, RK4, STABILISED
 from workbench.core.state_corners import corners_of
-from workbench.metrics import ise, measure, peak_error, rmse
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.metrics.step_for_metrics import choose_step
-from workbench.simulate import simulate
-from workbench.simulate.stability import longest_steps
-from workbench.simulate.step_choice import Choice
+from workbench.engine import simulate
+from workbench.engine.metrics import ise, measure, peak_error, rmse
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.engine.metrics.step_for_metrics import choose_step
+from workbench.engine.stability import longest_steps
+from workbench.engine.step_choice import Choice
 from workbench.study.case_runs import run
 
 HOW = {"until": 2.0, "tolerance": 1e-4}

@@ -11,7 +11,7 @@ import pytest
 from stops import stopped
 
 import workbench as wb
-from workbench.simulate.job import look_to
+from workbench.engine.job import look_to
 from workbench.study.executors import StoppedError
 
 ROOT = Path(__file__).parent.parent

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from oracles import closed_loop, disturbance, integrate, matrices, super_twisting, wanted, worst_difference
 
-from workbench.controllers import SuperTwisting
+from workbench.arms.laws import SuperTwisting
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import rk4
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 LAW = {"model": paper_arm(), "Lambda": [6.0, 5.0], "k1": [8.0, 9.0], "k2": [20.0, 25.0], "phi": 0.1}
 

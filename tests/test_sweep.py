@@ -11,13 +11,13 @@ from arms import arm_instruments
 from samples import with_measurement
 from sweeps import RATE, START, Explosion, sweep
 
-from workbench.controllers import SlidingMode
-from workbench.loop import ClosedLoop
-from workbench.metrics import iae, measure, rmse
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
+from workbench.engine.metrics import iae, measure, rmse
 from workbench.study import cost, run_tables
 from workbench.study.compiled import compile_sweep
 from workbench.study.executors import on_threads

@@ -16,7 +16,7 @@ from scipy.io import loadmat
 from stops import stopped
 
 from workbench.cli.script import load
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 from workbench.study import cost, execution
 from workbench.study.ledger.chunk import chunk_of
 from workbench.study.ledger.store import FOLDER, About, LedgerError, SweepAbout, file_of, opened
@@ -27,7 +27,7 @@ SWEPT = """
 import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import iae, ise
+from workbench.engine.metrics import iae, ise
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.uncertainty.factors import Factor

@@ -6,10 +6,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import workbench as wb
+from workbench.blocks.signals import SquareWave
 from workbench.core import Entry, Layout, Ode, Sampled, rk4
 from workbench.core.switches import find_switches
-from workbench.signals import SquareWave
-from workbench.simulate import simulate
+from workbench.engine import simulate
 from workbench.study.case_runs import run
 
 ENGINES = ("native", "numpy", "casadi")
@@ -219,7 +219,7 @@ def test_a_page_on_which_a_pulse_is_turned_has_the_bits_of_the_portable_arithmet
     pytest.importorskip("wasmtime")
     from wasm_runs import Kernel, unpacked
 
-    from workbench.study.live.marches import Modules, march
+    from workbench.report.live.marches import Modules, march
 
     train = wb.PulseTrain("v", "V", level=6.0, period=0.31, width=1e-3, time=0.2)
     motor = wb.Disturbed(wb.DCMotor(), by=train)

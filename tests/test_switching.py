@@ -5,16 +5,16 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
-from workbench.controllers import AdaptiveSlidingMode, AosmcRgs, FuzzyAsmc, RbfAsmc, SlidingMode, SuperTwisting
-from workbench.controllers.sliding_surface import relay, saturation
+from workbench.arms.laws import AdaptiveSlidingMode, AosmcRgs, FuzzyAsmc, RbfAsmc, SlidingMode, SuperTwisting
+from workbench.arms.laws.sliding_surface import relay, saturation
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import Entry, Layout, Ode, Sampled
-from workbench.loop import ClosedLoop
-from workbench.metrics import measure, total_variation
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import measure, total_variation
 
 ARM = paper_arm()
 

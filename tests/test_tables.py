@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
 from workbench.report.number_text import measured, paddings, printed
 from workbench.report.outline import notes
 from workbench.report.table_text import BRACKETS, alignments, grid, to_csv, to_latex

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from oracles import closed_loop, integrate, matrices, sat, worst_difference
 
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import NonsingularTerminalSlidingMode
+from workbench.arms.laws import NonsingularTerminalSlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM = paper_arm()
 LAW = {"beta": [4.0, 5.0], "gamma": 1.5, "k1": [10.0, 8.0], "k2": [15.0, 12.0], "rho": 0.5, "phi": 0.1}

@@ -8,11 +8,22 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from workbench.notation import text
-from workbench.notation.build import condition, number
-from workbench.notation.formula import Call, Matrix, Power, Product, Quotient, Relation, Sum, Symbol, System, symbol
-from workbench.notation.program import identifier
-from workbench.notation.reader import read, read_shared
+from workbench.core.notation import text
+from workbench.core.notation.build import condition, number
+from workbench.core.notation.formula import (
+    Call,
+    Matrix,
+    Power,
+    Product,
+    Quotient,
+    Relation,
+    Sum,
+    Symbol,
+    System,
+    symbol,
+)
+from workbench.core.notation.program import identifier
+from workbench.core.notation.reader import read, read_shared
 
 NAMES = ("x", "y", "qd_1", "Lambda_1")
 SYMBOLS = [ca.SX.sym(name) for name in NAMES]

@@ -6,8 +6,8 @@ import pytest
 from equations import decay, explosion, oscillator
 
 from workbench.core import Entry, Layout, Ode, Sampled
-from workbench.metrics import iae, ise, measure, peak_error, rmse, settling_time, total_variation
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import iae, ise, measure, peak_error, rmse, settling_time, total_variation
 
 A = np.linspace(1.0, 5.0, 9)[:, np.newaxis]
 RATES = np.linspace(300.0, 600.0, 21)[:, np.newaxis]

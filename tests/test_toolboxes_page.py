@@ -11,9 +11,9 @@ import pytest
 
 import workbench as wb
 from workbench.design.linear_loop import LinearLoop, LinearRows
+from workbench.engine import Trajectories
 from workbench.report.linear_loop_plots import KINDS
 from workbench.report.linear_row_plots import KINDS as OF_ROWS
-from workbench.simulate import Trajectories
 
 PAGE = (Path(__file__).parents[1] / "docs" / "howto" / "toolboxes.md").read_text(encoding="utf-8")
 ROWS = [

@@ -10,7 +10,7 @@ from equations import decay, oscillator
 
 import workbench
 from workbench.core import Entry, Layout, Ode, rk4
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 
 def pair() -> Ode:
@@ -85,5 +85,5 @@ def test_what_is_not_there_is_answered_with_the_nearest():
 
 
 def test_a_simulation_loads_no_report():
-    seen = "import sys, workbench.simulate; sys.exit(any(m in sys.modules for m in ('matplotlib', 'workbench.report')))"
+    seen = "import sys, workbench.engine; sys.exit(any(m in sys.modules for m in ('matplotlib', 'workbench.report')))"
     assert subprocess.run([sys.executable, "-c", seen], check=False).returncode == 0

@@ -5,9 +5,9 @@ import pytest
 from compilers import needs_llvmlite
 from scipy.linalg import expm
 
+from workbench.blocks.loop import AbstractController, AbstractPlant, ClosedLoop
 from workbench.core import block, initial, layout, parameter
-from workbench.loop import AbstractController, AbstractPlant, ClosedLoop
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 PERIOD = 0.1
 

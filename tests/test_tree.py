@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
-from workbench.robots.spatial_vectors import Lump, merged
-from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics.spatial_vectors import Lump, merged
+from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
 BALL = np.array([0.1, 0.0, 0.0, 0.1, 0.0, 0.1])
 

@@ -9,8 +9,8 @@ from equations import decay, explosion
 from scipy.integrate import solve_ivp
 
 import workbench as wb
+from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs
-from workbench.study.live.loop_study import loop_study
 
 MOTOR = wb.DCMotor()
 TOO_LONG = r"the step of 50 ms is beyond its stability limit of 27\.9 ms"

@@ -11,7 +11,7 @@ from sweeps import Explosion
 from tunings import GAINS, DoubleIntegrator, quadratic, tuning
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import effort, iae, ise, total_variation
+from workbench.engine.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, equal_budget, tune

@@ -7,13 +7,13 @@ import pytest
 from arms import arm_instruments
 from tunings import GAINS, HORIZON, DoubleIntegrator, quadratic, tuning
 
-from workbench.controllers import PID
-from workbench.loop import ClosedLoop
-from workbench.metrics import effort, ise, rmse
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Sines
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Sines
+from workbench.engine.metrics import effort, ise, rmse
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
 from workbench.study.tuning.contract import population_of

@@ -15,7 +15,7 @@ from sweeps import sweep
 from tunings import tuning
 
 from workbench.cli.script import Script
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 from workbench.study.case_runs import run
 from workbench.study.executors import ClusterError, on_threads
 from workbench.study.ledger.store import FOLDER, chunks, opened
@@ -27,7 +27,7 @@ SIGNED = signature("fused")
 
 TUNED = """
 from tunings import DoubleIntegrator, quadratic, tuning
-from workbench.metrics import effort, ise
+from workbench.engine.metrics import effort, ise
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.uncertainty.factors import Factor

@@ -8,9 +8,9 @@ import typst
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from workbench.notation import typst_math
-from workbench.notation.build import number
-from workbench.notation.formula import (
+from workbench.core.notation import typst_math
+from workbench.core.notation.build import number
+from workbench.core.notation.formula import (
     ACCENTS,
     GREEK,
     Call,
@@ -23,7 +23,7 @@ from workbench.notation.formula import (
     System,
     symbol,
 )
-from workbench.notation.reader import read
+from workbench.core.notation.reader import read
 
 x, y, q2, qd = (ca.SX.sym(name) for name in ("x", "y", "q_2", "qd_1"))
 X, Y = Symbol("x"), Symbol("y")

@@ -4,16 +4,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.controllers import PID, ComputedTorque, Rise, SlidingMode, StateFeedback, SuperTwisting
-from workbench.core import Dynamics, Signals, layout, lift
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.laws import PID, ComputedTorque, Rise, SlidingMode, StateFeedback, SuperTwisting
+from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink, named
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import AbstractReference, ClosedLoop, open_loop
+from workbench.blocks.signals import Sines
+from workbench.core import Signals, layout, lift
 from workbench.design.linear import equilibria, linearize
 from workbench.design.riccati import lqr
-from workbench.loop import AbstractReference, ClosedLoop, open_loop
-from workbench.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
-from workbench.plants import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.proofs.properties import positive_definite
-from workbench.robots import Link, PlanarArm, SpatialArm, SpatialLink, named
-from workbench.signals import Sines
 
 CART, POLE, HALF, INERTIA, DRAG, G = 0.5, 0.2, 0.3, 0.006, 0.1, 9.8
 

@@ -7,12 +7,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics, Entry, Layout
-from workbench.notation.reader import formula_of
-from workbench.printed.arm_letters import narrowed
-from workbench.printed.entry_units import KG, METRE, NONE, SECOND, read_unit, units_of
-from workbench.printed.printed_equations import read_sheet
-from workbench.robots import paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.entry_units import KG, METRE, NONE, SECOND, read_unit, units_of
+from workbench.arms.printed.printed_equations import read_sheet
+from workbench.core import Entry, Layout
+from workbench.core.notation.reader import formula_of
 
 PAPER = Dynamics.of(paper_arm())
 

@@ -4,7 +4,7 @@ import pytest
 from motors import PI, Motor
 
 import workbench as wb
-from workbench.metrics import peak
+from workbench.engine.metrics import peak
 
 
 def peak_of_reference(h, reference):

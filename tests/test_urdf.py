@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import urdf
+from workbench.arms.mechanics.spatial_vectors import from_angles
+from workbench.blocks.loop import open_loop
 from workbench.design.linear import linearize
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
-from workbench.robots import urdf
-from workbench.robots.spatial_vectors import from_angles
 
 ROOT = Path(__file__).parents[1]
 LINK = (
@@ -164,7 +164,7 @@ import codecs, sys
 sys.path.insert(0, 'tests')
 from test_urdf import GOOD, STRANGE
 from studies.performance.processes import most_memory
-from workbench.robots import urdf
+from workbench.arms.mechanics import urdf
 mesh = '<visual><geometry><mesh filename="file:///etc/passwd"/></geometry></visual>'
 urdf.parse(GOOD)
 try:

@@ -13,13 +13,13 @@ from equations import decay
 from metric_programs import HORIZON, ODD, RUNS, STEP, bits, catalogue, pair, some_runs
 
 from workbench.core import Entry, Layout
-from workbench.metrics import AbstractMetric, measured, peak_error
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.contract import Integral
-from workbench.metrics.measured_equation import MeasuredEquation, accumulators_in, values
-from workbench.metrics.value_program import program_of
-from workbench.simulate import simulate
-from workbench.simulate.arithmetic import continued
+from workbench.engine import simulate
+from workbench.engine.arithmetic import continued
+from workbench.engine.metrics import AbstractMetric, measured, peak_error
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.measured_equation import MeasuredEquation, accumulators_in, values
+from workbench.engine.metrics.value_program import program_of
 
 MEASURED = MeasuredEquation.of(pair(), catalogue(), HORIZON)
 METRICS = MEASURED.metrics

@@ -6,16 +6,16 @@ from arms import arm_instruments
 from oracles import closed_loop, pid, sliding_mode, with_disturbance, worst_difference
 from oracles import momentum_observer as momentum_by_hand
 
-from workbench.claims.falsify import Budget, Hunt
-from workbench.controllers import PID, SlidingMode
+from workbench.arms.laws import PID, SlidingMode
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.observers import DirtyDerivative, FullState, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Sines, SineTorque
 from workbench.core import rk4
 from workbench.core.claim import declared
-from workbench.loop import ClosedLoop
-from workbench.observers import DirtyDerivative, FullState, MomentumObserver, VelocityFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots import paper_arm
-from workbench.signals import Hold, Sines, SineTorque
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.proofs.falsify import Budget, Hunt
 
 ARM = paper_arm()
 FILTERS = {"velocity": VelocityFilter(2, 60.0), "positions": DirtyDerivative(2, 60.0, [0.6, -0.8])}

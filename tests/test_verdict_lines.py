@@ -2,7 +2,7 @@
 
 import pytest
 
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
 from workbench.report.verdict_lines import verdict_lines
 from workbench.study.document.document import Paragraph, Section, Verdict
 from workbench.study.study import Results, Study

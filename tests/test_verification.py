@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import CATALOGUE, named
 from workbench.handover import FORMS
-from workbench.robots import CATALOGUE, named
 
 RIGHT = """# the arm of section 5
 M[1,1] = m_1*l_1^2 + m_2*(l_1^2 + l_2^2 + 2*l_1*l_2*cos(q_2))
@@ -212,8 +212,8 @@ def test_hostile_input_is_one_sentence_with_its_place(verify, tmp_path, name):
 
 TIMED = """
 import json, re, sys, time
-from workbench.core import Dynamics
-from workbench.robots import paper_arm
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
 from workbench.cli.verification import findings
 from pathlib import Path
 arm, worst = Dynamics.of(paper_arm()), 0.0

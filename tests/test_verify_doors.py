@@ -7,23 +7,24 @@ import numpy as np
 import pytest
 from equations import decay
 
-from workbench.claims.claim_ledger import Ledger, Ruling
-from workbench.claims.claim_margins import Box, SignalsOf, slope_of, watching
-from workbench.claims.counterexample import CounterExample
-from workbench.claims.falsify import Budget, Hunt
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named
+from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.printed_equations import read_sheet
 from workbench.cli.verification import findings
-from workbench.core import Claim, Dynamics
+from workbench.core import Claim
 from workbench.core.claim import Declared
 from workbench.handover import FORMS
-from workbench.printed.arm_letters import narrowed
-from workbench.printed.printed_equations import read_sheet
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
+from workbench.proofs.claim_ledger import Ledger, Ruling
+from workbench.proofs.claim_margins import Box, SignalsOf, slope_of, watching
+from workbench.proofs.counterexample import CounterExample
 from workbench.proofs.differential_evolution import Judged, evolve
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
+from workbench.proofs.falsify import Budget, Hunt
 from workbench.proofs.identity import candidates, judge_zero
 from workbench.proofs.properties import eigenvalues_along, symmetric
 from workbench.proofs.rest_points import growing_modes, rest_point
-from workbench.robots import named
 
 ARM, ODE = Dynamics.of(named("planar-1r")), decay()
 X = ca.SX.sym("x", 2)

@@ -10,13 +10,14 @@ import pytest
 from fuzz.calls import room_files
 from motors import PI, Level, Motor
 
-from workbench.core import Dynamics, Entry, Layout, LinearSystem, Signals, block, layout, parameter, rk4
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.blocks.loop import ClosedLoop, open_loop
+from workbench.core import Entry, Layout, LinearSystem, Signals, block, layout, parameter, rk4
+from workbench.core.validation.notebook_display import brief, listed, show
 from workbench.design import linearize
 from workbench.design.linear import equilibria
-from workbench.loop import ClosedLoop, open_loop
-from workbench.metrics import measure, peak, rmse
-from workbench.robots import paper_arm
-from workbench.validation.notebook_display import brief, listed, show
+from workbench.engine.metrics import measure, peak, rmse
 
 OTHERS = {"notation", "reference", "verify"}  # formulas and verdicts have texts of their own
 

@@ -10,12 +10,9 @@ from plain_plants import SPEED, VOLTAGE, Motor
 from scipy.interpolate import CubicSpline
 from scipy.signal import chirp
 
-from workbench.controllers import PID2
-from workbench.core import lift, rk4
-from workbench.loop import ClosedLoop
-from workbench.metrics import measure, rmse
-from workbench.reference import reference
-from workbench.signals import (
+from workbench.blocks.laws import PID2
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import (
     Chirp,
     Hold,
     PulseTrain,
@@ -28,7 +25,10 @@ from workbench.signals import (
     Trapezoid,
     WayPoints,
 )
-from workbench.simulate import simulate
+from workbench.core import lift, rk4
+from workbench.engine import simulate
+from workbench.engine.metrics import measure, rmse
+from workbench.engine.reference import reference
 
 OMEGA = ("omega", "rad/s")
 PAIR = ("x", "m, rad")

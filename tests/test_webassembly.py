@@ -9,11 +9,11 @@ import workbench as wb
 from studies.a1_paper_tables.study import comparison
 from workbench.core import runge_kutta_step
 from workbench.core.equations import equations_of
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.simulate.kernel import llvm, webassembly
-from workbench.simulate.kernel.plan import Plan
-from workbench.study.live.knob import Knob
-from workbench.study.live.marches import Modules, march, watched
+from workbench.engine.kernel import llvm, webassembly
+from workbench.engine.kernel.plan import Plan
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.report.live.marches import Modules, march, watched
+from workbench.study.knob import Knob
 
 POSITIONS = 200
 STEPS = 240  # with which two hundred positions of seven laws take seconds; each bit of a step decides the next ones

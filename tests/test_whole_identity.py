@@ -13,9 +13,9 @@ from tests.sweeps import Decay, sweep
 from workbench.core import Layout, Ode, layout, rk4
 from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry
-from workbench.metrics import ise, rmse, total_variation
-from workbench.reference import reference
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.metrics import ise, rmse, total_variation
+from workbench.engine.reference import reference
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run
 from workbench.study.study import Case, Outcome

@@ -12,9 +12,9 @@ from studies.performance.peers import PEERS
 from studies.performance.processes import chain
 from studies.performance.right_hand_sides import in_matrices, in_scalars
 from studies.performance.workload import PARAMETERS, STATES, VARIED, H, arm, loop, rmse, rows_of, run, workload
-from workbench.core import Dynamics
-from workbench.robots import paper_arm
-from workbench.simulate import simulate
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import paper_arm
+from workbench.engine import simulate
 
 
 def test_w_has_21_states_and_40_parameters_of_which_10_vary():

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import effort, ise
+from workbench.engine.metrics import effort, ise
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning
 from workbench.study.uncertainty.distributions import LogUniform

@@ -80,7 +80,7 @@ def __dir__() -> list[str]:
 
 
 class _Face(ModuleType):
-    """The class of the package: it keeps `wb.simulate` the function when the room `workbench.simulate` is imported."""
+    """The class of the package: it keeps `wb.simulate` the function when the room `workbench.engine` is imported."""
 
     def __setattr__(self, name: str, value: object) -> None:
         if not (name in _HOMES and isinstance(value, ModuleType)):

@@ -1,7 +1,50 @@
 """The face for editors and mypy: each name of `wb`, and the room that it comes from."""
 
+from workbench.arms.laws import PID, SlidingMode, StateFeedback
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import base_parameters, named, paper_arm, regressor
+from workbench.arms.mechanics.urdf import read as read_urdf
+from workbench.arms.observers import ExtendedStateObserver, FullState
+from workbench.blocks.laws import PID2, Cascade, LinearLaw, Regulator
+from workbench.blocks.loop import AbstractController as Controller
+from workbench.blocks.loop import AbstractObserver as Observer
+from workbench.blocks.loop import AbstractPlant as Plant
+from workbench.blocks.loop import AbstractReference as Reference
+from workbench.blocks.loop import (
+    ClosedLoop,
+    DigitalLoop,
+    GaussMarkov,
+    Instruments,
+    RandomWalk,
+    SecondOrderNoise,
+    open_loop,
+)
+from workbench.blocks.observers import ExtendedKalmanFilter, LinearObserver, SteadyKalmanFilter, UnscentedKalmanFilter
+from workbench.blocks.plants import (
+    Backlash,
+    BuckConverter,
+    CartPole,
+    DCMotor,
+    DeadZone,
+    Disturbed,
+    Equipped,
+    FirstOrder,
+    FurutaPendulum,
+    LinearPlant,
+    OdePlant,
+    PadeDelay,
+    PlanarQuadrotor,
+    Quadrotor,
+    QuadrupleTank,
+    Quantiser,
+    RateLimit,
+    Saturation,
+    SingleTrackVehicle,
+    StirredTank,
+    TwoMasses,
+)
+from workbench.blocks.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
 from workbench.cli.script import load
-from workbench.controllers import PID, PID2, Cascade, LinearLaw, Regulator, SlidingMode, StateFeedback
 from workbench.core import (
     Layout,
     Ode,
@@ -31,49 +74,14 @@ from workbench.design.linear import equilibria, lead_lag, place
 from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
+from workbench.engine import simulate
+from workbench.engine.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
 from workbench.handover.law_export import export
 from workbench.handover.recording import record
 from workbench.handover.replays import replay
-from workbench.loop import AbstractController as Controller
-from workbench.loop import AbstractObserver as Observer
-from workbench.loop import AbstractPlant as Plant
-from workbench.loop import AbstractReference as Reference
-from workbench.loop import ClosedLoop, DigitalLoop, GaussMarkov, Instruments, RandomWalk, SecondOrderNoise, open_loop
-from workbench.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
-from workbench.observers import (
-    ExtendedKalmanFilter,
-    ExtendedStateObserver,
-    FullState,
-    LinearObserver,
-    SteadyKalmanFilter,
-    UnscentedKalmanFilter,
-)
-from workbench.plants import (
-    Backlash,
-    BuckConverter,
-    CartPole,
-    DCMotor,
-    DeadZone,
-    Disturbed,
-    Equipped,
-    FirstOrder,
-    FurutaPendulum,
-    LinearPlant,
-    Manipulator,
-    OdePlant,
-    PadeDelay,
-    PlanarQuadrotor,
-    Quadrotor,
-    QuadrupleTank,
-    Quantiser,
-    RateLimit,
-    Saturation,
-    SingleTrackVehicle,
-    StirredTank,
-    TwoMasses,
-)
+from workbench.report.live.turned import turned, turned_linear
 from workbench.report.loop_page import live
 from workbench.report.loop_plots import (
     bode,
@@ -85,20 +93,16 @@ from workbench.report.loop_plots import (
     step_response,
 )
 from workbench.report.object_plots import plot
-from workbench.robots import base_parameters, named, paper_arm, regressor
-from workbench.robots.urdf import read as read_urdf
-from workbench.signals import Chirp, Hold, PulseTrain, Ramp, Sines, Step, Table, Together, Trapezoid, WayPoints
-from workbench.simulate import simulate
+from workbench.report.pictures import sobol_bars
+from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Page, Paragraph, Section
 from workbench.study.document.finding import Finding, Variation
+from workbench.study.document.frequency_curves import FrequencyCurve
+from workbench.study.document.gain_bounds import GainBound
 from workbench.study.evidence import LoopLimits, largest_setting
 from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.live.knob import Knob
-from workbench.study.live.turned import turned, turned_linear
-from workbench.study.loop_pictures import FrequencyCurve, GainBound
-from workbench.study.pictures import sobol_bars
-from workbench.study.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.study.knob import Knob
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol

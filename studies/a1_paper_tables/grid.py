@@ -6,14 +6,14 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import proposed_as_printed
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.metrics import AbstractMetric
+from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import AbstractMetric
 from workbench.study.contract import Run, Sweep
 from workbench.study.study import Results
 from workbench.study.uncertainty import Listed
 from workbench.study.uncertainty.distributions import LogUniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array
 
 UNTIL = 15.0  # s
 H = 2e-4  # s, below the limit of stability of (34) with the least R, 0.4 ms

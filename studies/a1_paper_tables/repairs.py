@@ -9,14 +9,14 @@ import numpy as np
 from studies.a1_paper_tables.row import OTHER_Q, OTHER_R, nearest, percent
 from studies.paper.card import CARD, PROPOSED, SCENARIOS
 from studies.paper.laws import ARM, PRINTED_ARM, paper_observer, proposed_as_printed, proposed_repaired
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import ClosedLoop
-from workbench.notation.formula import symbol
-from workbench.observers import FullState, OracleFilter, PrintedFilter
+from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.arms.observers import FullState, OracleFilter, PrintedFilter
+from workbench.blocks.loop import ClosedLoop
+from workbench.core.notation.formula import symbol
+from workbench.report.pictures.traces import Window, components
 from workbench.study.document.document import Figure, Itemize, Paragraph, Section
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.marks import cell
-from workbench.study.pictures.traces import Window, components
 from workbench.study.study import Outcome, Results
 
 REPAIRS = (

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.paper.card import CARD, PROPOSED, PUBLISHED
+from workbench.core.validation.refusals import Array
 from workbench.study.document.document import Figure, Panel, Series
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.marks import cell
 from workbench.study.study import Outcome, Results
-from workbench.validation.refusals import Array
 
 SHORTEST = 5.0  # s, the lower end of the card's range of the horizon
 CLOSE = 0.01  # a larger miss than this share of a printed value is none that meets it

@@ -8,13 +8,13 @@ import numpy as np
 from studies.a1_paper_tables.repairs import GAINS, LATE
 from studies.paper.card import BOLD, CARD, LAWS, MARGIN, PROPOSED, PUBLISHED, SCENARIOS
 from studies.paper.laws import rival
-from workbench.loop import ClosedLoop
-from workbench.notation.formula import symbol
+from workbench.blocks.loop import ClosedLoop
+from workbench.core.notation.formula import symbol
+from workbench.report.pictures.traces import Window, components, traces
 from workbench.study.document.document import Bars, Figure, Panel, Paragraph, Section
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.evidence.law_tables import Published, against_published, ranking, side_by_side
 from workbench.study.marks import bars, cell
-from workbench.study.pictures.traces import Window, components, traces
 from workbench.study.study import Outcome, Results
 
 ERRORS = ("IAE", "ISE", "ITAE", "peak error")

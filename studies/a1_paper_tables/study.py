@@ -11,12 +11,12 @@ from studies.a1_paper_tables.row import FITTED, WITNESS
 from studies.paper import unstated
 from studies.paper.card import CARD, LAWS, PROPOSED, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival
-from workbench import metrics
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import ClosedLoop
+from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.blocks.loop import ClosedLoop
+from workbench.engine import metrics
 from workbench.study.contract import Run
 from workbench.study.document.document import Page, Paragraph, Section
-from workbench.study.live.knob import Knob
+from workbench.study.knob import Knob
 from workbench.study.provenance import Card
 from workbench.study.study import Case, Results, Study
 

@@ -14,12 +14,13 @@ import numpy as np
 from studies.a2_claims.derivations import Sides, derivations
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer
-from workbench.claims.claim_ledger import Check, Ruling
-from workbench.core import AbstractArm, Claim, Dynamics, Entry, Layout, Signals, block
-from workbench.plants import Manipulator
+from workbench.arms.dynamics import AbstractArm, Dynamics
+from workbench.arms.manipulator import Manipulator
+from workbench.core import Claim, Entry, Layout, Signals, block
+from workbench.core.validation.refusals import Array
+from workbench.proofs.claim_ledger import Check, Ruling
 from workbench.proofs.identity import judge_equal
 from workbench.study.provenance import written
-from workbench.validation.refusals import Array
 
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"
 NAMES = ("q_hat", "qd_hat", "q", "q_d", "qd_d", "qdd_d", "D", "D_hat", "tau", "s")

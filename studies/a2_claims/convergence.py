@@ -17,11 +17,11 @@ from studies.a2_claims.searches import (
     on_path,
     regulation,
 )
-from workbench.claims.claim_ledger import Ruling
-from workbench.claims.counterexample import hypotheses_kept
-from workbench.claims.falsify import Found
+from workbench.blocks.loop import ClosedLoop
 from workbench.core import Claim
-from workbench.loop import ClosedLoop
+from workbench.proofs.claim_ledger import Ruling
+from workbench.proofs.counterexample import hypotheses_kept
+from workbench.proofs.falsify import Found
 
 
 @judges("(39)", "V2' <= -lambda_min(K) |s| + |s| delta + 'bounded term'.", "(39)", arm.SKEW_PRINTED, gains.claim)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import PRINTED, decisive
 from studies.a2_claims.rivals import ALSO_AS_PUBLISHED, METRICS
-from workbench.claims.claim_ledger import BROKEN, Kind, Ledger, Line
+from workbench.proofs.claim_ledger import BROKEN, Kind, Ledger, Line
 from workbench.study.document.document import Finding, Variation
 
 SUBSTITUTIONS = ("(12)", "(13)", "(16)", "(18)", "(20)", "(37)", "(38)")

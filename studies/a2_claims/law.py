@@ -13,8 +13,8 @@ from studies.a2_claims.checks import (
     unbroken,
 )
 from studies.paper.card import CARD
-from workbench.claims.claim_ledger import Ruling
-from workbench.controllers.aosmc_rgs import SHAPES as READINGS
+from workbench.arms.laws.aosmc_rgs import SHAPES as READINGS
+from workbench.proofs.claim_ledger import Ruling
 
 PRINTED_WEIGHTS = numbers("Q as printed", "R as printed", "l")
 SECOND_SCENARIO = numbers("SS: a1, a2", "SS: f")

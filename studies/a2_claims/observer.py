@@ -7,11 +7,11 @@ from studies.a2_claims.checks import Checked, identity, identity_ruling, judges,
 from studies.a2_claims.searches import ASSUMPTION_4, CONSTANT_D, REACH, SEED, I, beside_rest
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.claims.claim_ledger import Ruling
-from workbench.core import Dynamics
-from workbench.design import observer_gains
-from workbench.design.observer_gains import Mismatch, Region
-from workbench.observers.luenberger import THEOREM_1
+from workbench.arms import observer_gains
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.observer_gains import Mismatch, Region
+from workbench.arms.observers.luenberger import THEOREM_1
+from workbench.proofs.claim_ledger import Ruling
 from workbench.proofs.interval import guarantee
 from workbench.proofs.rest_points import growing_modes
 

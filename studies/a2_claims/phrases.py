@@ -4,7 +4,7 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 
-from workbench.notation.formula import Formula, Number, Power, Symbol, symbol
+from workbench.core.notation.formula import Formula, Number, Power, Symbol, symbol
 from workbench.study.document.document import Part, Phrase
 
 NAMES = (

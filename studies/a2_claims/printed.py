@@ -3,8 +3,8 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from workbench.claims.claim_ledger import Ledger, Line, Quantifier, Ruling
 from workbench.core import Claim
+from workbench.proofs.claim_ledger import Ledger, Line, Quantifier, Ruling
 
 
 class Printed(NamedTuple):

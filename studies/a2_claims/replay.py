@@ -25,21 +25,22 @@ from studies.a2_claims.searches import beside_rest as beside_rest
 from studies.a2_claims.searches import rerun as rerun
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, PRINTED_ARM, proposed_as_printed
-from workbench.claims.claim_margins import SignalsOf, derivative, violation, watching
-from workbench.claims.counterexample import hypotheses_kept, in_reference_mode
-from workbench.controllers.aosmc_rgs import K_STAYS_DEFINITE
-from workbench.core import Dynamics, Entry, Layout, Ode, rk4
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.laws.aosmc_rgs import K_STAYS_DEFINITE
+from workbench.core import Entry, Layout, Ode, rk4
 from workbench.core.claim import Claim, Declared
+from workbench.core.validation.refusals import Array
 from workbench.design.riccati import care
-from workbench.metrics import late_error, measure
-from workbench.metrics.step_metrics import Peak
+from workbench.engine import simulate
+from workbench.engine.metrics import late_error, measure
+from workbench.engine.metrics.step_metrics import Peak
+from workbench.engine.reference import reference
+from workbench.proofs.claim_margins import SignalsOf, derivative, violation, watching
+from workbench.proofs.counterexample import hypotheses_kept, in_reference_mode
 from workbench.proofs.rest_points import RestPoint, rest_point
 from workbench.proofs.rest_points import growing_modes as growing_modes
-from workbench.reference import reference
-from workbench.simulate import simulate
 from workbench.study.case_runs import run
 from workbench.study.study import Results, Study
-from workbench.validation.refusals import Array
 
 FINE = 1e-3 / 12  # s, of the law as repaired
 PAIRS = [(Q, R) for Q in (0.01, 1.0, 1000.0) for R in (0.1, 1.0, 1000.0)]  # N m/(rad s), of Q I and R I in (40)

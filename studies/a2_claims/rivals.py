@@ -2,8 +2,8 @@
 
 from studies.a2_claims.checks import HORIZONS, Checked, judges, numbers
 from studies.paper.card import LAWS, MARGIN, PROPOSED, PUBLISHED
-from workbench.claims.claim_ledger import Ruling
 from workbench.core import Claim
+from workbench.proofs.claim_ledger import Ruling
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Results
 

@@ -14,19 +14,19 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, paper_observer, proposed_as_printed, proposed_repaired
-from workbench.claims.claim_margins import SignalsOf
-from workbench.claims.counterexample import Pair
-from workbench.claims.falsify import Budget, Found, Hunt
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.observers import FullState, Luenberger, PrintedFilter, WithDisturbance
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, SineTorque
 from workbench.core import Claim, Ode, Signals, lift, rk4
 from workbench.core.claim import Declared
 from workbench.core.claim import Signals as Margins
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState, Luenberger, PrintedFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.signals import Hold, SineTorque
-from workbench.simulate import simulate
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
+from workbench.engine import simulate
+from workbench.proofs.claim_margins import SignalsOf
+from workbench.proofs.counterexample import Pair
+from workbench.proofs.falsify import Budget, Found, Hunt
 
 I, REST = np.eye(2), np.zeros(2)
 D_MAX, L_D = 0.65, 2.2  # N m, N m/s: Assumption 4 in numbers, just above the needs of both scenarios

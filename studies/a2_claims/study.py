@@ -13,8 +13,8 @@ from studies.a2_claims.observer import ASTRAY
 from studies.a2_claims.phrases import phrase
 from studies.a2_claims.printed import DEFINITIONS, PRINTED, chosen_by, decisive, line_of
 from studies.a2_claims.searches import D_MAX, FLOOR, L_D, REACH, SEED, V2_AT_START, WorstRun
-from workbench.claims.claim_ledger import BROKEN, WITNESSED, Kind, Ledger, Line, Ruling
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
+from workbench.proofs.claim_ledger import BROKEN, WITNESSED, Kind, Ledger, Line, Ruling
 from workbench.proofs.interval import guarantee
 from workbench.study.contract import Run
 from workbench.study.document.document import Figure, Itemize, Page, Panel, Paragraph, Section, Series

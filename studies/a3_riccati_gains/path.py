@@ -13,10 +13,10 @@ from scipy.interpolate import CubicSpline
 from studies.a1_paper_tables.study import PROPOSED_STEP
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired
+from workbench.core.validation.refusals import Array, Integers
 from workbench.design.riccati import care
 from workbench.design.riccati_flow import RiccatiFlow, fpre, rde
-from workbench.metrics import measure
-from workbench.validation.refusals import Array, Integers
+from workbench.engine.metrics import measure
 
 WINDOW = 2.5  # s: the approach, and in the second scenario one jump
 EVENLY = 10_001  # evenly spaced times, of which a median over time is taken

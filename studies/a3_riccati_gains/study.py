@@ -29,15 +29,15 @@ from studies.a3_riccati_gains.settings import (
 )
 from studies.paper.card import BOLD, CARD, MARGIN, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_repaired, repaired_observer, rival
-from workbench.loop import ClosedLoop
-from workbench.notation.formula import symbol
+from workbench.blocks.loop import ClosedLoop
+from workbench.core.notation.formula import symbol
+from workbench.core.validation.refusals import Array
 from workbench.study.contract import Run
 from workbench.study.document.document import Figure, Page, Panel, Paragraph, Section, Series
 from workbench.study.document.phrases import Column, Table
 from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.study import Case, Results, Study
 from workbench.study.work import Work
-from workbench.validation.refusals import Array
 
 MARKED = 14  # of the algebraic solution over the window, so that it is seen under another line
 

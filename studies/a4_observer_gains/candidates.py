@@ -6,19 +6,19 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM
-from workbench.core import Dynamics
-from workbench.design import observer_gains
-from workbench.design.observer_gains import Frozen, Gains, Lipschitz, Mismatch, RateCertificate, Region
-from workbench.notation.formula import symbol
+from workbench.arms import observer_gains
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.observer_gains import Frozen, Gains, Lipschitz, Mismatch, RateCertificate, Region
+from workbench.core.notation.formula import symbol
+from workbench.core.validation.refusals import Array
 from workbench.proofs.interval import guarantee
+from workbench.report.pictures.traces import Window, curve
 from workbench.study.document.document import Figure, Panel, Paragraph, Section, Series
 from workbench.study.document.phrases import Cell, Column, Table, raised
 from workbench.study.evidence.law_tables import side_by_side
-from workbench.study.pictures.traces import Window, curve
 from workbench.study.provenance import written
 from workbench.study.study import Results
 from workbench.study.work import Work
-from workbench.validation.refusals import Array
 
 I, REST = np.eye(2), np.zeros(2)
 DYNAMICS = Dynamics.of(ARM)

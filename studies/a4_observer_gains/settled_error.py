@@ -6,10 +6,10 @@ from typing import ClassVar
 
 import casadi as ca
 
-from workbench.metrics.contract import AbstractSignalMetric, Parts
-from workbench.metrics.signal_choice import Signal, column
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics.contract import AbstractSignalMetric, Parts
+from workbench.engine.metrics.signal_choice import Signal, column
 
 
 @dataclass(frozen=True)

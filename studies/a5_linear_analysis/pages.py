@@ -10,16 +10,16 @@ from studies.a1_paper_tables.study import STYLES
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM
 from studies.paper.linearization import LEVEL, POSES, SEVEN, AtRest, OnPath, at_rest, loop_at_rest, motion, on_path
+from workbench.arms.manipulator import Manipulator
+from workbench.blocks.loop import open_loop
 from workbench.core import Ode
+from workbench.core.validation.refusals import Array
 from workbench.design import linear
 from workbench.design.linear import Equilibria, LyapunovExponents, frequency_response, linearize, sensitivity
-from workbench.loop import open_loop
-from workbench.plants import Manipulator
 from workbench.study.document.document import Block, Figure, Panel, Paragraph, Section, Series
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.study import Results
 from workbench.study.work import Work
-from workbench.validation.refusals import Array
 
 ADAPTIVE = (PROPOSED, "ASMC", "Fuzzy-ASMC", "RBF-ASMC")
 UNDRAWN = ("Fuzzy-ASMC", "RBF-ASMC")  # in the table alone

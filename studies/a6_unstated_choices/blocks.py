@@ -11,13 +11,14 @@ import casadi as ca
 import numpy as np
 
 from studies.paper.printed_arm import PrintedArm
-from workbench.controllers.sliding_surface import AbstractSlidingMode, matrices, saturation
-from workbench.core import AbstractArm, Entry, Layout, Signals, block, initial, parameter
+from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.arms.dynamics import AbstractArm, solve_definite
+from workbench.arms.laws.sliding_surface import AbstractSlidingMode, matrices, saturation
+from workbench.arms.observers import Luenberger
+from workbench.blocks.loop import AbstractReference, Parts
+from workbench.blocks.signals import Sines, SquareWave
+from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Scalar, Vector
-from workbench.core.dynamics import solve_definite
-from workbench.loop import AbstractArmController, AbstractArmObserver, AbstractReference, Parts
-from workbench.observers import Luenberger
-from workbench.signals import Sines, SquareWave
 
 
 def chosen(reading: Scalar, *parts: ca.SX) -> ca.SX:

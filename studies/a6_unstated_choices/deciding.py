@@ -10,9 +10,9 @@ from studies.a6_unstated_choices.loops import NAMES, PROPOSED, SCENARIOS
 from studies.a6_unstated_choices.scope import CHOSEN, GIVEN, UNTRIED
 from studies.a6_unstated_choices.shares import COLUMNS
 from studies.paper.card import LAWS
+from workbench.report.pictures import sobol_bars
 from workbench.study.document.document import Column, Figure, Table
 from workbench.study.document.finding import Finding, Variation
-from workbench.study.pictures import sobol_bars
 from workbench.study.study import Results
 from workbench.study.uncertainty import Estimate, SobolIndices, sobol
 

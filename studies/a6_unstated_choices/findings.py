@@ -12,9 +12,9 @@ from studies.a6_unstated_choices.rows import MINUS, PLUS, TWO, Row
 from studies.a6_unstated_choices.scope import OMITTED, REST
 from studies.paper.card import LAWS
 from studies.paper.unstated import assumptions
+from workbench.core.validation.refusals import Array
 from workbench.study.document.finding import Finding, Variation
 from workbench.study.study import Results
-from workbench.validation.refusals import Array
 
 MET, MISSED = "met", "not met"
 ROW = f"the printed row of {PROPOSED} in the first scenario"

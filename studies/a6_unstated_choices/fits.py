@@ -20,12 +20,12 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import CARD, PUBLISHED
+from workbench.core.validation.refusals import Array, Integers
 from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
-from workbench.validation.refusals import Array, Integers
 
 CLOSE = 0.01
 AGAIN = 3  # points that are run again for a target, the nearest, and as many from all of the search

@@ -8,14 +8,14 @@ import numpy as np
 from studies.a6_unstated_choices.blocks import EitherAosmcRgs, EitherArm, EitherObserver, EitherReference, PlacedPid
 from studies.paper.card import CARD, INERTIA, LAWS, POLES
 from studies.paper.laws import ARM, PRINTED_ARM, REFERENCES, RIVALS, plant
-from workbench.controllers.aosmc_rgs import SHAPES
-from workbench.loop import AbstractController, ClosedLoop, DigitalLoop
-from workbench.metrics import sampled_rmse
-from workbench.observers import Luenberger
-from workbench.plants import DirectDrive
+from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.arms.manipulator import DirectDrive
+from workbench.arms.observers import Luenberger
+from workbench.blocks.loop import AbstractController, ClosedLoop, DigitalLoop
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import sampled_rmse
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}

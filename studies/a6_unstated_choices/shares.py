@@ -9,10 +9,10 @@ import numpy as np
 from studies.a6_unstated_choices.draws import DESIGNS, PRIORS, Prior, drawn, named, part
 from studies.a6_unstated_choices.loops import FACTORS, NAMES, PROPOSED, SCENARIOS, Reading, factors_of
 from studies.paper.card import LAWS
+from workbench.core.validation.refusals import Array, Integers
 from workbench.study.study import Results
 from workbench.study.uncertainty import Share, share
 from workbench.study.uncertainty.outputs import Flags
-from workbench.validation.refusals import Array, Integers
 
 COLUMNS = {(scenario, joint): f"{scenario}, q{joint}" for scenario in SCENARIOS for joint in (1, 2)}
 SHARES = len(COLUMNS) * len(PRIORS)  # of one question, which a sentence on it rests on together

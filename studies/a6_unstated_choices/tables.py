@@ -17,10 +17,10 @@ from studies.a6_unstated_choices.scope import OMITTED
 from studies.a6_unstated_choices.shares import COLUMNS, RIVALS, Cell, Cells, Rerun
 from studies.paper import unstated
 from studies.paper.card import LAWS, PUBLISHED
+from workbench.report.pictures import rank_figure
 from workbench.study.document.document import Cell as Entry
 from workbench.study.document.document import Column, Figure, Measured, Table
 from workbench.study.evidence import Ranks
-from workbench.study.pictures import rank_figure
 from workbench.study.study import Results
 from workbench.study.uncertainty.factors import Space
 

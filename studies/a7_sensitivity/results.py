@@ -24,7 +24,8 @@ from studies.a7_sensitivity.sweeps import (
     metrics,
 )
 from workbench.core import Ode
-from workbench.metrics import measure
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import measure
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import (
@@ -40,7 +41,6 @@ from workbench.study.uncertainty import (
 )
 from workbench.study.uncertainty.factors import Factor, Space
 from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
-from workbench.validation.refusals import Array
 
 LEVELS = (0.05, 0.5, 0.95)
 FLOOR = 1e-4  # rad: what smaller errors add to an integral that holds the start is lost in its rounding

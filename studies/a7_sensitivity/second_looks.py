@@ -9,14 +9,14 @@ import numpy as np
 from studies.a7_sensitivity.results import LawResults
 from studies.a7_sensitivity.sweeps import LATE, SEED, STEPS, UNTIL, factors, loop
 from workbench.core import Ode
-from workbench.metrics import late_error, measured
-from workbench.metrics.accumulators import final_values
-from workbench.simulate import simulate
+from workbench.core.validation.refusals import Array
+from workbench.engine import simulate
+from workbench.engine.metrics import late_error, measured
+from workbench.engine.metrics.accumulators import final_values
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.outputs import Flags
-from workbench.validation.refusals import Array
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself
 BOUNDS = (ASTRAY / 2, 2 * ASTRAY)  # rad, beside it

@@ -26,10 +26,10 @@ from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gain
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
+from workbench.report.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
+from workbench.report.pictures.traces import loops_section
 from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
-from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
-from workbench.study.pictures.traces import loops_section
 from workbench.study.uncertainty import Estimate, SobolIndices
 from workbench.study.uncertainty.factors import Space
 

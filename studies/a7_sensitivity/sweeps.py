@@ -13,9 +13,9 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import RIVALS, proposed_repaired, rival
-from workbench.loop import ClosedLoop
-from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
-from workbench.notation.formula import symbol
+from workbench.blocks.loop import ClosedLoop
+from workbench.core.notation.formula import symbol
+from workbench.engine.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Phrase
 from workbench.study.provenance import Given

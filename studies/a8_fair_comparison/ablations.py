@@ -10,10 +10,10 @@ import numpy as np
 from studies.a3_riccati_gains.path import inertia
 from studies.a8_fair_comparison.conditions import HELD_OUT, Scenario
 from studies.a8_fair_comparison.entrants import AOSMC, BOTH, ENTRANTS, OBSERVER, PROPOSAL, PROPOSED, Entrant, Given, Law
+from workbench.arms.observers import FullState, WithDisturbance
+from workbench.blocks.loop import DigitalLoop
+from workbench.core.validation.refusals import Array
 from workbench.design.riccati import care
-from workbench.loop import DigitalLoop
-from workbench.observers import FullState, WithDisturbance
-from workbench.validation.refusals import Array
 
 RICCATI = "Riccati equation"
 PARTS = tuple(PROPOSAL.loop(HELD_OUT[0]).ablations())

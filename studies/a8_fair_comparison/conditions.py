@@ -10,16 +10,23 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import REFERENCES
-from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop, DigitalLoop, Instruments
-from workbench.metrics import AbstractMetric, effort, rmse, total_variation
-from workbench.metrics.contract import Integral
-from workbench.plants import Friction, Manipulator
-from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.arms.manipulator import Friction, Manipulator
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.blocks.loop import (
+    AbstractController,
+    AbstractObserver,
+    AbstractReference,
+    ClosedLoop,
+    DigitalLoop,
+    Instruments,
+)
+from workbench.blocks.signals import Sines, SineTorque, SquareWave
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import AbstractMetric, effort, rmse, total_variation
+from workbench.engine.metrics.contract import Integral
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array
 
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s

@@ -12,7 +12,7 @@ import numpy as np
 from studies.a8_fair_comparison.conditions import Scenario, first_estimates
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS
-from workbench.controllers import (
+from workbench.arms.laws import (
     PID,
     AosmcRgs,
     ComputedTorque,
@@ -21,8 +21,8 @@ from workbench.controllers import (
     StateFeedback,
     WithCompensation,
 )
-from workbench.loop import AbstractController, AbstractObserver, DigitalLoop
-from workbench.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.arms.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
+from workbench.blocks.loop import AbstractController, AbstractObserver, DigitalLoop
 from workbench.study.uncertainty.distributions import LogUniform
 from workbench.study.uncertainty.factors import Factor
 

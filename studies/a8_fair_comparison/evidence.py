@@ -12,7 +12,8 @@ from studies.a8_fair_comparison.ablations import PARTS, RETUNED, STEADY
 from studies.a8_fair_comparison.conditions import HELD_OUT, HORIZON, TERMS, Scenario, Term, cost, metrics, uncertain
 from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, GIVEN, PROPOSAL, PROPOSED, READINGS, Entrant
 from studies.a8_fair_comparison.other_numbers import AGAIN, NUMBERS, PLAIN, RIVALS, contenders, run_name
-from workbench.loop import DigitalLoop
+from workbench.blocks.loop import DigitalLoop
+from workbench.core.validation.refusals import Array
 from workbench.study import Results, Work
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import (
@@ -35,7 +36,6 @@ from workbench.study.evidence.divergence_causes import Causes, causes_in_sweep
 from workbench.study.evidence.pooling import WAYS, Way
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import MonteCarlo
-from workbench.validation.refusals import Array
 
 Samples = Mapping[str, Sample]  # by the names of laws
 ACCEPTABLE = float(len(TERMS))  # a cost at which all terms are acceptable, or make up for each other

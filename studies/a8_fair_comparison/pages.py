@@ -12,11 +12,11 @@ from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, O
 from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
+from workbench.report.pictures import standings_figure
+from workbench.report.pictures.traces import loops_section
 from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
 from workbench.study.evidence import Judgement, ablation_table, change_without, level_of
 from workbench.study.evidence.comparison_tables import BOLD, HALF
-from workbench.study.pictures import standings_figure
-from workbench.study.pictures.traces import loops_section
 from workbench.study.study import Results
 
 KNOBS = (

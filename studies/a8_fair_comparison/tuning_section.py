@@ -12,13 +12,13 @@ from studies.a8_fair_comparison.ablations import NEW
 from studies.a8_fair_comparison.conditions import HELD_OUT, LATE, both
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSED, Entrant
 from studies.a8_fair_comparison.evidence import CONFIDENCE, FAMILY, Evidence
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
+from workbench.core.validation.refusals import Array
+from workbench.report.pictures import budget_curves, pareto_fronts
 from workbench.study.document.document import Column, Measured, Paragraph, Phrase, Section, Table
 from workbench.study.document.phrases import raised
-from workbench.study.pictures import budget_curves, pareto_fronts
 from workbench.study.study import Results
 from workbench.study.tuning import Tuned
-from workbench.validation.refusals import Array
 
 PARTED = (
     f"The law is {PROPOSED} without one of its parts; without the disturbance estimate it is {PROPOSED} behind "

@@ -21,12 +21,12 @@ from studies.a9_sampling.loops import (
 from studies.a9_sampling.quiet_periods import QuietPeriod, paper_searches, quiet_period
 from studies.paper.card import MARGIN, PROPOSED, PUBLISHED
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.metrics import measure, total_variation
+from workbench.core.validation.refusals import Array, Integers
+from workbench.engine.metrics import measure, total_variation
 from workbench.study import Results, Work
 from workbench.study.evidence.divergence_causes import Causes
 from workbench.study.evidence.law_tables import order
 from workbench.study.study import Outcome
-from workbench.validation.refusals import Array, Integers
 
 PERIODS = (1e-4, 2e-4, 5e-4, 1e-3, 2e-3, 5e-3, 1e-2)  # s; each divides the 10 ms of (43)
 APART = (5e-3, 1e-2)  # s, the periods at which integrator and law are told apart

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import casadi as ca
 
+from workbench.blocks.plants.elements import AbstractElement, Memory
 from workbench.core import block, initial
 from workbench.core.block import Column, Vector
-from workbench.plants.elements import AbstractElement, Memory
 
 
 @block

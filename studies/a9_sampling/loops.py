@@ -11,13 +11,13 @@ import numpy as np
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import plant
 from studies.paper.linearization import loop_of
-from workbench.loop import DigitalLoop, Instruments
-from workbench.metrics import AbstractMetric, sampled_rmse, total_variation
+from workbench.blocks.loop import DigitalLoop, Instruments
+from workbench.core.validation.refusals import Array, Integers
+from workbench.engine.metrics import AbstractMetric, sampled_rmse, total_variation
 from workbench.study import Factor, Run, Sweep, Uniform
 from workbench.study.provenance import Card, assumed
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import Listed
-from workbench.validation.refusals import Array, Integers
 
 CARD = Card(
     (

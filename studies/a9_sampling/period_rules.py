@@ -10,8 +10,8 @@ import numpy as np
 
 from studies.paper.card import CARD as PAPER
 from studies.paper.laws import ARM
-from workbench.metrics import Measurement
-from workbench.notation.formula import Number, Power, Product, Quotient, symbol
+from workbench.core.notation.formula import Number, Power, Product, Quotient, symbol
+from workbench.engine.metrics import Measurement
 
 GAINLESS = ("PID", "super-twisting")  # these have no gain K, so no rule
 MATRIX = Product((Power(symbol("M"), Number(Fraction(-1))), symbol("K")))  # whose largest eigenvalue is rho

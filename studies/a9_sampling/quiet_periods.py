@@ -17,12 +17,12 @@ from studies.paper.card import CARD as PAPER
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, proposed_repaired
 from studies.paper.linearization import SEVEN, loop_of
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments
-from workbench.metrics import AbstractMetric, measure, total_variation
-from workbench.observers import FullState, MomentumObserver, WithDisturbance
-from workbench.plants import Equipped
+from workbench.arms.observers import FullState, MomentumObserver, WithDisturbance
+from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments
+from workbench.blocks.plants import Equipped
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import AbstractMetric, measure, total_variation
 from workbench.study.evidence import LargestSetting, LoopLimits, largest_setting
-from workbench.validation.refusals import Array
 
 QUIET = 2.0  # times the total variation of the loop in continuous time, at most
 FACTORS = (1.5, 3.0, 10.0)  # in its place, as variations

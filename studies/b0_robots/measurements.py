@@ -16,11 +16,12 @@ import casadi as ca
 import numpy as np
 
 from studies.b0_robots import mujoco_arm, sympy_chain
-from workbench.core import Dynamics, Entry, Layout, lift
-from workbench.notation.program import walk
-from workbench.robots import CATALOGUE, PlanarArm, SpatialArm, lagrange
-from workbench.robots.arm_catalogue import planar
-from workbench.validation.refusals import Array
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import CATALOGUE, PlanarArm, SpatialArm, lagrange
+from workbench.arms.mechanics.arm_catalogue import planar
+from workbench.core import Entry, Layout, lift
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import Array
 
 Arm = PlanarArm | SpatialArm
 REPETITIONS, STATES, SEED = 5, 50, 4

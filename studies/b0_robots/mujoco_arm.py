@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.robots import PlanarArm, SpatialArm
-from workbench.robots.planar_arm import DIRECTIONS
-from workbench.validation.refusals import Array
+from workbench.arms.mechanics import PlanarArm, SpatialArm
+from workbench.arms.mechanics.planar_arm import DIRECTIONS
+from workbench.core.validation.refusals import Array
 
 INSTALLED = importlib.util.find_spec("mujoco") is not None
 # MuJoCo asks for positive moments: those of a point mass are raised to this, far below rounding.

@@ -12,7 +12,7 @@ from statistics import median
 import numpy as np
 
 from studies.b0_robots.measurements import LINKS, PATIENCE, SEED, STATES, Chain, Robot, chain, robot
-from workbench.robots import CATALOGUE
+from workbench.arms.mechanics import CATALOGUE
 from workbench.study import Finding, Page, Variation
 from workbench.study.document.document import Column, Figure, Panel, Paragraph, Section, Series, Table
 from workbench.study.study import Results, Study

@@ -8,6 +8,10 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, RIVALS
+from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Manipulator
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop, DigitalLoop
+from workbench.blocks.signals import Hold
 from workbench.design.chattering import (
     Balance,
     BoundaryLayer,
@@ -21,12 +25,7 @@ from workbench.design.chattering import (
     record_oscillation,
     relay_cycles,
 )
-from workbench.loop import ClosedLoop, DigitalLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.plants.manipulator import DirectDrive, FirstOrderLag
-from workbench.signals import Hold
-from workbench.simulate import simulate
+from workbench.engine import simulate
 from workbench.study import Case, Results, Run
 from workbench.study.study import Outcome
 

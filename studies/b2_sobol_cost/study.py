@@ -19,7 +19,7 @@ import numpy as np
 
 from studies.b2_sobol_cost.workload import sweep
 from studies.performance.cores import one_core
-from workbench.simulate import simulate
+from workbench.engine import simulate
 from workbench.study import Finding, Page, Variation
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.document.document import Column, Paragraph, Section, Table

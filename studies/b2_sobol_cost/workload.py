@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.performance.workload import HORIZON, PARAMETERS, VARIED, H, loop
-from workbench.metrics import rmse
-from workbench.metrics.step_metrics import TotalVariation
+from workbench.engine.metrics import rmse
+from workbench.engine.metrics.step_metrics import TotalVariation
+from workbench.report.pictures.sobol_pictures import sobol_bars
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Section
-from workbench.study.pictures.sobol_pictures import sobol_bars
 from workbench.study.study import Results, Study
 from workbench.study.uncertainty import SobolDesign, sobol
 from workbench.study.uncertainty.distributions import Uniform

@@ -10,13 +10,13 @@ import numpy as np
 
 from studies.b3_any_plant.loops import SUBSTEPS, laws_of, loop, run
 from studies.b3_any_plant.settings import SETTINGS, Setting
-from workbench.controllers import Cascade
+from workbench.blocks.laws import Cascade
+from workbench.blocks.loop import DigitalLoop
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency import StabilityMargins
 from workbench.design.linear_loop import LinearLoop, linear_loop
 from workbench.design.matrices import Refused
-from workbench.loop import DigitalLoop
 from workbench.study import Results
-from workbench.validation.refusals import Array
 
 POINTS = 301
 BEYOND = 30.0  # times the fastest pole, and below the slowest one: the ends of a picture

@@ -8,10 +8,11 @@ from studies.b3_any_plant.frequency import ITEMS, FrequencyAnswer, LinearAnswer,
 from studies.b3_any_plant.loops import COMPUTER, LQG, called, laws_of
 from studies.b3_any_plant.settings import Setting
 from workbench.design.frequency import StabilityMargins
+from workbench.report.loop_pictures import bode_figure, nyquist_figure
+from workbench.report.loop_pictures.margin_words import ROUNDED
 from workbench.study import Results, Table, loop_gain_pictures
 from workbench.study.document.document import Block, Cell, Column, Missing, Paragraph
-from workbench.study.loop_pictures import FrequencyCurve, bode_figure, nyquist_figure
-from workbench.study.loop_pictures.margin_words import ROUNDED
+from workbench.study.document.frequency_curves import FrequencyCurve
 
 UNSTABLE = Missing("not stable")
 TURNED = {"cart-pole": f"{LQG} {COMPUTER}", "two masses": LQG}  # of each the loop whose pictures a reader can turn

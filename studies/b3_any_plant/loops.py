@@ -8,8 +8,12 @@ from typing import Any
 import numpy as np
 
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
-from workbench.controllers import PID2, Cascade, Regulator
+from workbench.blocks.laws import PID2, Cascade, Regulator
+from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments, LinearPlant, open_loop
+from workbench.blocks.observers import LinearObserver
+from workbench.blocks.signals import Hold, Together
 from workbench.core import Entry, Layout, LinearSystem
+from workbench.core.validation.refusals import Array
 from workbench.design.linear import (
     broken_loop,
     disk_margin,
@@ -20,13 +24,9 @@ from workbench.design.linear import (
     place,
     sensitivity,
 )
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments, LinearPlant, open_loop
-from workbench.metrics import rmse, settling_time, total_variation
-from workbench.observers import LinearObserver
-from workbench.signals import Hold, Together
+from workbench.engine.metrics import rmse, settling_time, total_variation
 from workbench.study import Case, Factor, Results, Run, SobolDesign, Sweep, Uniform, least_base, sobol
 from workbench.study.uncertainty import SobolIndices
-from workbench.validation.refusals import Array
 
 LAWS = LQG, PID = ("LQG", "PID")
 LQR = "LQR"  # of all states: no loop here has that, and its margins are what an observer may cost

@@ -14,11 +14,11 @@ from studies.b3_any_plant.loops import COMPUTER, LAWS, all_margins, called, indi
 from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
 from studies.b3_any_plant.tanks import SIDES
-from workbench.loop import roles
+from workbench.blocks.loop import roles
+from workbench.report.pictures.traces import Window, curve
 from workbench.study import Figure, Page, Results, Section, Table, sobol_bars
 from workbench.study.document.document import Block, Cell, Column, Panel, Series
 from workbench.study.marks import cell
-from workbench.study.pictures.traces import Window, curve
 
 SHORT = 0.1  # s: shorter runs are shown in ms
 LATER = 1.25  # of the longest settling time, where a picture ends

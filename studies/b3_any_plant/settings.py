@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from workbench.controllers import PID2, Cascade, LinearLaw
-from workbench.core import Entry, Layout, LinearSystem, Ode
-from workbench.design.linear import OperatingPoint, linearize, operating_point
-from workbench.design.riccati import Lqg, lqg
-from workbench.loop import AbstractController, AbstractPlant, open_loop
-from workbench.plants import (
+from workbench.blocks.laws import PID2, Cascade, LinearLaw
+from workbench.blocks.loop import AbstractController, AbstractPlant, open_loop
+from workbench.blocks.plants import (
     BuckConverter,
     CartPole,
     DCMotor,
@@ -24,7 +21,10 @@ from workbench.plants import (
     StirredTank,
     TwoMasses,
 )
-from workbench.validation.refusals import Array
+from workbench.core import Entry, Layout, LinearSystem, Ode
+from workbench.core.validation.refusals import Array
+from workbench.design.linear import OperatingPoint, linearize, operating_point
+from workbench.design.riccati import Lqg, lqg
 
 INF = float("inf")
 HAND, PUBLISHED, REGULATOR = "chosen by hand", "published", "regulator of LQG"  # origins of the gains of PID

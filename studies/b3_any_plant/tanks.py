@@ -9,13 +9,13 @@ import numpy as np
 
 from studies.b3_any_plant.loops import BAND, LAWS, PID, PLACED, SUBSTEPS, loop, placed
 from studies.b3_any_plant.settings import EASY, HARD, SETTINGS, Setting
-from workbench.controllers import Regulator
+from workbench.blocks.laws import Regulator
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold, Step, Together
 from workbench.core import rk4
+from workbench.core.validation.refusals import Array
 from workbench.design.linear import broken_loop, disk_margin, operating_point, sensitivity
-from workbench.loop import ClosedLoop
-from workbench.signals import Hold, Step, Together
-from workbench.simulate import simulate
-from workbench.validation.refusals import Array
+from workbench.engine import simulate
 
 FACTORS = (0.4, 1.0, 2.0, 4.0)  # of the poles of the placed design
 SIDES = (EASY, HARD)

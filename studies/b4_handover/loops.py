@@ -13,17 +13,19 @@ import numpy as np
 from studies.a9_sampling.quiet_periods import HANDED_OVER, momentum_loop, on_reference
 from studies.paper.card import PROPOSED
 from studies.paper.laws import ARM, plant, rival
-from workbench.controllers import LinearLaw, Regulator
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.observers import FullState
+from workbench.blocks.laws import LinearLaw, Regulator
+from workbench.blocks.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
+from workbench.blocks.observers import ExtendedKalmanFilter
+from workbench.blocks.plants import CartPole
+from workbench.blocks.signals import Hold, Sines
 from workbench.core import LinearSystem, Sampled
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqg, lqr
-from workbench.loop import ClosedLoop, DigitalLoop, Instruments, open_loop
-from workbench.metrics import AbstractMetric, total_variation
-from workbench.metrics.contract import Integral
-from workbench.metrics.signal_choice import Choice
-from workbench.observers import ExtendedKalmanFilter, FullState
-from workbench.plants import CartPole, Manipulator
-from workbench.signals import Hold, Sines
+from workbench.engine.metrics import AbstractMetric, total_variation
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.signal_choice import Choice
 from workbench.study.provenance import Card, assumed
 
 CARD = Card(

@@ -35,10 +35,11 @@ from studies.b4_handover.loops import (
     handed,
 )
 from studies.paper.card import PROPOSED
+from workbench.blocks.loop import DigitalLoop
 from workbench.core import Sampled
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import AbstractMetric, total_variation
 from workbench.handover.single.single_precision_loop import in_single_precision
-from workbench.loop import DigitalLoop
-from workbench.metrics import AbstractMetric, total_variation
 from workbench.study import Factor, Results, Run, Sweep, Uniform, Work
 from workbench.study.evidence import LargestSetting, LoopLimits, Threshold, largest_setting
 from workbench.study.evidence.computer_margins import (
@@ -50,7 +51,6 @@ from workbench.study.evidence.computer_margins import (
     computer_sweep,
     worst_ratio,
 )
-from workbench.validation.refusals import Array
 
 DRAWS = 16
 JITTER, MISSED = 0.05, 1e-3  # declared: the largest delay in parts of the period, and the share of missed periods

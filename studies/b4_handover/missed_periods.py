@@ -27,8 +27,8 @@ from studies.b4_handover.loops import (
 from studies.b4_handover.margins import BOTH, DRAWS, NEAR, effects_of, loop_of, margins, starts
 from studies.paper.card import PROPOSED
 from studies.paper.laws import RIVALS
-from workbench.controllers import WithCompensation
-from workbench.loop import ClosedLoop
+from workbench.arms.laws import WithCompensation
+from workbench.blocks.loop import ClosedLoop
 from workbench.study import Results, Run, Sweep
 from workbench.study.document.document import Cell, Column, Table
 from workbench.study.document.finding import Finding, Variation

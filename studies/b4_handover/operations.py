@@ -9,6 +9,7 @@ import numpy as np
 
 from studies.b4_handover.loops import SEED, handed
 from workbench.core import Entry, Layout, SampledLaw
+from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.memory_digest import BASIS
 from workbench.handover.recording import record
@@ -16,7 +17,6 @@ from workbench.handover.replays import TargetResult, compare
 from workbench.handover.targets import TARGETS
 from workbench.study import Results, Table, Work
 from workbench.study.document.document import Column
-from workbench.validation.refusals import Array
 
 PAIRS = 40_000
 NAMES = ("sum", "difference", "product", "reciprocal", "root")

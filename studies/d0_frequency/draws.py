@@ -12,11 +12,11 @@ from studies.d0_frequency.loops import AtPose, linear
 from studies.d0_frequency.rest_answers import JOINTS, Complex
 from studies.paper.card import PROPOSED
 from studies.paper.linearization import LEVEL
+from workbench.core.validation.refusals import Array
 from workbench.design.linear import disk_margin
 from workbench.design.linear_loop import LinearLoop
 from workbench.study import MonteCarlo, Results
 from workbench.study.uncertainty.factors import Factor, Space
-from workbench.validation.refusals import Array
 
 COUNT = 100
 OMEGA = np.geomspace(0.1, 1e4, 81)  # rad/s

@@ -14,12 +14,8 @@ from studies.d0_frequency.step_sizes import SIZES, settlings
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import LEVEL
 from workbench.design.chattering import BoundaryLayer
-from workbench.study import Figure, Results
-from workbench.study.document.document import Panel, Points, Series
-from workbench.study.document.figure import Mark
-from workbench.study.loop_pictures import (
+from workbench.report.loop_pictures import (
     Envelope,
-    FrequencyCurve,
     FrequencyMatrix,
     PoleZeroSet,
     bode_envelope,
@@ -31,6 +27,10 @@ from workbench.study.loop_pictures import (
     pole_zero_map,
     singular_value_figure,
 )
+from workbench.study import Figure, Results
+from workbench.study.document.document import Panel, Points, Series
+from workbench.study.document.figure import Mark
+from workbench.study.document.frequency_curves import FrequencyCurve
 
 STYLES = {law: i for i, law in enumerate(LAWS)}
 WHERE = "at rest at the level of SS"

@@ -9,6 +9,7 @@ import numpy as np
 from studies.d0_frequency.loops import substeps
 from studies.paper.card import CARD as PAPER
 from studies.paper.linearization import POSES, holding, still
+from workbench.blocks.loop import DigitalLoop
 from workbench.core import Step
 from workbench.design.chattering import (
     Balance,
@@ -19,8 +20,7 @@ from workbench.design.chattering import (
     harmonic_balance,
     record_oscillation,
 )
-from workbench.loop import DigitalLoop
-from workbench.simulate import simulate
+from workbench.engine import simulate
 
 POSE = POSES["folded down"]  # there M is diagonal: each joint is a loop by itself
 PERIODS = (5e-4, 1e-3, 1.5e-3, 1.8e-3, 2.2e-3, 2.5e-3, 3e-3, 4e-3, 5e-3, 7.5e-3, 1e-2)  # s

@@ -10,11 +10,11 @@ import numpy as np
 from studies.paper.card import CARD as PAPER
 from studies.paper.card import LAWS, PROPOSED
 from studies.paper.linearization import HELD, LEVEL, POSES, holding, still
+from workbench.blocks.loop import ClosedLoop, DigitalLoop
 from workbench.core import Ode, Sampled
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.loop import ClosedLoop, DigitalLoop
 from workbench.study.provenance import Card, assumed
-from workbench.validation.refusals import Array
 
 CARD = Card(
     (

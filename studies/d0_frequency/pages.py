@@ -6,10 +6,10 @@ from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
 from studies.d0_frequency import figures, tables
 from studies.d0_frequency.findings import answer, findings
 from studies.d0_frequency.loops import CARD, DRAWN, step_of_reference
-from workbench.metrics import rmse, settling_time, total_variation
+from workbench.engine.metrics import rmse, settling_time, total_variation
 from workbench.study import Case, Page, Results, Run, Section, Window, loop_gain_pictures, traces
 from workbench.study.document.document import Paragraph
-from workbench.study.live.knob import Knob
+from workbench.study.knob import Knob
 
 STEP = 0.1  # rad, of the reference of both joints
 JUMP = f"a step of {STEP:g} rad"

@@ -9,10 +9,10 @@ import numpy as np
 
 from studies.d0_frequency.loops import CARD, RUNS, AtPose, digital, linear, started, substeps
 from studies.paper.linearization import HELD
-from workbench.metrics import measure, total_variation
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import measure, total_variation
 from workbench.study import Results
 from workbench.study.evidence import find_largest
-from workbench.validation.refusals import Array
 
 SCAN = tuple(1.5e-4 * 3.0**k for k in range(6))  # s, of the linear prediction, which a bisection then narrows
 RATIO = 1.02  # of the ends of its bracket

@@ -10,10 +10,10 @@ import numpy as np
 
 from studies.d0_frequency.loops import ARM_POSES, COMPUTERS, CONTINUOUS, DRAWN, EVERY, SHORT, AtPose, linear
 from studies.paper.linearization import LEVEL
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency import StabilityMargins
 from workbench.design.linear_loop import LinearLoop
 from workbench.study import Results
-from workbench.validation.refusals import Array
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 JOINTS = ("tau[0]", "tau[1]")

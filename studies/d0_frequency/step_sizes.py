@@ -12,9 +12,9 @@ from studies.a1_paper_tables.study import PROPOSED_STEP, STEPS
 from studies.d0_frequency.loops import AtPose, linear, resting, started
 from studies.paper.card import LAWS
 from studies.paper.linearization import LEVEL
-from workbench.metrics import measure, settling_time
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import measure, settling_time
 from workbench.study import Results
-from workbench.validation.refusals import Array
 
 SIZES = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2, 1e-1, 3e-1, 1.0)  # rad, by which both joints start off
 BAND = 0.05  # of the size

@@ -7,7 +7,7 @@ of that surface. The range beside each assumed number is where it could as well 
 
 import numpy as np
 
-from workbench.notation.formula import symbol
+from workbench.core.notation.formula import symbol
 from workbench.study.evidence.law_tables import Published
 from workbench.study.provenance import Card, assumed, derived, stated
 

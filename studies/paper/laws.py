@@ -7,13 +7,13 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.printed_arm import PrintedArm
-from workbench import controllers
-from workbench.core import AbstractArm
-from workbench.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
-from workbench.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
-from workbench.plants import Manipulator
-from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.arms.dynamics import AbstractArm
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
+from workbench.blocks import laws as controllers
+from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
+from workbench.blocks.signals import Sines, SineTorque, SquareWave
 
 ARM = PlanarArm(tuple(map(PointMass, CARD["masses"], CARD["lengths"])), CARD["gravity"])
 SURFACE: dict[str, Any] = {"model": ARM, "Lambda": CARD["Lambda"], "phi": CARD["phi"]}

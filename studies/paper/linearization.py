@@ -9,15 +9,15 @@ import numpy as np
 
 from studies.paper.card import CARD, LAWS, PROPOSED
 from studies.paper.laws import ARM, proposed_repaired, rival
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.observers import Luenberger
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold
 from workbench.core import Ode
+from workbench.core.validation.refusals import Array
 from workbench.design import linear
 from workbench.design.linear import DiskMargin, LoopMargins, Pole, disk_margin
-from workbench.loop import ClosedLoop
-from workbench.observers import Luenberger
-from workbench.plants import Manipulator
-from workbench.signals import Hold
 from workbench.study.study import Outcome
-from workbench.validation.refusals import Array
 
 SEVEN = (*LAWS, "super-twisting")
 HELD = dict.fromkeys(("ASMC", "Fuzzy-ASMC", "RBF-ASMC"), ("controller.K",))

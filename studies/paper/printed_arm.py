@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import casadi as ca
 
-from workbench.core import AbstractArm, block, option, parameter
+from workbench.arms.dynamics import AbstractArm
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.core import block, option, parameter
 from workbench.core.block import Scalar
-from workbench.robots.planar_arm import PointMass
 
 
 @block

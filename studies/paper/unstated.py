@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 from studies.paper.card import CARD, FIT, LAWS, PROPOSED, SCENARIOS
 from studies.paper.readings import OF_EXPERIMENT, OF_LAW, OF_RIVALS, RIVAL, Choice
-from workbench.controllers.aosmc_rgs import SHAPES
+from workbench.arms.laws.aosmc_rgs import SHAPES
 from workbench.study.document.phrases import Column, Table
 from workbench.study.provenance import Given, written
 

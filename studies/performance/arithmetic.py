@@ -10,10 +10,10 @@ from time import process_time
 import numpy as np
 
 from workbench.core import Step
-from workbench.simulate.kernel import llvm
-from workbench.simulate.kernel.lowering import lower
-from workbench.simulate.kernel.plan import Plan
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
+from workbench.engine.kernel import llvm
+from workbench.engine.kernel.lowering import lower
+from workbench.engine.kernel.plan import Plan
 
 COSTS = {"@llvm.fma": 2, "@llvm.sqrt": 1, "fadd": 1, "fsub": 1, "fmul": 1, "fdiv": 1}
 OPERATION = re.compile(r" = (?:call [^@]*)?(@llvm\.[a-z]+|f[a-z]+)\b")

@@ -12,8 +12,8 @@ from studies.performance.cores import one_core
 from studies.performance.measurements import Effort, Row, alternated, cpu_seconds
 from studies.performance.peers import control_responses
 from studies.performance.workload import SEED
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop import LinearLoop, linear_loop
-from workbench.validation.refusals import Array
 
 FREQUENCIES = np.geomspace(0.1, 1e3, 200)  # rad/s
 DRAWN = ("controller.K", "observer.state.L1", "observer.state.L2")

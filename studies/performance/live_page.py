@@ -19,21 +19,21 @@ from studies.paper.linearization import LEVEL, POSES, still
 from studies.performance.chromium import Page, open_page, program
 from studies.performance.measurements import Effort, Row
 from studies.performance.workload import HORIZON, H, loop
-from workbench.loop import ClosedLoop
-from workbench.metrics import effort as torque
-from workbench.metrics import rmse
+from workbench.blocks.loop import ClosedLoop
+from workbench.core.validation.refusals import Array
+from workbench.engine.job import Job
+from workbench.engine.kernel import native
+from workbench.engine.metrics import effort as torque
+from workbench.engine.metrics import rmse
 from workbench.report.html_page import html
-from workbench.simulate.job import Job
-from workbench.simulate.kernel import native
+from workbench.report.live.live_data import live_data
+from workbench.report.live.loop_study import loop_study
+from workbench.report.pictures.traces import loops_section
 from workbench.study import case_runs, writeup
 from workbench.study.contract import Run
 from workbench.study.document.document import Section
-from workbench.study.live.knob import Knob
-from workbench.study.live.live_data import live_data
-from workbench.study.live.loop_study import loop_study
-from workbench.study.pictures.traces import loops_section
+from workbench.study.knob import Knob
 from workbench.study.study import Case, Results, Study
-from workbench.validation.refusals import Array
 
 EVERY = 0.01  # s, between two points of a curve
 LINEAR = "AOSMC-RGS with its linear answers"

@@ -20,9 +20,9 @@ from studies.performance.processes import in_a_process
 from studies.performance.steps_of_workload import by_choice, chosen
 from studies.performance.workload import HORIZON, VARIED_COLUMNS, H, rows_of, run, workload
 from workbench.core.methods import METHODS
-from workbench.simulate import simulate
-from workbench.simulate.step_choice import Choice
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
+from workbench.engine import simulate
+from workbench.engine.step_choice import Choice
 
 EQUAL = ((1e-3, 20.0), (3e-5, 12.0))  # the error of the RMSE, and how many times as fast we must be
 TOLERANCES, OURS = (1e-9, 1e-2), (1e-6, 1e-1)  # of CVODES and of our pilot, where the one of an error is looked for

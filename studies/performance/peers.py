@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.performance.right_hand_sides import in_matrices, in_scalars
 from studies.performance.workload import PARAMETERS, STATES, H, loop, rmse, workload
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 # Parameters (B, 40) of B runs to the RMSE (B, 2) of their joints at the horizon.
 Runner = Callable[[Array], Array]

@@ -36,7 +36,7 @@ def kernel_load() -> dict[str, Any]:
 def chain(n: int) -> Step:
     """A planar arm of n links under proportional and derivative action, by RK4 at the step of W."""
     import workbench as wb
-    from workbench.robots.arm_catalogue import planar
+    from workbench.arms.mechanics.arm_catalogue import planar
 
     ones, rest = np.ones(n), np.zeros(n)
     arm = wb.Manipulator(planar(n), q=rest)

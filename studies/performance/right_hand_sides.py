@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from studies.performance.workload import PARAMETERS
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 
 def _arm(q: Array, qd: Array, mass: Array, length: Array, gravity: float) -> tuple[Array, Array, Array]:

@@ -8,10 +8,10 @@ import numpy as np
 
 from studies.performance.workload import STATES, loop, rmse
 from workbench.core import Step, runge_kutta_step
-from workbench.simulate import Trajectories, simulate
-from workbench.simulate.pilots import pilot_runs
-from workbench.simulate.step_choice import Choice, Pilots, search_step
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
+from workbench.engine import Trajectories, simulate
+from workbench.engine.pilots import pilot_runs
+from workbench.engine.step_choice import Choice, Pilots, search_step
 
 
 @cache

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Step, rk4
-from workbench.simulate import simulate
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
+from workbench.engine import simulate
 
 H, HORIZON = 1e-3, 10.0  # s
 SEED = 20  # of all parameters that are drawn

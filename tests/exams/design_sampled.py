@@ -7,9 +7,9 @@ from typing import Any
 import control
 import numpy as np
 
+from workbench.core.validation.refusals import seconds
 from workbench.design.frequency.hold_loop import hold_loop
 from workbench.design.frequency.multirate import lift_rates
-from workbench.validation.refusals import seconds
 
 TRUSTED = 1e-9  # relative error of an answer that may be given
 

@@ -16,14 +16,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Dynamics, Entry, Layout
-from workbench.printed.entry_comparison import compare_sheet, judged
-from workbench.printed.entry_diagnosis import first_wrong
-from workbench.printed.printed_equations import Sheet, read_sheet
-from workbench.printed.statements import statements
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import Link, PlanarArm, lagrange
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.printed.entry_comparison import compare_sheet, judged
+from workbench.arms.printed.entry_diagnosis import first_wrong
+from workbench.arms.printed.printed_equations import Sheet, read_sheet
+from workbench.arms.printed.statements import statements
+from workbench.core import Entry, Layout
 from workbench.proofs.identity import judge_zero
-from workbench.robots import Link, PlanarArm, lagrange
-from workbench.robots.planar_arm import PointMass
 
 from .graders import Grader, Loaded
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Ode, rk4
-from workbench.reference import reference, reference_of_function
-from workbench.simulate import simulate
+from workbench.engine import simulate
+from workbench.engine.reference import reference, reference_of_function
 
 from .graders import Loaded
 from .tracing import Rate, UntraceableError, chooses, trace

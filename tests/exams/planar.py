@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from workbench.robots import Link, PlanarArm
+from workbench.arms.mechanics import Link, PlanarArm
 
 from .graders import Loaded
 from .rigid import GRAVITY, Answers, Bodies, answers

@@ -9,15 +9,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from workbench.blocks.loop import AbstractController, ClosedLoop, open_loop
+from workbench.blocks.plants import OdePlant
 from workbench.core import Layout, Ode, Sampled, Signals, block, layout, parameter
 from workbench.core.block import Matrix, Vector
+from workbench.core.validation.refusals import Array
 from workbench.design.linear import linearize, operating_point
 from workbench.design.riccati import lqr
-from workbench.loop import AbstractController, ClosedLoop, open_loop
-from workbench.plants import OdePlant
-from workbench.reference import reference
-from workbench.simulate import simulate
-from workbench.validation.refusals import Array
+from workbench.engine import simulate
+from workbench.engine.reference import reference
 
 from .graders import Grader, Loaded
 

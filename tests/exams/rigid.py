@@ -9,10 +9,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.core import Dynamics
-from workbench.robots import PlanarArm, SpatialArm, urdf
-from workbench.robots.spatial_vectors import moments
-from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import PlanarArm, SpatialArm, urdf
+from workbench.arms.mechanics.spatial_vectors import moments
+from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
 from .graders import Loaded
 

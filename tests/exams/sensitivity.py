@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.study.uncertainty import AbstractDesign, MorrisDesign, SobolDesign, morris, sobol
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogNormal, Normal, Triangular, Uniform
-from workbench.validation.refusals import Array
 
 from .graders import Loaded
 

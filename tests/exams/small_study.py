@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import rmse
+from workbench.engine.metrics import rmse
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.study import Study

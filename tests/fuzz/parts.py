@@ -6,14 +6,15 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.controllers import PID
+from workbench.arms.laws import PID
+from workbench.arms.manipulator import Manipulator
+from workbench.arms.mechanics import paper_arm
+from workbench.arms.mechanics.arm_catalogue import cart_pole
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.plants import AbstractElement
+from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode, Signals
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import AbstractElement, Manipulator
-from workbench.robots import paper_arm
-from workbench.robots.arm_catalogue import cart_pole
-from workbench.signals import Sines
 
 ARM = paper_arm()
 TREE = cart_pole()

@@ -10,7 +10,7 @@ import click
 from workbench.cli.errors import one_sentence, printable_lines
 
 if TYPE_CHECKING:
-    from workbench.core import AbstractArm
+    from workbench.arms.dynamics import AbstractArm
 
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
@@ -27,7 +27,7 @@ def derive(robot: str, form: str, numbers: bool) -> None:
     """
     with one_sentence():
         from workbench import handover
-        from workbench.core import Dynamics
+        from workbench.arms.dynamics import Dynamics
 
         arm = arm_of(robot)
         click.echo(printable_lines(handover.FORMS[form](handover.in_numbers(*arm) if numbers else Dynamics.of(*arm))))
@@ -35,7 +35,7 @@ def derive(robot: str, form: str, numbers: bool) -> None:
 
 def arm_of(robot: str) -> tuple[AbstractArm, str]:
     """An arm of the catalogue, or of a URDF file, and its name."""
-    from workbench.robots import CATALOGUE, named, urdf
+    from workbench.arms.mechanics import CATALOGUE, named, urdf
 
     file = Path(robot)
     if file.suffix.lower() == ".urdf" or (robot not in CATALOGUE and file.is_file()):

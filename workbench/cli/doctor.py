@@ -95,10 +95,10 @@ def _control_answers() -> str:
 
 
 def _batch_engine() -> str:
-    from workbench.simulate.kernel import cache
+    from workbench.engine.kernel import cache
 
     try:
-        from workbench.simulate.kernel import llvm
+        from workbench.engine.kernel import llvm
     except ImportError:
         return "NumPy, as llvmlite is not here: some thirty times slower than compiled"
     rounding = "" if llvm.has_fma() else " in the portable arithmetic, as this processor has no fused multiply-add"

@@ -81,7 +81,7 @@ def _safe(texts: tuple[str, ...]) -> dict[str, float]:
 
 def _warnings(sampled: Sampled) -> tuple[str, ...]:
     """The sentences that whoever runs the law must know of its period."""
-    from workbench.simulate import simulate
+    from workbench.engine import simulate
 
     step = sampled.step(4)
     until = min(PERIODS * sampled.period, step.flow.horizon)

@@ -49,9 +49,9 @@ def live(file: Path, name: str | None, until: float | None, step: float | None, 
 
 def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
     """A loop among the names of a script, and its name."""
+    from workbench.blocks.loop import ClosedLoop
     from workbench.core import Ode, Sampled
-    from workbench.loop import ClosedLoop
-    from workbench.validation.refusals import known
+    from workbench.core.validation.refusals import known
 
     held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | Sampled | Ode)}
     if not held:
@@ -62,7 +62,7 @@ def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
 
 def _times(module: ModuleType) -> tuple[float | None, float]:
     """The horizon and the step of the first runs of a script."""
-    from workbench.simulate import Trajectories
+    from workbench.engine import Trajectories
 
     runs = (value for value in _values(vars(module)) if isinstance(value, Trajectories))
     return next(((float(one.t[-1]), one.page_step) for one in runs), (None, USUAL_STEP))

@@ -47,9 +47,9 @@ def sampled_of(
 
 def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
     """A loop among the names of a file; without any, the one case of its study."""
+    from workbench.blocks.loop import ClosedLoop
     from workbench.core import Ode, Sampled
-    from workbench.loop import ClosedLoop
-    from workbench.validation.refusals import known
+    from workbench.core.validation.refusals import known
 
     held = {key: value for key, value in vars(module).items() if isinstance(value, ClosedLoop | Sampled | Ode)}
     if name is not None and (held or not _cases(module)):
@@ -70,7 +70,7 @@ def _loop(module: ModuleType, file: Path, name: str | None) -> tuple[str, Any]:
 
 
 def _case(module: ModuleType, file: Path, case: str) -> tuple[str, Any]:
-    from workbench.validation.refusals import known
+    from workbench.core.validation.refusals import known
 
     cases = _cases(module)
     if not cases:
@@ -90,8 +90,8 @@ def _cases(module: ModuleType) -> dict[str, Any]:
 
 def _sampled(name: str, loop: Any, period: float | None, delay: bool) -> Sampled:
     """A loop in a computer."""
+    from workbench.blocks.loop import ClosedLoop
     from workbench.core import Sampled
-    from workbench.loop import ClosedLoop
 
     if isinstance(loop, Sampled):
         if period is not None or delay:

@@ -47,17 +47,17 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         # What a report needs comes before the study, whose folder goes first on the path: a file beside the study may
         # have the name of a module that is used here. Matplotlib comes behind it, when that folder is the last.
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
-            import workbench.simulate.kernel.native  # noqa: F401
+            import workbench.engine.kernel.native  # noqa: F401
         from concurrent.futures import ThreadPoolExecutor
         from functools import partial
         from importlib import import_module
 
         from workbench.cli.progress import runs_shown
         from workbench.report import folder
+        from workbench.report.live.live_data import live_data
         from workbench.report.verdict_lines import verdict_lines
         from workbench.study import run_tables, writeup
         from workbench.study.execution import execute
-        from workbench.study.live.live_data import live_data
         from workbench.study.order import Order
 
         study = script.load(file)

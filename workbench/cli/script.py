@@ -15,6 +15,8 @@ from shlex import join
 from types import ModuleType
 from typing import Any, NoReturn
 
+from workbench.core.validation.refusals import described, nearest
+from workbench.core.validation.signatures import door
 from workbench.study.chosen_steps import ChosenSteps, kept_in
 from workbench.study.compilation import compile_sweeps
 from workbench.study.compiled import CompiledSweep
@@ -25,8 +27,6 @@ from workbench.study.study import Study
 from workbench.study.tuning import tune
 from workbench.study.tuning.search import compile_tuning
 from workbench.study.work import compile_works
-from workbench.validation.refusals import described, nearest
-from workbench.validation.signatures import door
 
 
 def check_file(file: Path) -> None:

@@ -9,17 +9,24 @@ from typing import NamedTuple
 
 import casadi as ca
 
-from workbench.core import Dynamics
-from workbench.handover import as_text
-from workbench.notation import text
-from workbench.notation.reader import formula_of
-from workbench.printed.arm_letters import narrowed
-from workbench.printed.entry_comparison import EntryVerdict, Sameness, compare_sheet
-from workbench.printed.entry_diagnosis import Diagnosis, diagnose, in_common, is_in_full, of_factorisation, told_apart
-from workbench.printed.printed_equations import Sheet, read_sheet
-from workbench.printed.statements import Language
-from workbench.printed.tokens import MOST_CHARACTERS
-from workbench.validation.signatures import door
+from workbench.arms.code.arm_equations import as_text
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.printed.arm_letters import narrowed
+from workbench.arms.printed.entry_comparison import EntryVerdict, Sameness, compare_sheet
+from workbench.arms.printed.entry_diagnosis import (
+    Diagnosis,
+    diagnose,
+    in_common,
+    is_in_full,
+    of_factorisation,
+    told_apart,
+)
+from workbench.arms.printed.printed_equations import Sheet, read_sheet
+from workbench.arms.printed.statements import Language
+from workbench.arms.printed.tokens import MOST_CHARACTERS
+from workbench.core.notation import text
+from workbench.core.notation.reader import formula_of
+from workbench.core.validation.signatures import door
 
 TORQUE = {
     "proved": "C qd is right all the same: another factorisation of it",

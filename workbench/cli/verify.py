@@ -24,8 +24,8 @@ def verify(file: Path, robot: str) -> None:
     letters are those that `workbench derive` prints. Exit status 1 if an entry differs.
     """
     with one_sentence():
+        from workbench.arms.dynamics import Dynamics
         from workbench.cli.verification import findings
-        from workbench.core import Dynamics
 
         entries = findings(file, Dynamics.of(*arm_of(robot)))
         for finding in entries:

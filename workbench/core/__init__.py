@@ -4,9 +4,9 @@ They know names, units, expressions of CasADi and their numbers, but no robot, n
 functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
 """
 
+from workbench.arms.dynamics import AbstractArm, Dynamics
 from workbench.core.block import block, initial, option, parameter
 from workbench.core.claim import Claim
-from workbench.core.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import Entry, Layout
 from workbench.core.lift import Lifted, lift
 from workbench.core.linear import LinearSystem

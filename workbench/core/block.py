@@ -14,9 +14,9 @@ import numpy as np
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds, shaped
 from workbench.core.port import ANY
-from workbench.validation.notebook_display import cell, show, table_to_html
-from workbench.validation.refusals import a, numbers, one_of, refusal
-from workbench.validation.signatures import door, fit_field
+from workbench.core.validation.notebook_display import cell, show, table_to_html
+from workbench.core.validation.refusals import a, numbers, one_of, refusal
+from workbench.core.validation.signatures import door, fit_field
 
 # The user gives a float or an array; in the lifted twin the same field holds an SX.
 Scalar = Any

@@ -8,8 +8,8 @@ from dataclasses import dataclass, fields
 import casadi as ca
 
 from workbench.core.block import is_block
-from workbench.validation.refusals import text
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import text
+from workbench.core.validation.signatures import door
 
 Signals = Mapping[str, ca.SX]
 Margin = Callable[[Signals], ca.SX]

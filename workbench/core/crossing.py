@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core.expressions import refuse_misfit, refuse_unknown
 from workbench.core.layout import Entry, Layout
-from workbench.validation.signatures import door
+from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

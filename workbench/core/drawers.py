@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-from workbench.validation.refusals import refusal
+from workbench.core.validation.refusals import refusal
 
 DRAWERS: dict[type, Callable[..., Any]] = {}
 

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 
 from workbench.core.ode import Ode
 from workbench.core.sampled import Sampled
-from workbench.validation.refusals import described, refusal
+from workbench.core.validation.refusals import described, refusal
 
 LONGEST = 300  # letters of an author's error
 LOOP = "an `Ode`, a `Sampled`, or a loop, whose `ode(name)` gives its equations, as a `ClosedLoop` does"

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 
 T = TypeVar("T")
 ONE_AT_A_TIME = threading.RLock()  # for `symbols_are_no_numbers`, which changes CasADi's class for all threads

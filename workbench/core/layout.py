@@ -12,13 +12,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.expressions import refuse_misfit
+from workbench.core.notation import mathml
+from workbench.core.notation.formula import symbol
 from workbench.core.numbers import Bounds
-from workbench.notation import mathml
-from workbench.notation.formula import symbol
-from workbench.validation.notebook_display import Markup, listed, table_to_html
-from workbench.validation.refusals import Array, as_array, described, known, refusal
-from workbench.validation.refusals import name as check_name
-from workbench.validation.signatures import door
+from workbench.core.validation.notebook_display import Markup, listed, table_to_html
+from workbench.core.validation.refusals import Array, as_array, described, known, refusal
+from workbench.core.validation.refusals import name as check_name
+from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

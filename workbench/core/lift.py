@@ -11,8 +11,8 @@ import numpy as np
 from workbench.core.block import Quantity, is_block, unit_of
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import Signals
-from workbench.validation.refusals import refusal
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import refusal
+from workbench.core.validation.signatures import door
 
 T = TypeVar("T")
 

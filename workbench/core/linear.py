@@ -15,8 +15,8 @@ from workbench.core.block import Matrix, Vector, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.point import Point
 from workbench.core.port import ANY
-from workbench.validation.notebook_display import listed
-from workbench.validation.refusals import known, refusal, seconds, vector
+from workbench.core.validation.notebook_display import listed
+from workbench.core.validation.refusals import known, refusal, seconds, vector
 
 States = Annotated[ca.SX, "nx"]
 Inputs = Annotated[ca.SX, "nu"]

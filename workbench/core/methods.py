@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import casadi as ca
 
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 X = TypeVar("X", ca.SX, Array)
 Held = TypeVar("Held")  # the arguments of an equation that are the same at each stage

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.validation.refusals import Array, refusal
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, refusal
+from workbench.core.validation.signatures import door
 
 ROUNDING = 1e-12  # how far rounding may take a matrix from symmetry, in units of its largest entry
 LONGEST = 1_000_000  # entries of one axis of a number

@@ -16,8 +16,8 @@ from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.shapes import Drawing
 from workbench.core.switches import Switches, find_switches
-from workbench.validation.refusals import Array, finite, vector
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, finite, vector
+from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

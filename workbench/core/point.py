@@ -9,9 +9,9 @@ from typing import Any, final
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 
 # A rate counts as zero below this share of the terms that could have made it: rounding of some thousand operations
 # is 1e-13 of them, and a state printed to nine digits leaves 1e-9.

@@ -11,9 +11,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
-from workbench.validation.notebook_display import LINE, table_to_html
-from workbench.validation.refusals import as_text, described, known, nearest, numbers, refusal
-from workbench.validation.signatures import door
+from workbench.core.validation.notebook_display import LINE, table_to_html
+from workbench.core.validation.refusals import as_text, described, known, nearest, numbers, refusal
+from workbench.core.validation.signatures import door
 
 ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
 Way: TypeAlias = Literal["read", "filtered", "estimated"]

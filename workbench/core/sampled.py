@@ -24,8 +24,8 @@ from workbench.core.shapes import Drawing
 from workbench.core.state_corners import corners_of
 from workbench.core.step import Rule, Step, held_at
 from workbench.core.switches import Switches
-from workbench.validation.refusals import MOST, one_of, seconds, whole
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import MOST, one_of, seconds, whole
+from workbench.core.validation.signatures import door
 
 MOST_SUBSTEPS = 10_000  # each is written out, so that more take minutes to be derived
 PERIODS = 100  # over which the substeps of a step without a number are chosen

@@ -16,8 +16,8 @@ from workbench.core.fingerprints import fingerprint_of
 from workbench.core.layout import Entry, Layout, layouts_to_html
 from workbench.core.ode import Ode
 from workbench.core.step import Rule, Step
-from workbench.validation.refusals import Array, seconds
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, seconds
+from workbench.core.validation.signatures import door
 
 SYMBOLS = {"z": "memory", "y": "readings", "r": "references", "p": "parameters"}  # each with its layout
 

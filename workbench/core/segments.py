@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench.core.state_corners import Corners
 from workbench.core.switches import NEAR, Switches
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,9 +11,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.expressions import refuse_misfit
-from workbench.validation.refusals import Array, described, one_of, refusal, text
-from workbench.validation.signatures import door
-from workbench.validation.type_hints import fit_of
+from workbench.core.validation.refusals import Array, described, one_of, refusal, text
+from workbench.core.validation.signatures import door
+from workbench.core.validation.type_hints import fit_of
 
 TONES = ("body", "link", "ground", "liquid", "path")
 PAIR = "two numbers or expressions, to the right and upward in m"

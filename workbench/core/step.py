@@ -16,8 +16,8 @@ from workbench.core.methods import METHODS, RK4, Method, runge_kutta
 from workbench.core.ode import Ode
 from workbench.core.segments import Segments
 from workbench.core.state_corners import corners_of
-from workbench.validation.refusals import one_of, require, seconds, whole
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import one_of, require, seconds, whole
+from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

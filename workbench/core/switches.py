@@ -17,7 +17,7 @@ import numpy as np
 
 from workbench.core.affine_pieces import Piece, Pieces, on_lattice, pieces_of, scaled, steady_value, summed
 from workbench.core.expressions import rows
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 # As a share of the time: an instant so near to the end of a step, or to another instant, is that end. It is far beyond
 # the rounding of a time, so that the middle of a segment is on one side of every switch.

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.linalg  # noqa: F401  brings a BLAS of its own, which must be here before it is looked for
 from threadpoolctl import ThreadpoolController
 
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, as_array, described
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, as_array, described
 
 Complex = np.ndarray[Any, np.dtype[np.complex128]]
 EPS = float(np.finfo(float).eps)

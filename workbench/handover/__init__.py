@@ -6,9 +6,9 @@ The room knows `Dynamics` and how a formula is printed, and nothing of robots or
 
 from collections.abc import Callable, Mapping
 
-from workbench.core import Dynamics
-from workbench.handover.arms.arm_code import as_c, as_casadi, as_python
-from workbench.handover.arms.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
+from workbench.arms.code.arm_code import as_c, as_casadi, as_python
+from workbench.arms.code.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
+from workbench.arms.dynamics import Dynamics
 
 FORMS: Mapping[str, Callable[[Dynamics], str]] = {
     "text": as_text,

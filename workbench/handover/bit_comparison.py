@@ -10,15 +10,15 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation import refusals
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import Words
 from workbench.handover.recording import Recording
 from workbench.handover.targets import TARGETS, AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError, lacking
-from workbench.validation import refusals
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 ANOTHER = "leaves another memory"
 LIMIT = 600.0  # s that one program of a target may take

@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
+from workbench.core.validation.places import other_kind
+from workbench.core.validation.refusals import described, refusal, require
 from workbench.handover.export_seal import MARK, is_unchanged, sealed_text
-from workbench.validation.places import other_kind
-from workbench.validation.refusals import described, refusal, require
 
 LARGEST = 2**28  # bytes of a file that is looked at before it is replaced: no export is so large
 

@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from workbench.core import Sampled, SampledLaw
+from workbench.core.validation.refusals import known, require
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.c99.c_names import member, prefix_of
 from workbench.handover.export_folder import write_files
 from workbench.handover.targets.size import measured_stack
-from workbench.validation.refusals import known, require
-from workbench.validation.signatures import door
 
 SUBSTEPS, STATES = 4, 10_000  # of the plant in a period; random states of which a bound is stated
 

@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import SampledLaw, Step
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.barriers import rewritten, without_barriers
-from workbench.simulate.kernel.casadi_to_graph import read_with
-from workbench.simulate.kernel.graph import COMMUTATIVE, Graph, Node
-from workbench.simulate.kernel.plan import Evaluation
-from workbench.simulate.kernel.stages import stepped
-from workbench.validation.signatures import door
+from workbench.core.validation.signatures import door
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.barriers import rewritten, without_barriers
+from workbench.engine.kernel.casadi_to_graph import read_with
+from workbench.engine.kernel.graph import COMMUTATIVE, Graph, Node
+from workbench.engine.kernel.plan import Evaluation
+from workbench.engine.kernel.stages import stepped
 
 
 @dataclass(frozen=True, eq=False)

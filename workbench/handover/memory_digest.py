@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 Words = npt.NDArray[np.uint64]
 

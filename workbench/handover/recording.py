@@ -16,16 +16,16 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Sampled, Step
 from workbench.core.sampled_law import SampledLaw
+from workbench.core.validation import refusals
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.signatures import door
+from workbench.engine.arithmetic import PORTABLE, march_of
+from workbench.engine.batch import table_of
+from workbench.engine.job import Job
 from workbench.handover.export_folder import write_files
 from workbench.handover.memory_digest import Words, digest
 from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.vector_files import signals_of, vector_files
-from workbench.simulate.arithmetic import PORTABLE, march_of
-from workbench.simulate.batch import table_of
-from workbench.simulate.job import Job
-from workbench.validation import refusals
-from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import door
 
 BLOCK = 10_000  # periods at a time, so that a million need little memory
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from workbench.core import SampledLaw
-from workbench.simulate.batch import LARGEST, LONGEST, SECONDS_PER_OPERATION
+from workbench.engine.batch import LARGEST, LONGEST, SECONDS_PER_OPERATION
 
 
 def afford_periods(call: str, law: SampledLaw, periods: int, operations: int) -> None:

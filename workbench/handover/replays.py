@@ -7,13 +7,13 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from workbench.core import Sampled, SampledLaw
+from workbench.core.validation.refusals import known, seconds, whole
+from workbench.core.validation.signatures import door
 from workbench.handover.bit_comparison import CLOCKS, LIMIT, Fit, TargetResult, compare, fits
 from workbench.handover.c99.c_code import CCode, c_code
 from workbench.handover.recording import Recording, record, single
 from workbench.handover.replay_bounds import afford_periods
 from workbench.handover.targets import TARGETS, USUAL, AbstractTarget
-from workbench.validation.refusals import known, seconds, whole
-from workbench.validation.signatures import door
 
 __all__ = ["CLOCKS", "Fit", "Replay", "TargetResult", "compare", "fits", "replay"]
 

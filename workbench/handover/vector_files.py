@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
+from workbench.core.validation.refusals import Array, known
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_calls import places_of
 from workbench.handover.c99.c_names import member, prefix_of
-from workbench.validation.refusals import Array, known
-from workbench.validation.signatures import door
 
 Rows = tuple[Any, Any, Any]  # readings, references and commands, a row an instant, as floats or doubles
 

@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from workbench.notation.program import walk
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
+from workbench.core.validation.signatures import door
 from workbench.proofs import branch_and_bound
 from workbench.proofs.branch_and_bound import Seen, least_seen, prove
 from workbench.proofs.enclosures import UNIT, AbstractForm, form_of
 from workbench.proofs.interval import NoBound, guarantee, jumps
-from workbench.validation.refusals import Array, as_array, described, positive, refusal, seconds, whole
-from workbench.validation.signatures import door
 
 TOLERANCE = 1e-8  # the gap between seen and proved, as a share of what is seen
 # Doubles that all boxes of one side may need if no budget is given, and those of the least of boxes: together

@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.proofs.enclosures import UNIT, AbstractForm
 from workbench.proofs.interval import NoBound
-from workbench.validation.refusals import Array
 
 # Doubles that are held at a time; corners are looked at one by one, up to so many symbols.
 HELD, CORNERS = 20_000_000, 6

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.validation.refusals import Array, refusal, require, whole
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, refusal, require, whole
+from workbench.core.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

@@ -19,10 +19,10 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.program import Walk, walk
+from workbench.core.notation.normal_form import NotInClass, normal_forms
+from workbench.core.notation.program import Walk, walk
+from workbench.core.validation.refusals import Array
 from workbench.proofs.interval import Interval, at_points, evaluate, jumps
-from workbench.validation.refusals import Array
 
 UNIT = 2.0**-53
 # Beyond so many waves their products with U cost more than they save; beyond so many intervals of the Jacobian do.

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import casadi as ca
 
-from workbench.notation import text
-from workbench.notation.normal_form import NormalForm, NotInClass, normal_forms
-from workbench.validation.signatures import door
+from workbench.core.notation import text
+from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_forms
+from workbench.core.validation.signatures import door
 
 Matrix = list[list[Fraction]]
 

@@ -14,13 +14,13 @@ from typing import Literal
 import casadi as ca
 import numpy as np
 
-from workbench.core import Dynamics
-from workbench.notation.normal_form import NotInClass, normal_forms
-from workbench.notation.program import Walk, walk
+from workbench.arms.dynamics import Dynamics
+from workbench.core.notation.normal_form import NotInClass, normal_forms
+from workbench.core.notation.program import Walk, walk
+from workbench.core.validation.refusals import Array, numbers
+from workbench.core.validation.signatures import door
 from workbench.proofs.branch_and_bound import sequence
 from workbench.proofs.interval import Interval, NoBound, evaluate
-from workbench.validation.refusals import Array, numbers
-from workbench.validation.signatures import door
 
 Kind = Literal["proved", "refuted", "not refuted"]
 

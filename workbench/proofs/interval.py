@@ -22,9 +22,9 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.notation.program import NAMES, Walk
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
+from workbench.core.notation.program import NAMES, Walk
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 
 ARB = find_spec("flint") is not None  # the extra `rigorous`
 if ARB:

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from workbench.core import Dynamics
+from workbench.arms.dynamics import Dynamics
+from workbench.core.validation.refusals import Array, matrix, numbers
+from workbench.core.validation.signatures import door
 from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
 from workbench.proofs.identity import Kind, Witness, judge_zero
-from workbench.validation.refusals import Array, matrix, numbers
-from workbench.validation.signatures import door
 
 
 def nominal(dynamics: Dynamics) -> dict[str, float]:

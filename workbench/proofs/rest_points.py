@@ -11,12 +11,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.notation.program import walk
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import Array, known, vector
+from workbench.core.validation.signatures import door
 from workbench.proofs.bounds import enclose, extreme_eigenvalue
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
 from workbench.proofs.interval import NoBound, jumps
-from workbench.validation.refusals import Array, known, vector
-from workbench.validation.signatures import door
 
 NEWTON_STEPS = 60
 # Half-widths of boxes about a zero, as shares of its size; how loose an enclosure may be, as a share; its boxes.

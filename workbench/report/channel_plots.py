@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.validation.refusals import Array, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.report.linear_loop_curves import (
@@ -19,22 +21,19 @@ from workbench.report.linear_loop_curves import (
     unstable_of_all,
 )
 from workbench.report.linear_loop_responses import Names
-from workbench.report.picture import Picture
-from workbench.report.system_curves import named
-from workbench.study.document.figure import STYLES, Figure, Panel
-from workbench.study.loop_pictures import (
-    Disk,
-    FrequencyCurve,
+from workbench.report.loop_pictures import (
     FrequencyMatrix,
-    GainBound,
     bode_figure,
     characteristic_loci_figure,
     determinant_figure,
     relative_gain_figure,
     singular_value_figure,
 )
-from workbench.validation.refusals import Array, refusal
-from workbench.validation.signatures import door
+from workbench.report.picture import Picture
+from workbench.report.system_curves import named
+from workbench.study.document.figure import STYLES, Figure, Panel
+from workbench.study.document.frequency_curves import FrequencyCurve
+from workbench.study.document.gain_bounds import Disk, GainBound
 
 CALL = "LinearLoop.plot"
 GANG = ("TF", "T", "PS", "CSF", "CS", "S")  # in the order of the panels, row by row

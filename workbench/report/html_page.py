@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import jinja2
 from markupsafe import Markup, escape
 
-from workbench.notation import mathml
+from workbench.core.notation import mathml
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.figures.dark_colors import colors_of, dark_scheme, with_variables
 from workbench.report.live_page import PRINTED, live_page

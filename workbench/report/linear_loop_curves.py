@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency import StabilityMargins
 from workbench.design.linear.system_answers import SystemRoots, unstable_poles
 from workbench.design.linear_loop import LinearLoop, LinearRows
@@ -15,9 +16,9 @@ from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_channels import alone, channel_roots, loop_frequencies
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.matrices import Refused
+from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
 from workbench.study.document.figure import STYLES
-from workbench.study.loop_pictures import Corners, FrequencyCurve, FrequencyMatrix, PoleZeroSet
-from workbench.validation.refusals import Array
+from workbench.study.document.frequency_curves import Corners, FrequencyCurve
 
 
 @dataclass(frozen=True)

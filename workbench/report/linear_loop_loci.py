@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, known, numbers, refusal
 from workbench.design.linear_loop import LinearLoop
+from workbench.report.loop_pictures import root_locus_figure
 from workbench.study.document.figure import Figure
-from workbench.study.loop_pictures import root_locus_figure
-from workbench.study.loop_pictures.frequency_curves import number
-from workbench.validation.refusals import Array, known, numbers, refusal
+from workbench.study.document.frequency_curves import number
 
 WAYS = 'the path of a parameter and its `values`, or a mapping from the path to them: {"plant.m": values}'
 

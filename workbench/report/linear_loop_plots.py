@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from workbench.core.validation.refusals import Array, one_of
+from workbench.core.validation.signatures import door
 from workbench.design.linear_loop import LinearLoop
 from workbench.report import loop_plots
 from workbench.report.channel_plots import (
@@ -17,19 +19,12 @@ from workbench.report.channel_plots import (
 )
 from workbench.report.linear_loop_curves import Curves, answer_curves
 from workbench.report.linear_loop_responses import Names
+from workbench.report.loop_pictures import bode_figure, nichols_figure, nyquist_figure, pole_zero_map
 from workbench.report.picture import Picture, known_options
 from workbench.report.response_figures import joined_figures, responses_figure
 from workbench.report.system_curves import curves_of, named, roots_of
 from workbench.study.document.figure import Figure
-from workbench.study.loop_pictures import (
-    GainBound,
-    bode_figure,
-    nichols_figure,
-    nyquist_figure,
-    pole_zero_map,
-)
-from workbench.validation.refusals import Array, one_of
-from workbench.validation.signatures import door
+from workbench.study.document.gain_bounds import GainBound
 
 CALL = "LinearLoop.plot"
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.system_answers import step_answers
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.loop_channels import visible
@@ -17,9 +18,8 @@ from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.step_response import exact_figures
 from workbench.report.linear_loop_curves import signal_units
+from workbench.report.loop_pictures import TimeResponse
 from workbench.study.document.figure import STYLES
-from workbench.study.loop_pictures import TimeResponse
-from workbench.validation.refusals import Array
 
 NO_STEP = 1e-9  # of the largest value of a response: a final value that is nearer to the first one is no step
 

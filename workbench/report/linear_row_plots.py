@@ -8,18 +8,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, known, one_of, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.frequency import hinf_norm
 from workbench.design.linear_loop import LinearRows
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_channels import alone, loop_frequencies
 from workbench.report.linear_row_responses import row_steps
+from workbench.report.loop_pictures import Envelope, bode_envelope, envelope_figure
+from workbench.report.loop_pictures.pole_maps import grid_remarks, root_panel
 from workbench.report.picture import Picture, known_options
 from workbench.study.document.figure import Figure, Mark, Points, Series
-from workbench.study.loop_pictures import Envelope, GainBound, bode_envelope, envelope_figure
-from workbench.study.loop_pictures.frequency_curves import number
-from workbench.study.loop_pictures.pole_maps import grid_remarks, root_panel
-from workbench.validation.refusals import Array, known, one_of, refusal
-from workbench.validation.signatures import door
+from workbench.study.document.frequency_curves import number
+from workbench.study.document.gain_bounds import GainBound
 
 CALL = "LinearRows.plot"
 LOOKED_AT = 16  # rows whose roots fix the range of frequencies

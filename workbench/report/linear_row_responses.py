@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, positive
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.linear.system_answers import showing_time
 from workbench.design.linear_loop import LinearRows
 from workbench.design.matrices import Refused
 from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import response_pairs
-from workbench.validation.refusals import Array, positive
 
 TIMES, MOST = 300, 2000  # of the slow modes, and how many more while fast ones last
 LONGEST = 5000  # periods

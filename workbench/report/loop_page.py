@@ -10,15 +10,15 @@ from markupsafe import Markup, escape
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import Loop
-from workbench.metrics import AbstractMetric
+from workbench.core.validation.places import other_kind
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics import AbstractMetric
 from workbench.report.html_page import html
+from workbench.report.live.live_data import live_data
+from workbench.report.live.loop_study import loop_study
 from workbench.study import case_runs, writeup
+from workbench.study.knob import Knob
 from workbench.study.ledger.durability import write_durably
-from workbench.study.live.knob import Knob
-from workbench.study.live.live_data import live_data
-from workbench.study.live.loop_study import loop_study
-from workbench.validation.places import other_kind
-from workbench.validation.signatures import door
 
 HEIGHT = 900  # pixels of the frame in a notebook
 COMMAND = "workbench.live(...)"

@@ -7,24 +7,23 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, numbers, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.linear.system_answers import feedback_poles, lti, system_roots
 from workbench.design.linear_loop import LinearLoop
 from workbench.report.linear_loop_loci import locus_figure
-from workbench.report.picture import Picture
-from workbench.report.response_figures import responses_figure
-from workbench.report.system_curves import curves_of, matrices_of, one_channel, roots_of
-from workbench.study.loop_pictures import (
-    Disk,
-    GainBound,
+from workbench.report.loop_pictures import (
     bode_figure,
     nichols_figure,
     nyquist_figure,
     root_locus_figure,
     singular_value_figure,
 )
-from workbench.study.loop_pictures import pole_zero_map as pole_zero_figure
-from workbench.validation.refusals import Array, numbers, refusal
-from workbench.validation.signatures import door
+from workbench.report.loop_pictures import pole_zero_map as pole_zero_figure
+from workbench.report.picture import Picture
+from workbench.report.response_figures import responses_figure
+from workbench.report.system_curves import curves_of, matrices_of, one_channel, roots_of
+from workbench.study.document.gain_bounds import Disk, GainBound
 
 GAINS = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 800)])  # of a root locus
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from workbench.core.drawers import DRAWERS, draw
+from workbench.core.validation.signatures import door
 from workbench.design.linear_loop import LinearLoop, LinearRows
+from workbench.engine import Trajectories
 from workbench.report.figures.runs import plot_runs
 from workbench.report.linear_loop_plots import draw_loops
 from workbench.report.linear_row_plots import draw_rows
-from workbench.simulate import Trajectories
-from workbench.validation.signatures import door
 
 DRAWERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_rows}
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import typst
 
-from workbench.notation import typst_math
+from workbench.core.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance

@@ -10,13 +10,13 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
+from workbench.core.validation.places import other_kind
+from workbench.core.validation.refusals import known, one_of
+from workbench.core.validation.signatures import door
 from workbench.report.pdf import drawing_file
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Figure
 from workbench.study.ledger.durability import write_durably
-from workbench.validation.places import other_kind
-from workbench.validation.refusals import known, one_of
-from workbench.validation.signatures import door
 
 KINDS = (".svg", ".pdf", ".png")
 MOST_LETTERS = 80  # of a caption in the line that stands for a picture

@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from workbench.core.validation.refusals import refusal
 from workbench.design.linear.system_answers import lti, period_of, step_answers
 from workbench.design.linear_loop import LinearLoop
 from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import Names, loop_responses, time_response
+from workbench.report.loop_pictures import TimeResponse, impulse_figure, step_figure
 from workbench.report.system_curves import named, one_channel
 from workbench.study.document.figure import Figure
+from workbench.study.document.frequency_curves import captioned, joined
 from workbench.study.document.phrases import Phrase
-from workbench.study.loop_pictures import TimeResponse, impulse_figure, step_figure
-from workbench.study.loop_pictures.frequency_curves import captioned, joined
-from workbench.validation.refusals import refusal
 
 
 def responses_figure(

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from workbench.core.validation.refusals import Array, refusal
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.linear.system_answers import lti, system_answers, system_roots, unstable_poles
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.matrices import Refused
 from workbench.report.linear_loop_curves import Curves, channel_curves, loop_matrix, loop_poles
-from workbench.study.loop_pictures import Corners, FrequencyCurve, FrequencyMatrix, PoleZeroSet
-from workbench.validation.refusals import Array, refusal
+from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
+from workbench.study.document.frequency_curves import Corners, FrequencyCurve
 
 
 def named(systems: Any) -> list[tuple[str, Any]]:

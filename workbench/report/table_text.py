@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from workbench.notation import latex, text
+from workbench.core.notation import latex, text
 from workbench.report.number_text import Padding, Printed, measured, paddings, printed
 from workbench.study.document.phrases import (
     Cell,

@@ -11,8 +11,11 @@ from functools import partial
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
-from workbench.simulate.arithmetic import signature
-from workbench.simulate.job import Progress, threads
+from workbench.core.validation.permission import refuse_in_pages
+from workbench.core.validation.refusals import whole
+from workbench.core.validation.signatures import door
+from workbench.engine.arithmetic import signature
+from workbench.engine.job import Progress, threads
 from workbench.study import cost
 from workbench.study.compiled import CASES, CompiledSweep, compile_case
 from workbench.study.completion import Pieces, complete_pieces
@@ -24,9 +27,6 @@ from workbench.study.outcome import Case, Outcome, Results
 from workbench.study.part import AbstractPart, Share, Site
 from workbench.study.run_tables import case_table_of
 from workbench.study.study import Study
-from workbench.validation.permission import refuse_in_pages
-from workbench.validation.refusals import whole
-from workbench.validation.signatures import door
 
 SAID = 10.0  # s: what takes longer is said before it begins
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from workbench.simulate.step_choice import Choice
+from workbench.engine.step_choice import Choice
 from workbench.study.definition_text import UnseenError
 from workbench.study.definitions import Definitions
 from workbench.study.ledger.chunk import Chunk, plain

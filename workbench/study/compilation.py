@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 from workbench.study import cost
 from workbench.study.case_runs import CaseRuns, CompiledCase, compile_cases
 from workbench.study.chosen_steps import ChosenSteps, kept_in

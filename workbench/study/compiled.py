@@ -14,16 +14,17 @@ import numpy as np
 from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
 from workbench.core.fingerprints import fingerprint_of
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
-from workbench.metrics.score import Column
-from workbench.metrics.step_for_metrics import step_for
-from workbench.simulate import Trajectories
-from workbench.simulate.arithmetic import signature
-from workbench.simulate.batch import SECONDS_PER_OPERATION
-from workbench.simulate.divergence import Divergence
-from workbench.simulate.job import Progress
-from workbench.simulate.step_choice import Choice
+from workbench.core.validation.refusals import Array, Integers, multiple
+from workbench.engine import Trajectories
+from workbench.engine.arithmetic import signature
+from workbench.engine.batch import SECONDS_PER_OPERATION
+from workbench.engine.divergence import Divergence
+from workbench.engine.job import Progress
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.engine.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
+from workbench.engine.metrics.score import Column
+from workbench.engine.metrics.step_for_metrics import step_for
+from workbench.engine.step_choice import Choice
 from workbench.study.chosen_steps import choice_of
 from workbench.study.contract import Run, Sweep, again
 from workbench.study.ledger.chunk import Chunk, chunk_of, plain
@@ -31,7 +32,6 @@ from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import AbstractDesign, Alone
 from workbench.study.uncertainty.factors import Space
-from workbench.validation.refusals import Array, Integers, multiple
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold

@@ -9,12 +9,12 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import LOOP, Loop, is_loop
-from workbench.metrics import AbstractMetric
+from workbench.core.validation.refusals import Integers, multiple, positive, refusal, seconds, seed, whole
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics import AbstractMetric
 from workbench.study.document.phrases import check_name
 from workbench.study.uncertainty.designs import AbstractDesign
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Integers, multiple, positive, refusal, seconds, seed, whole
-from workbench.validation.signatures import door
 
 TOLERANCE = 1e-3
 HALVED = 16

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from math import ceil, inf
 from pathlib import Path
 
-from workbench.simulate.arithmetic import is_compiled
-from workbench.simulate.job import threads
+from workbench.engine.arithmetic import is_compiled
+from workbench.engine.job import threads
 from workbench.study.compiled import CompiledSweep
 from workbench.study.order import Order
 from workbench.study.work import GUESS, CompiledWork

@@ -25,7 +25,7 @@ import numpy as np
 
 from workbench.core import Ode, Sampled, Step
 from workbench.core.fingerprints import fingerprint_of
-from workbench.validation.notebook_display import brief
+from workbench.core.validation.notebook_display import brief
 
 PLAIN = (bool, int, str, bytes, type(None), type(...), range, slice, Fraction, Decimal, PurePath)
 # Calls whose result no source tells.

@@ -9,7 +9,7 @@ from typing import Any
 import casadi as ca
 
 from workbench import __version__
-from workbench.simulate.arithmetic import VERSION
+from workbench.engine.arithmetic import VERSION
 from workbench.study.definition_text import Definition, Reader
 
 

@@ -16,11 +16,11 @@ from typing import Any, Protocol
 import casadi as ca
 
 from workbench import __version__
-from workbench.simulate.arithmetic import VERSION
-from workbench.simulate.job import LOOK, look_to, threads, use_threads
+from workbench.core.validation.permission import refuse_in_pages
+from workbench.engine.arithmetic import VERSION
+from workbench.engine.job import LOOK, look_to, threads, use_threads
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import LATER, Task
-from workbench.validation.permission import refuse_in_pages
 
 AHEAD = 2  # chunks computed or waiting while one is written
 PATIENCE = 15.0  # s for a cluster to answer

@@ -12,12 +12,12 @@ import numpy as np
 
 from workbench.core import Entry, Ode
 from workbench.core.held_signals import is_held
+from workbench.core.validation.refusals import Array, known
+from workbench.core.validation.signatures import door
 from workbench.study.document.figure import Bars, Label, Points, Style
 from workbench.study.document.phrases import Cell, Diverged, Measured, Missing
 from workbench.study.document.source import Source
 from workbench.study.study import Outcome
-from workbench.validation.refusals import Array, known
-from workbench.validation.signatures import door
 
 
 @door

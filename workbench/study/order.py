@@ -7,11 +7,11 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
+from workbench.core.validation.refusals import whole
 from workbench.study.executors import LOCAL, Source
 from workbench.study.ledger.chunk import Chunk
 from workbench.study.ledger.store import Tell
 from workbench.study.study import Study
-from workbench.validation.refusals import whole
 
 Record = tuple[str, bytes, bytes]  # name, head and data of a chunk
 Arithmetics = tuple[tuple[str, str], ...]  # that of each sweep, by their names

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core import Ode, Sampled
-from workbench.metrics import Measurement, Score
-from workbench.metrics.score import Column
+from workbench.core.validation.refusals import Array, known, refusal
+from workbench.core.validation.refusals import name as printable_name
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics import Measurement, Score
+from workbench.engine.metrics.score import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
-from workbench.validation.refusals import Array, known, refusal
-from workbench.validation.refusals import name as printable_name
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, as_array, described, finite, known
+from workbench.core.validation.signatures import door
 from workbench.study.document.document import Column, Phrase, Table
 from workbench.study.document.phrases import raised
-from workbench.validation.refusals import Array, as_array, described, finite, known
-from workbench.validation.signatures import door
 
 Mark = Literal["stated", "derived", "assumed"]
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from workbench.metrics import Measurement
-from workbench.metrics.score import Column
-from workbench.simulate.step_choice import Choice
+from workbench.core.validation.refusals import Array
+from workbench.engine.metrics import Measurement
+from workbench.engine.metrics.score import Column
+from workbench.engine.step_choice import Choice
 from workbench.study.contract import COLUMNS
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.chunk import Chunk, chunk_of
@@ -21,7 +22,6 @@ from workbench.study.ledger.durability import write_durably
 from workbench.study.ledger.ownership import LedgerError, refuse_links
 from workbench.study.ledger.store import TABLE
 from workbench.study.sample import ARRAYS, Sample
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import pandas as pd

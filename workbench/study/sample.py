@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.metrics import Measurement, Score
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics import Measurement, Score
 from workbench.study.document.phrases import raised
 from workbench.study.document.source import Source
 from workbench.study.uncertainty.designs import AbstractDesign
-from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import door
 
 ARRAYS = (
     "t",

@@ -7,17 +7,17 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from workbench.core.equations import answer
+from workbench.core.validation.refusals import seed, several, whole
+from workbench.core.validation.signatures import door
 from workbench.study.contract import Sweep
 from workbench.study.document.document import Page, Section
 from workbench.study.document.phrases import check_name
-from workbench.study.live.knob import Knob
+from workbench.study.knob import Knob
 from workbench.study.outcome import Case as Case
 from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
 from workbench.study.tuning import Tuning
 from workbench.study.work import Work
-from workbench.validation.refusals import seed, several, whole
-from workbench.validation.signatures import door
 
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
 

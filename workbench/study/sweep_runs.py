@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 from workbench.study import cost
 from workbench.study.chosen_steps import ChosenSteps
 from workbench.study.compiled import CompiledSweep

@@ -8,14 +8,14 @@ from functools import cached_property
 from types import FunctionType
 from typing import Any, get_origin, get_type_hints
 
+from workbench.core.validation.notebook_display import brief
+from workbench.core.validation.refusals import positive, raised, refusal
+from workbench.core.validation.signatures import door
 from workbench.study.definition_text import UnseenError
 from workbench.study.definitions import Definitions
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.answers import AnswerError, answer_of, chunk_of_answer, classes_of
 from workbench.study.ledger.chunk import Chunk
-from workbench.validation.notebook_display import brief
-from workbench.validation.refusals import positive, raised, refusal
-from workbench.validation.signatures import door
 
 GUESS = 2.0  # s for an item of a work that states no time
 LONGEST = 1e9  # s of an item

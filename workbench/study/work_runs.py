@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from workbench.simulate.job import threads
+from workbench.engine.job import threads
 from workbench.study import cost
 from workbench.study.completion import Pieces, complete_pieces
 from workbench.study.executors import on_cluster, on_threads

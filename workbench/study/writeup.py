@@ -12,11 +12,11 @@ from typing import Any
 
 from workbench import __version__
 from workbench.core.equations import answer
-from workbench.simulate.arithmetic import signature
+from workbench.core.validation.permission import no_runs
+from workbench.core.validation.refusals import several
+from workbench.engine.arithmetic import signature
 from workbench.study.document.document import Colophon, Document, Page, Section
 from workbench.study.study import Results, Study
-from workbench.validation.permission import no_runs
-from workbench.validation.refusals import several
 
 TIMED = ("control-workbench", "casadi", "control", "jax", "llvmlite", "numba", "numpy", "scipy")
 PACKAGES = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "typst")

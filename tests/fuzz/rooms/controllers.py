@@ -6,12 +6,12 @@ from typing import Any
 import control
 import numpy as np
 
-from workbench import controllers
+from workbench.blocks import laws as controllers
 from workbench.core import layout
 
 from ..parts import ARM, signals
 
-MODULES = ("workbench.controllers",)
+MODULES = ("workbench.blocks.laws",)
 PORTS = (("q", "rad"), ("qd", "rad/s"), ("tau", "N m"))
 PORT, LINEAR = layout(x="m"), control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="omega", outputs="v")
 

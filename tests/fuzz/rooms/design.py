@@ -9,15 +9,16 @@ import control
 import numpy as np
 
 from workbench import design
-from workbench.controllers import SlidingMode
-from workbench.core import Dynamics, Entry, Layout, Ode
-from workbench.design import chattering, frequency, linear, observer_gains, riccati, riccati_flow, step_response
-from workbench.loop import ClosedLoop
-from workbench.observers import FullState
-from workbench.plants import Manipulator
-from workbench.plants.manipulator import FirstOrderLag
-from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Hold
+from workbench.arms import observer_gains
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.laws import SlidingMode
+from workbench.arms.manipulator import FirstOrderLag, Manipulator
+from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
+from workbench.arms.observers import FullState
+from workbench.blocks.loop import ClosedLoop
+from workbench.blocks.signals import Hold
+from workbench.core import Entry, Layout, Ode
+from workbench.design import chattering, frequency, linear, riccati, riccati_flow, step_response
 
 from ..parts import LOOP, signals
 

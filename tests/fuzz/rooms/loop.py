@@ -5,12 +5,12 @@ from typing import Any
 
 import control
 
-from workbench import loop
+from workbench.blocks import loop
 from workbench.study.evidence.law_tables import information_table
 
 from ..parts import LAW, LOOP, OBSERVER, PLANT, REFERENCE, signals
 
-MODULES = ("workbench.loop",)
+MODULES = ("workbench.blocks.loop",)
 LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
 GAUGES = loop.Instruments.of(PLANT, {"q": 0.1}, {"q": 0.1}, {"tau": (-1.0, 1.0)})
 

@@ -8,11 +8,11 @@ import numpy as np
 
 from workbench.design.chattering import Relay, harmonic_balance
 from workbench.design.frequency import stability_margins
+from workbench.report import loop_pictures as pictures
 from workbench.report import loop_plots
-from workbench.study import loop_pictures as pictures
 from workbench.study.document import plane_marks as marks
 
-MODULES = ("workbench.study.loop_pictures", "workbench.report.loop_plots")
+MODULES = ("workbench.report.loop_pictures", "workbench.report.loop_plots")
 OMEGA = np.array([0.5, 1.0, 2.0, 4.0])
 LAG = control.tf([4.0], [1.0, 3.0, 3.0, 1.0])
 TWO = control.ss([[-1.0, 0.0], [0.0, -2.0]], np.eye(2), [[1.0, 1.0], [0.0, 1.0]], np.zeros((2, 2)))

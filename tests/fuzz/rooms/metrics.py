@@ -7,17 +7,17 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench import metrics as room
 from workbench.core import Layout, Ode
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.contract import Integral
-from workbench.metrics.measured_equation import common_grid
-from workbench.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
-from workbench.simulate import simulate
+from workbench.engine import metrics as room
+from workbench.engine import simulate
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.measured_equation import common_grid
+from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 
 from ..parts import LOOP, ODE
 
-MODULES = ("workbench.metrics",)
+MODULES = ("workbench.engine.metrics",)
 
 
 @dataclass(frozen=True)

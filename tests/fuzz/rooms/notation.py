@@ -6,8 +6,8 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
-from workbench.notation.formula import Matrix, Number, Relation, Sum, Symbol
+from workbench.core.notation import formula, latex, mathml, normal_form, program, reader, text, typst_math
+from workbench.core.notation.formula import Matrix, Number, Relation, Sum, Symbol
 
 MODULES = ()  # the room has no `__all__`: what follows is what other rooms and studies use
 

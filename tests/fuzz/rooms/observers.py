@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench import observers
+from workbench.blocks import observers
 
 from ..parts import ARM, OBSERVER, PLANT, signals
 
-MODULES = ("workbench.observers",)
+MODULES = ("workbench.blocks.observers",)
 
 
 def calls() -> dict[str, Any]:

@@ -5,15 +5,15 @@ from typing import Any
 
 import numpy as np
 
-from workbench.study import pictures
+from workbench.report import pictures
+from workbench.report.pictures import traces
 from workbench.study.document import figure as marks
-from workbench.study.pictures import traces
 from workbench.study.uncertainty import sobol
 
 from .evidence import COMPARISON, EFFECTS, INDICES, NAMES, PAIRS, QUANTILES, TORNADO, outputs
 from .study import outcomes
 
-MODULES = ("workbench.study.pictures",)
+MODULES = ("workbench.report.pictures",)
 NOTE = "40 runs, none of them failed; seed 0; step error 1e-6."
 LABELS = {"k": "stiffness"}
 T = np.array([1.0, 2.0])

@@ -5,14 +5,14 @@ from typing import Any
 
 import control
 
-from workbench import plants
+from workbench.blocks import plants
+from workbench.blocks.loop import open_loop
+from workbench.blocks.signals import Sines, SineTorque
 from workbench.core import Entry, layout
-from workbench.loop import open_loop
-from workbench.signals import Sines, SineTorque
 
 from ..parts import ARM, PLANT, signals
 
-MODULES = ("workbench.plants",)
+MODULES = ("workbench.blocks.plants",)
 LINEAR = control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="v", outputs="omega")
 
 

@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from workbench import reference as room
+from workbench.engine import reference as room
 
 from ..parts import ODE
 
-MODULES = ("workbench.reference",)
+MODULES = ("workbench.engine.reference",)
 
 
 def rate(t: float, x: Any) -> Any:

@@ -8,14 +8,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench import robots
-from workbench.robots import Link, SpatialLink, urdf
-from workbench.robots.planar_arm import PointMass
-from workbench.robots.tree import Joint, Solid, arm_of
+from workbench.arms import mechanics as robots
+from workbench.arms.mechanics import Link, SpatialLink, urdf
+from workbench.arms.mechanics.planar_arm import PointMass
+from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
 from ..parts import TREE, signals
 
-MODULES = ("workbench.robots", "workbench.robots.urdf")
+MODULES = ("workbench.arms.mechanics", "workbench.arms.mechanics.urdf")
 
 TEXT = """<robot name="r"><link name="base"/><link name="arm"><inertial><origin xyz="0 0 0.5"/><mass value="1"/>
 <inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.1"/></inertial></link>

@@ -5,11 +5,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from workbench import signals as room
+from workbench.blocks import signals as room
 
 from ..parts import signals
 
-MODULES = ("workbench.signals",)
+MODULES = ("workbench.blocks.signals",)
 FOLDER = tempfile.TemporaryDirectory()
 FILE = Path(FOLDER.name) / "log.csv"
 FILE.write_text("t [s],x [m]\n0,1\n1,2\n2,3\n")

@@ -7,16 +7,16 @@ from typing import Any
 import numpy as np
 
 from workbench.core import rk4
-from workbench.simulate import arithmetic
-from workbench.simulate.divergence import Divergence
-from workbench.simulate.job import Job
-from workbench.simulate.step_check import StepCheck
-from workbench.simulate.step_size import Accuracy, Check
+from workbench.engine import arithmetic
+from workbench.engine.divergence import Divergence
+from workbench.engine.job import Job
+from workbench.engine.step_check import StepCheck
+from workbench.engine.step_size import Accuracy, Check
 
 from ..parts import ODE
 
-room = import_module("workbench.simulate")  # `workbench.simulate` is the function
-MODULES = ("workbench.simulate",)
+room = import_module("workbench.engine")  # `workbench.engine` is the function
+MODULES = ("workbench.engine",)
 
 STEP, HALF = rk4(ODE, 2e-5), rk4(ODE, 1e-5)  # so short that a run to 2^31 s is refused for its length
 P, X0 = np.full((2, 1), 2.0), np.ones((2, 1))

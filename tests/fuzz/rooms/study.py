@@ -8,7 +8,7 @@ import casadi as ca
 
 from workbench import study
 from workbench.core import Entry, Layout, Ode
-from workbench.metrics import iae, ise
+from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep

@@ -10,28 +10,31 @@ import casadi as ca
 import numpy as np
 
 from workbench import handover as derivation
-from workbench.claims import claim_ledger as claims
-from workbench.claims import claim_margins, counterexample, falsify
-from workbench.cli import verification
-from workbench.core import Claim, Dynamics
-from workbench.core.claim import Declared
-from workbench.metrics.contract import Integral
-from workbench.notation.program import walk
-from workbench.printed import (
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.mechanics import named
+from workbench.arms.printed import (
     arm_letters,
     printed_equations,
 )
-from workbench.printed import entry_comparison as printed  # fmt: skip
+from workbench.arms.printed import entry_comparison as printed  # fmt: skip
+from workbench.cli import verification
+from workbench.core import Claim
+from workbench.core.claim import Declared
+from workbench.core.notation.program import walk
+from workbench.engine.metrics.contract import Integral
 from workbench.proofs import (
     bounds,
+    claim_margins,
+    counterexample,
     differential_evolution,
     exact_arithmetic,
+    falsify,
     identity,
     interval,
     properties,
     rest_points,
 )
-from workbench.robots import named
+from workbench.proofs import claim_ledger as claims
 
 from ..parts import ODE
 

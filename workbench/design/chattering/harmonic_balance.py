@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 from scipy.optimize import brentq
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, finite, positive, require
+from workbench.core.validation.signatures import door
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, finite, positive, require
-from workbench.validation.signatures import door
 
 LEAST = 1e-100  # an amplitude
 POINTS, DECADES = 6000, 4  # of the grid of frequencies, beyond the slowest and the fastest pole

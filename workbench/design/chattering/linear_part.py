@@ -12,9 +12,19 @@ from scipy.linalg import eig, eigvals
 from scipy.signal import BadCoefficients
 
 from workbench.core import Ode, Step
+from workbench.core.validation.refusals import (
+    Array,
+    described,
+    finite,
+    known,
+    positive,
+    refusal,
+    require,
+    seconds,
+    vector,
+)
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import Refused, square
-from workbench.validation.refusals import Array, described, finite, known, positive, refusal, require, seconds, vector
-from workbench.validation.signatures import door
 
 FASTEST = 1e100  # a frequency in rad/s
 ROUNDING = 1e-6  # a threefold integrator has computed poles as far from zero as the cube root of rounding

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, positive, whole
+from workbench.core.validation.signatures import door
 from workbench.design.chattering.linear_part import ROUNDING, LinearPart
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, positive, whole
-from workbench.validation.signatures import door
 
 MOST_INSTANTS = 1_000_000
 FEWEST = 5  # periods from which a frequency is taken

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import refusal
 from workbench.design.frequency.certified_values import CertifiedValue, enclosure, root_of
 from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import (
@@ -29,7 +30,6 @@ from workbench.design.frequency.rational_matrices import whole
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import refusal
 
 if TYPE_CHECKING:
     import control

@@ -7,15 +7,15 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import positive
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.axis_loop import axis_frequency
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, root_of
 from workbench.design.frequency.integer_polynomials import add, scale, squared_modulus, trim
 from workbench.design.frequency.positive_roots import Root, positive_roots
 from workbench.design.frequency.stable_ratios import StableRatio, stable_ratio
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import positive
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

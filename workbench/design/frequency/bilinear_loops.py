@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

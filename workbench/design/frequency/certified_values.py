@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 
+from workbench.core.validation.notebook_display import show
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
 
 BITS = 128  # of a quotient before its square root is taken
 LARGEST_EXPONENT = 1020  # of a norm that is a double

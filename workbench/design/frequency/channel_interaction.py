@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import as_array, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import EPS, Complex, Refused
-from workbench.validation.refusals import as_array, refusal
-from workbench.validation.signatures import door
 
 
 @door

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, finite, one_of, refusal, seconds
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.matched_roots import matched_polynomials, matched_space
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array, finite, one_of, refusal, seconds
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 from workbench.design.frequency.response_program import Pair, pair, put_pair, size_of, times
 from workbench.design.matrices import EPS
-from workbench.simulate.kernel.vector_loops import Index, Machine, Pointer, Vector
+from workbench.engine.kernel.vector_loops import Index, Machine, Pointer, Vector
 
 # Takes the place of an answer among those at a frequency, its two parts, its error and its sensitivity.
 Put = Callable[[Index, Vector, Vector, Vector, Vector], None]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.linalg import block_diag, eig, eigvals, schur
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.axis_loop import exact_delay, period_of
 from workbench.design.frequency.bilinear_loops import delayed_loop, loop_on_axis
 from workbench.design.frequency.certified_values import (
@@ -35,7 +36,6 @@ from workbench.design.frequency.response_errors import solved
 from workbench.design.linear.feedback_loops import crossings_of, largest_gain, pole_frequencies, sensitivity
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused, one_thread, pole_text
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

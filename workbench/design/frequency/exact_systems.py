@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Refused, pole_text
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

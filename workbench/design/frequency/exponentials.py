@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
 
 Matrix = np.ndarray[Any, Any]  # real or complex, perhaps a stack of them
 TERMS = 16  # of the series, at a norm of one half: what is left out is 0.5^16 / 17! = 4e-20

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, numbers
 from workbench.design.matrices import Complex
-from workbench.validation.refusals import Array, numbers
 
 TIE = 10.0  # degrees below 180, from which on a first phase is taken as -180
 

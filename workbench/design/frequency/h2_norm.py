@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.certified_values import INFINITE, CertifiedValue, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable
 from workbench.design.frequency.integer_polynomials import Polynomial, add, multiply, scale, squared_modulus
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
-from workbench.validation.notebook_display import show
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.certified_values import INFINITE, Peak, enclosing_root, rounded_root
 from workbench.design.frequency.exact_systems import exact_state_space, not_stable, refuse_many_channels
 from workbench.design.frequency.gain_polynomials import GainPolynomials, exceeds, largest_square
 from workbench.design.frequency.positive_roots import positive_roots
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, finite
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.exponentials import growth, held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
 from workbench.design.frequency.response_errors import solved
 from workbench.design.frequency.sampled_parts import SAME, Matrices, band, continuous_plant, sampled_law
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, finite
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from workbench.core.validation.notebook_display import show
 from workbench.design.frequency.certified_values import CertifiedValue, Peak
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.pole_zero_structure import pole_zero_structure
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused, pole_text
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, refusal, seconds, several
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.exponentials import held_map
 from workbench.design.frequency.period_poles import PeriodPoles, period_poles
 from workbench.design.frequency.sampled_parts import Matrices, continuous_plant, sampled_law
 from workbench.design.matrices import EPS
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, refusal, seconds, several
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import eig, matrix_balance, svd
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS, Complex, Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

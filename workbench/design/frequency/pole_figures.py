@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.axis_loop import axis_loop, refuse_odd_loop
 from workbench.design.frequency.certified_values import INFINITE, CertifiedValue, least
 from workbench.design.frequency.complex_roots import complex_roots
@@ -15,7 +16,6 @@ from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import stretch
 from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, whole
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.complex_roots import complex_roots
 from workbench.design.frequency.exact_systems import exact_state_space
 from workbench.design.frequency.integer_polynomials import Polynomial, common_divisor
@@ -13,9 +16,6 @@ from workbench.design.frequency.rational_matrices import markov_parameters, whol
 from workbench.design.frequency.rational_systems import RationalSystem
 from workbench.design.frequency.transfer_polynomials import TransferPolynomials
 from workbench.design.matrices import Complex
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.integer_polynomials import Polynomial
-from workbench.validation.refusals import Array
 
 Matrix = list[list[Fraction]]
 Whole = np.ndarray[Any, np.dtype[np.object_]]

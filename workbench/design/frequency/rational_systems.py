@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.integer_polynomials import PRIME, Polynomial
 from workbench.design.frequency.rational_matrices import (
     Matrix,
@@ -17,7 +18,6 @@ from workbench.design.frequency.rational_matrices import (
     rational_characteristic_polynomial,
     transpose,
 )
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS, Complex, Refused
-from workbench.validation.refusals import Array
 
 
 def solved(

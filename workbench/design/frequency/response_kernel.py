@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.dual_answers import Put, Solutions, SparseRows, Systems, answers
 from workbench.design.frequency.response_program import hyman, reduce
 from workbench.design.matrices import EPS, Complex
-from workbench.simulate.kernel.vector_loops import ArrayLoops, Index, LoopCode, Pointer, Vector
-from workbench.validation.refusals import Array
+from workbench.engine.kernel.vector_loops import ArrayLoops, Index, LoopCode, Pointer, Vector
 
 ROWS, LANES = 512, 4096  # at once: rows of the compiled program, and answers of an array of NumPy's, in the cache
 ROOM = 2**22  # doubles, of the matrices that NumPy reduces at once
@@ -173,7 +173,7 @@ def _roundings(n: int) -> Array:
 def _function() -> tuple[int, Callable[..., None]] | None:
     """The compiled program, and the number of its lanes; None where nothing is compiled, or products are not fused."""
     try:
-        from workbench.simulate.kernel import llvm
+        from workbench.engine.kernel import llvm
     except ImportError:
         return None
     if not llvm.has_fma():

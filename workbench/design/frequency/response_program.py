@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from workbench.design.matrices import EPS
-from workbench.simulate.kernel.vector_loops import Index, Machine, Pointer, Vector
+from workbench.engine.kernel.vector_loops import Index, Machine, Pointer, Vector
 
 TINY = 1e-200
 Pair = tuple[Vector, Vector]  # the real and the imaginary part

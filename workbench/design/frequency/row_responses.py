@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import matrix_balance
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, numbers, seconds
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.response_kernel import Answers, dual_answers, row_answers
 from workbench.design.frequency.sampled_parts import band
 from workbench.design.matrices import EPS, Complex, one_thread
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, numbers, seconds
-from workbench.validation.signatures import door
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 WANTED = 1e-12  # relative error beyond which an answer is looked at again

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, numbers, refusal
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS
-from workbench.validation.refusals import Array, numbers, refusal
 
 SAME = 4 * EPS  # relative: what differs by less is the same but for rounding
 Matrices = tuple[Array, Array, Array, Array]

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.refusals import positive
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.axis_loop import AxisLoop, axis_loop, refuse_odd_loop
 from workbench.design.frequency.certified_values import (
     INFINITE,
@@ -39,8 +41,6 @@ from workbench.design.frequency.exact_systems import MOST_STATES
 from workbench.design.frequency.integer_polynomials import Polynomial, add, scale, trim
 from workbench.design.frequency.margin_records import Crossover, StabilityMargins, StableMargins
 from workbench.design.frequency.rational_peaks import largest_ratio
-from workbench.validation.refusals import positive
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -8,10 +8,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from itertools import combinations
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.half_planes import is_hurwitz
 from workbench.design.frequency.integer_polynomials import Polynomial, add, bilinear, multiply, quotient, scale, stretch
 from workbench.design.frequency.rational_matrices import integer_characteristic_polynomial, markov_parameters, whole
-from workbench.validation.refusals import Array
 
 Minors = dict[tuple[tuple[int, ...], tuple[int, ...]], Polynomial]
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from workbench.core.point import Point, PointedGain
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, described, finite, raised, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.linear.linear_modes import controllability
 from workbench.design.linear.loop_margins import loop_margins
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex, Refused, pole_text
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, described, finite, raised, refusal
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -17,9 +17,9 @@ import numpy as np
 
 from workbench.core import Ode
 from workbench.core.expressions import evaluated
+from workbench.core.notation.program import NAMES
+from workbench.core.validation.refusals import Array, described, finite, known
 from workbench.design.linear.operating_point import LATEST, inputs_of, jacobians, places_of
-from workbench.notation.program import NAMES
-from workbench.validation.refusals import Array, described, finite, known
 
 CORNERS = {ca.OP_FABS, ca.OP_FMIN, ca.OP_FMAX, ca.OP_SIGN, ca.OP_LT, ca.OP_LE, ca.OP_COPYSIGN}
 SPELLED = {"LT": "{} < {}", "LE": "{} <= {}"}

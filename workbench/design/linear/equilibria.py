@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.refusals import seed as check_seed
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Corners, differing
 from workbench.design.linear.equilibria_proofs import prove_equilibria
 from workbench.design.linear.operating_point import row_of
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, whole
-from workbench.validation.refusals import seed as check_seed
-from workbench.validation.signatures import door
 
 NEWTON_STEPS, HALVINGS = 40, 12
 CONVERGED = 1e-12  # the last step, relative to the state

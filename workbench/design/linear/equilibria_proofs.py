@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.notation.program import Walk, walk
+from workbench.core.notation.program import Walk, walk
+from workbench.core.validation.refusals import Array
 from workbench.proofs.interval import Interval, NoBound, evaluate, jumps
-from workbench.validation.refusals import Array
 
 # Half-widths of boxes about a point, the widest that serves, as shares of its size; and what stands for the rounding
 # of a few sums and quotients of positive numbers, generously.

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, numbers, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, numbers, refusal
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Complex
-from workbench.validation.refusals import Array
 
 NOUGHT = 1e-11  # of the sizes of its factors: a Markov parameter below it is zero
 

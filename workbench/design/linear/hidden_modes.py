@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_modes import TOLERANCE, Mode, hautus_mode, mode_at
 from workbench.design.linear.operating_point import state_space
 from workbench.design.matrices import EPS, Complex
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

@@ -10,6 +10,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, rk4, with_quadrature, with_sensitivity
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import (
     Corners,
     differing,
@@ -20,9 +23,6 @@ from workbench.design.linear.corners import (
 )
 from workbench.design.linear.operating_point import inputs_of, jacobians, places_of, row_of, smooth, vector_of
 from workbench.design.matrices import Complex
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, as_array, multiple, numbers, positive, seconds
-from workbench.validation.signatures import door
 
 BATCHES = 10
 STEPS_BETWEEN = 10  # steps of Runge and Kutta from one QR factorisation to the next
@@ -234,7 +234,7 @@ def _logarithms(ode: Ode, x0: Array, p: Array, h: float, until: float, skip: flo
 
 
 def _refuse_jumps(ode: Ode, p: Array) -> None:
-    from workbench.reference.surfaces import Switched  # half a second, which few callers of this room need
+    from workbench.engine.reference.surfaces import Switched  # half a second, which few callers of this room need
 
     for surface in Switched.of(ode, p).surfaces:
         if surface.jumps and ca.depends_on(surface.sigma, ode.x):

@@ -10,6 +10,8 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
 from workbench.core.methods import runge_kutta
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import MOST, Array
 from workbench.design.linear.corners import (
     FARTHER,
     Corners,
@@ -27,9 +29,7 @@ from workbench.design.linear.corners import (
 )
 from workbench.design.linear.operating_point import LATEST, jacobians, places_of, refuse_jump_at
 from workbench.design.matrices import Refused
-from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.refusals import MOST, Array
 
 CONVERGED = 1e-12  # between a number of steps and twice as many, relative
 FEWEST, MOST_STEPS = 8, 2**14

@@ -8,6 +8,8 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.point import AT_REST, Point, rate_terms
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Corners, Sides, Used, all_entries, sure_jacobians
 from workbench.design.linear.linear_period import one_period
 from workbench.design.linear.operating_point import (
@@ -19,8 +21,6 @@ from workbench.design.linear.operating_point import (
     time_of,
     vector_of,
 )
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Mask, Sides
 from workbench.design.linear.linear_path import LinearPath
 from workbench.design.linear.linear_period import jump_of, one_period
 from workbench.design.linear.linearization import linear_model, motion, step_motion
 from workbench.design.linear.operating_point import names_of, places_of, row_of, time_of, vector_of
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

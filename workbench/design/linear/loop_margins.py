@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.margin_records import Crossover, StableMargins
 from workbench.design.frequency.stability_margins import stability_margins
 from workbench.design.linear.feedback_loops import (
@@ -18,9 +21,6 @@ from workbench.design.linear.feedback_loops import (
     square_loop,
 )
 from workbench.design.matrices import Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

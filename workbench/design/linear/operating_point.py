@@ -11,13 +11,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode
+from workbench.core.notation.program import walk
 from workbench.core.point import AT_REST, rate_terms
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, as_array, described, finite, refusal, require
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import LARGEST, Refused
-from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, as_array, described, finite, refusal, require
-from workbench.validation.signatures import door
 
 ON_IT = 1e-12  # a switching function smaller than this share of the state counts as zero
 JUMP = 1e-9  # the least difference of two rates, relative to their size, that counts as a jump

@@ -9,8 +9,8 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.point import Point
-from workbench.validation.notebook_display import listed, table_to_html
-from workbench.validation.refusals import Array
+from workbench.core.validation.notebook_display import listed, table_to_html
+from workbench.core.validation.refusals import Array
 
 
 @final

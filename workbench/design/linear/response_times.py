@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from scipy.linalg import expm
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import Complex
-from workbench.validation.refusals import Array
 
 TIMES = 1000  # of a response whose modes are all slow
 MOST = 4000  # times of one length of step, of those that are shorter

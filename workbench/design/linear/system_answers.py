@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.linalg import schur, solve_triangular
 
+from workbench.core.validation.refusals import Array, refusal
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear.finite_zeros import finite_zeros, markov_parameter
 from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.refusals import Array, refusal
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.response_kernel import Answers
 from workbench.design.matrices import EPS, Complex
-from workbench.validation.refusals import Array
 
 
 def cells(of: Answers, rows: Sequence[int], columns: Sequence[int]) -> Answers:

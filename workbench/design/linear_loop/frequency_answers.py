@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, one_of, refusal
 from workbench.design.frequency.frequency_axis import phases
 from workbench.design.frequency.response_kernel import Answers
 from workbench.design.linear_loop.answer_errors import cells, closed_again, sensitivity
 from workbench.design.linear_loop.loop_equations import chosen
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Complex, Refused
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, one_of, refusal
 
 KINDS = ("L", "S", "T", "closed", "open")
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse, refuse_pole, response_of
 from workbench.design.linear_loop.loop_equations import LoopEquations, flow_of, labels_of
 from workbench.design.matrices import EPS
-from workbench.validation.refusals import Array
 
 
 def gang(equations: LoopEquations, models: CutModels, omega: Array) -> dict[str, FrequencyResponse]:

@@ -9,12 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Rule, Step, rk4, with_sensitivity
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import REACH, Corners, Mask
 from workbench.design.linear.linear_path import freeze
 from workbench.design.linear.linear_period import CONVERGED, FEWEST, MOST_STEPS
 from workbench.design.linear.operating_point import places_of
-from workbench.simulate.batch import run_step
-from workbench.validation.refusals import Array
+from workbench.engine.batch import run_step
 
 ROWS = 4096  # at once: their Jacobians take some hundred megabytes
 TIME = Layout((Entry("linear_loop.time", np.zeros(()), ""),))  # the time, or the number of a jump, as a parameter

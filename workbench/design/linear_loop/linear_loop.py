@@ -12,6 +12,8 @@ import numpy as np
 
 from workbench.core import Layout
 from workbench.core.drawers import draw
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.frequency import Bandwidth, MeanGain, Peak, StabilityMargins, h2_norm, hinf_norm
 from workbench.design.frequency.certified_values import enclosure
 from workbench.design.frequency.frequency_axis import checked_frequencies
@@ -24,8 +26,6 @@ from workbench.design.linear_loop.loop_refusals import refuse_bent, refuse_delay
 from workbench.design.linear_loop.loop_remarks import decay_of, doubt_of, loop_remarks
 from workbench.design.linear_loop.loop_rows import LinearRows, linear_rows
 from workbench.design.step_response import StepInfo, step_info
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

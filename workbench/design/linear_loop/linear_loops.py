@@ -11,6 +11,8 @@ import numpy as np
 
 from workbench.core import Sampled
 from workbench.core.point import AT_REST
+from workbench.core.validation.refusals import whole
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Sides
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.linear_loop import LinearLoop
@@ -19,8 +21,6 @@ from workbench.design.linear_loop.loop_point import LoopPoint, point_models, str
 from workbench.design.linear_loop.point_model import Instant
 from workbench.design.linear_loop.rest_state import motion_of, resting_states, seek_rest, start_of, unrest
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import whole
-from workbench.validation.signatures import door
 
 CALL = "linear_loop"
 

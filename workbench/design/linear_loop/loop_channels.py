@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.linear.system_answers import SystemRoots, fitting_frequencies, system_roots
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Complex
-from workbench.validation.refusals import Array
 
 TURNS = 1.0  # full turns of a delay, at which the frequencies of a loop with a delay end
 BEYOND = 3.0  # times the highest frequency that they must show

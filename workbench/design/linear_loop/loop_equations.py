@@ -12,10 +12,10 @@ import numpy as np
 
 from workbench.core import Layout, Ode, Sampled
 from workbench.core.expressions import evaluated
+from workbench.core.validation.refusals import Array, finite, known, nearest, refusal, several
 from workbench.design.frequency import common_period
 from workbench.design.linear.linear_path import freeze
 from workbench.design.linear.linear_period import jump_of
-from workbench.validation.refusals import Array, finite, known, nearest, refusal, several
 
 LOOP = "a `ClosedLoop`, a `DigitalLoop`, or equations, an `Ode` or a `Sampled`, with inputs and outputs"
 Equations = Ode | Sampled

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency import row_responses
 from workbench.design.frequency.response_kernel import Answers
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.matrices import EPS, Complex
-from workbench.validation.refusals import Array
 
 if TYPE_CHECKING:
     import control

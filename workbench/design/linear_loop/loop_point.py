@@ -7,12 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Sides
 from workbench.design.linear_loop.loop_equations import LoopEquations, labels_of, rows_by_name
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.linear_loop.point_model import Instant, PointModel, point_model
 from workbench.design.linear_loop.row_models import RowModels
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,6 +11,8 @@ import numpy as np
 
 from workbench.core import Sampled
 from workbench.core.drawers import draw
+from workbench.core.validation.refusals import Array, as_array
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.frequency_axis import checked_frequencies
 from workbench.design.linear_loop.cut_margins import refuse_rates
 from workbench.design.linear_loop.frequency_answers import CutModels, FrequencyResponse
@@ -21,8 +23,6 @@ from workbench.design.linear_loop.loop_remarks import doubt_of
 from workbench.design.linear_loop.rest_state import Mask, find_rest, resting_states, unrest
 from workbench.design.linear_loop.row_margins import RowMargins, row_margins
 from workbench.design.matrices import EPS, Complex, Refused
-from workbench.validation.refusals import Array, as_array
-from workbench.validation.signatures import door
 
 CALL = "LinearLoop.rows"
 

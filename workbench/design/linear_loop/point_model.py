@@ -9,6 +9,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import Array, finite
 from workbench.design.linear.corners import (
     Corners,
     Mask,
@@ -24,9 +26,7 @@ from workbench.design.linear.loop_cuts import reaching
 from workbench.design.linear.operating_point import inputs_of, places_of, refuse_jump_at
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, instants_of, labels_of
 from workbench.design.linear_loop.loop_model import LoopModel, lifted
-from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.refusals import Array, finite
 
 
 @dataclass(frozen=True, eq=False)

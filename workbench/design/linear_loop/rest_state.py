@@ -10,11 +10,11 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.point import AT_REST, rate_terms
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import flow_over, jump_of
 from workbench.design.linear.loop_cuts import closure
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, labels_of
 from workbench.design.linear_loop.point_model import Instant
-from workbench.validation.refusals import Array
 
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
 SETTLING = 10_000  # periods after which the memories of a computer should not change any more

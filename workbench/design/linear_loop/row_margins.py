@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop.frequency_answers import CutModels, feedback
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Complex, one_thread
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Places = np.ndarray[tuple[int, ...], np.dtype[np.intp]]

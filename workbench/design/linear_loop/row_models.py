@@ -8,12 +8,12 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core import Ode, Sampled
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear_loop.kernel_values import KernelFlow, KernelJacobian
 from workbench.design.linear_loop.loop_equations import Equations, flow_of, labels_of
 from workbench.design.linear_loop.loop_model import LoopModel, lifted
 from workbench.design.linear_loop.point_model import Instant, input_labels
-from workbench.validation.refusals import Array
 
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Matrices = tuple[Array, Array, Array, Array]

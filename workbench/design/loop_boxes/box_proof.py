@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Mask
 from workbench.design.loop_boxes.loop_family import LEAST, ROOM, LoopFamily, Matrices
 from workbench.design.loop_boxes.parameter_box import ParameterBox
@@ -18,7 +19,6 @@ from workbench.design.loop_boxes.rest_tubes import RestBranch
 from workbench.proofs.branch_and_bound import Boxes, corners_definite, definite, halved, whole
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import NoBound
-from workbench.validation.refusals import Array
 
 MOST_BOXES = 1000  # some seconds for a loop of a few states
 SLACK = 1e-6  # by which the rest of a draw, as computed, may miss the states that are enclosed

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 
-from workbench.notation.program import Walk, walk
+from workbench.core.notation.program import Walk, walk
+from workbench.core.validation.refusals import Array
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import Interval, evaluate
-from workbench.validation.refusals import Array
 
 TINY = 1e-290  # more than what underflow may lose of a sum of products
 

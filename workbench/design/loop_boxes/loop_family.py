@@ -20,6 +20,8 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.notation.program import walk
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import labels_of
 from workbench.design.linear_loop.point_model import input_labels
@@ -33,10 +35,8 @@ from workbench.design.loop_boxes.interval_functions import (
     reach,
 )
 from workbench.design.loop_boxes.rest_tubes import RestTube
-from workbench.notation.program import walk
 from workbench.proofs.enclosures import UNIT
 from workbench.proofs.interval import Interval, NoBound, jumps
-from workbench.validation.refusals import Array
 
 ROUNDS, INFLATIONS, GROWTH = 30, 12, 1.2  # of Newton's method, and of the size of e that is tried
 LEAST, ROOM = 1e-12, 1e-6  # of the size of a rest: the least E of a part of a box, and of the whole of it

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout
-from workbench.validation.refusals import Array, as_array, described, known, refusal
+from workbench.core.validation.refusals import Array, as_array, described, known, refusal
 
 
 @dataclass(frozen=True, eq=False)

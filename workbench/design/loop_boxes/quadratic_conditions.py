@@ -22,11 +22,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Mask
 from workbench.design.loop_boxes.loop_family import LoopFamily
 from workbench.design.matrices import Complex
 from workbench.proofs.enclosures import UNIT
-from workbench.validation.refusals import Array
 
 DEFECTIVE = 1e9  # the condition of eigenvectors beyond which they give no form
 WEIGHTS = 10.0 ** np.arange(1, -6, -1)  # of the states in a Riccati equation

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Mask
 from workbench.proofs.enclosures import UNIT
-from workbench.validation.refusals import Array
 
 MOST_TUBES = 64
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS, Complex
 from workbench.design.riccati.double_double import Twice, twice
-from workbench.validation.refusals import Array
 
 REFINEMENTS = 3  # of a gain: each gains as many digits as the condition of R + B'XB leaves
 

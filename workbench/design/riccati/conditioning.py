@@ -22,10 +22,10 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS, Refused
 from workbench.design.riccati.algebraic_equation import Data, Equation, hamiltonian, norm, size
 from workbench.design.riccati.newton import Refined
-from workbench.validation.refusals import Array
 
 Exponents = np.ndarray[Any, np.dtype[np.int64]]
 LEAST = float(np.finfo(float).tiny / np.finfo(float).eps)  # below it the digits of a sum get lost

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 DIGITS = 53  # of a float
 WANTED = 106  # of a product, counted from the largest term of its row and column

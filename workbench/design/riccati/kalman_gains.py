@@ -12,13 +12,13 @@ import scipy.linalg
 
 from workbench.core import Ode
 from workbench.core.point import Point
+from workbench.core.validation.refusals import Array, seconds
+from workbench.core.validation.signatures import door
 from workbench.design.linear.corners import Corners, Sides, sure_jacobians
 from workbench.design.linear.linearization import motion
 from workbench.design.linear.operating_point import inputs_of, places_of, row_of, vector_of
 from workbench.design.matrices import definite, matrix, semidefinite, square
 from workbench.design.riccati.stabilising_solution import ESTIMATOR, Riccati, checked_data, stabilising
-from workbench.validation.refusals import Array, seconds
-from workbench.validation.signatures import door
 
 
 @door

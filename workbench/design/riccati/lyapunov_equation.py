@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 from scipy import linalg
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import (
     EPS,
     Certificate,
@@ -35,9 +38,6 @@ from workbench.design.riccati.stabilising_solution import (
     WORST_RESIDUAL,
     doubts,
 )
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 MOST_STEPS = 40  # each gains about as many digits as the first solution has
 UNSTABLE = "A is not stable: X solves the equation, but is no covariance and no Gramian"

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import linalg
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import EPS
 from workbench.design.riccati.algebraic_equation import (
     Data,
@@ -26,7 +27,6 @@ from workbench.design.riccati.algebraic_equation import (
     plain,
     quadratic,
 )
-from workbench.validation.refusals import Array
 
 MOST_ROUNDS = 60  # of an iteration that squares or doubles
 MOST_STEPS = 30  # near a solution a step doubles the digits, far from it or at the edge of stability it halves the way

@@ -10,6 +10,9 @@ import numpy as np
 
 from workbench.core import Entry, Layout
 from workbench.core.point import Point, PointedGain
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import (
     Certificate,
     Complex,
@@ -21,9 +24,6 @@ from workbench.design.matrices import (
 from workbench.design.riccati.algebraic_equation import distances, norm
 from workbench.design.riccati.kalman_gains import lqe
 from workbench.design.riccati.stabilising_solution import Riccati, checked_data, stabilising
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 
 @door

@@ -16,6 +16,9 @@ import numpy as np
 from scipy import linalg
 
 from workbench.core.point import Point
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import (
     EPS,
     Certificate,
@@ -34,9 +37,6 @@ from workbench.design.riccati.algebraic_equation import Data, Equation, distance
 from workbench.design.riccati.conditioning import Conditioning, Units, conditioning, good_units, in_range
 from workbench.design.riccati.double_double import twice
 from workbench.design.riccati.newton import Refined, candidates, refine
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 NEAR = 1e-7  # half the digits and a little more: eigenvalues that meet on the boundary are found no better
 LOST = 1e-12  # a relative distance from a loss of rank that rounding may have made

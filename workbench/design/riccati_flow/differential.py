@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, as_array, described
+from workbench.core.validation.signatures import door
 from workbench.design.matrices import EPS, Certificate, Refused, answer, symmetric
 from workbench.design.riccati import Riccati, care
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, constant_flow
 from workbench.design.riccati_flow.time_varying import Coefficient, Coefficients, varying_flow
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array, as_array, described
-from workbench.validation.signatures import door
 
 GRIDS = (0, 1)  # halvings beyond need: two ways to cut time, whose answers differ by what rounding does
 CAUTION = 10.0  # by which that difference is taken for the error

@@ -8,8 +8,8 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from workbench.validation.notebook_display import show
-from workbench.validation.refusals import Array
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array
 
 BISECTIONS = 60
 LARGEST = 1e150  # of an entry of P, whose square is in the equation

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.matrices import answer, definite, matrix, square, symmetric
 from workbench.design.riccati_flow.moebius import LARGEST, Escape, Moebius, hamiltonian, image, transition_map
-from workbench.validation.refusals import Array
 
 Coefficient = Array | Callable[[float], Array]
 STAGES = 4

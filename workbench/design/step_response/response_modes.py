@@ -12,11 +12,11 @@ from fractions import Fraction
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.frequency.complex_roots import root_disks
 from workbench.design.frequency.integer_polynomials import Polynomial, square_free_factors
 from workbench.design.frequency.stable_ratios import StableRatio
 from workbench.design.step_response.complex_balls import ONE, ZERO, Ball
-from workbench.validation.refusals import Array
 
 SHARP = 300  # bits of a pole
 SAFE = 1e-9  # more than the rounding of an exponent up to 1e5

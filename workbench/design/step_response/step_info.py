@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.signatures import door
 from workbench.design.frequency.axis_loop import refuse_odd_loop
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, of_fractions
 from workbench.design.frequency.stable_ratios import ONE_CHANNEL, StableRatio, stable_ratio
@@ -16,8 +18,6 @@ from workbench.design.step_response.piece_figures import Bounds, Top, first_reac
 from workbench.design.step_response.response_modes import response_modes
 from workbench.design.step_response.response_pieces import ResponsePieces
 from workbench.design.step_response.sampled_figures import sampled_figures
-from workbench.validation.notebook_display import show
-from workbench.validation.signatures import door
 
 if TYPE_CHECKING:
     import control

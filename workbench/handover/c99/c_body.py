@@ -8,9 +8,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.plan import COMPARISONS, PLAIN
 from workbench.handover.c99.c_primitives import DOUBLE, Real, word_text
-from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.plan import COMPARISONS, PLAIN
 
 WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
 CHOICE, LOGIC, ORDER, SUM, PRODUCT, SIGNED, ATOM = range(7)  # how tightly a text holds together

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
+from workbench.core.validation.refusals import Array, known, numbers, one_of, require
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_costs import Costs
 from workbench.handover.c99.c_header import header_of
 from workbench.handover.c99.c_names import member, members, prefix_of
 from workbench.handover.c99.c_source import functions_of, source_of
 from workbench.handover.export_folder import write_files
-from workbench.validation.refusals import Array, known, numbers, one_of, require
-from workbench.validation.signatures import door
 
 PRECISIONS, PARAMETERS = ("double", "single"), ("constant", "settable")
 WAYS = ("portable", "hardware")

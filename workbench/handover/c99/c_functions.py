@@ -7,11 +7,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from workbench.engine.kernel import elementary_functions as double_functions
+from workbench.engine.kernel.further_functions import ARGUMENTS, DOUBLE
+from workbench.engine.kernel.target_operations import Number
 from workbench.handover.c99.c_primitives import HARDWARE, NEEDS, PRIMITIVES, SINGLE, Real, primitive, word_text
 from workbench.handover.single import single_functions
-from workbench.simulate.kernel import elementary_functions as double_functions
-from workbench.simulate.kernel.further_functions import ARGUMENTS, DOUBLE
-from workbench.simulate.kernel.target_operations import Number
 
 NUMBER, WORD, TRUTH = "number", "word", "truth"
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Mapping
 
 from workbench.core import Layout
-from workbench.validation.refusals import described
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import described
+from workbench.core.validation.signatures import door
 
 WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long register

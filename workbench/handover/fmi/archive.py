@@ -13,16 +13,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from workbench.core import Ode, Sampled, SampledLaw
+from workbench.core.validation.places import other_kind
+from workbench.core.validation.refusals import described, one_of
+from workbench.core.validation.refusals import name as check_name
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_names import LONGEST, prefix_of
 from workbench.handover.export_seal import OPEN_SEAL, sealed
 from workbench.handover.fmi.binary import compiler_of, library
 from workbench.handover.fmi.co_simulation import FIXED, Model, Variable, digest, model_of
 from workbench.handover.fmi.description import build_description, model_description
 from workbench.handover.fmi.step_sources import compiled_files, sources_of
-from workbench.validation.places import other_kind
-from workbench.validation.refusals import described, one_of
-from workbench.validation.refusals import name as check_name
-from workbench.validation.signatures import door
 
 VERSIONS = ("2.0", "3.0")
 EPOCH = (1980, 1, 1, 0, 0, 0)  # the first date that an archive can hold: the same for all files

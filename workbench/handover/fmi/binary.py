@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from workbench.validation.refusals import described
+from workbench.core.validation.refusals import described
 
 COMPILERS = ("cc", "gcc", "clang")
 SECONDS = 600  # of one compilation

@@ -14,9 +14,9 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, SampledLaw, Step, rk4
-from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.plan import graph_of
-from workbench.validation.refusals import described, seconds
+from workbench.core.validation.refusals import described, seconds
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.plan import graph_of
 
 PART = r"[A-Za-z_][A-Za-z0-9_]*(\[\d+(,\d+)*\])?"
 STRUCTURED = re.compile(rf"{PART}(\.{PART})*")  # a name of FMI's structured naming, without its quoted ones

@@ -7,6 +7,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from workbench.core import Layout, SampledLaw
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.plan import graph_of
 from workbench.handover.c99.c_body import ATOM, Body, Text
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.c99.c_functions import definitions
@@ -14,8 +16,6 @@ from workbench.handover.c99.c_names import members
 from workbench.handover.c99.c_primitives import DOUBLE
 from workbench.handover.c99.c_source import GUARDS
 from workbench.handover.fmi.co_simulation import Model
-from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.plan import graph_of
 
 ROOM = Path(__file__).parent
 HEAD = "(uint64_t k, const double *x, const double *p, double *{})"

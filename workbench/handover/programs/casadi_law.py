@@ -7,12 +7,12 @@ from collections.abc import Iterable
 
 import casadi as ca
 
+from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Layout
+from workbench.core.notation.program import CALLED, Dialect, straight_line
 from workbench.core.sampled_law import SYMBOLS, SampledLaw
-from workbench.handover.arms.arm_equations import harmless
+from workbench.core.validation.signatures import door
 from workbench.handover.export_seal import MARK
-from workbench.notation.program import CALLED, Dialect, straight_line
-from workbench.validation.signatures import door
 
 SIGNS = {"lt": "{} < {}", "le": "{} <= {}", "eq": "{} == {}", "ne": "{} != {}"}
 WORDS = {"and": "ca.logic_and({}, {})", "or": "ca.logic_or({}, {})", "not": "ca.logic_not({})"}

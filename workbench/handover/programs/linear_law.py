@@ -10,15 +10,15 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from workbench.arms.code.arm_equations import harmless
 from workbench.core.expressions import evaluated
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
+from workbench.core.notation.program import NAMES
 from workbench.core.sampled_law import SampledLaw
-from workbench.handover.arms.arm_equations import harmless
+from workbench.core.validation.refusals import Array, one_of
+from workbench.core.validation.signatures import door
 from workbench.handover.export_seal import MARK, OPEN_SEAL, sealed
-from workbench.notation.program import NAMES
-from workbench.validation.refusals import Array, one_of
-from workbench.validation.signatures import door
 
 WANTED = "_ref"  # behind the name of a reference, as in `LinearLaw`
 ONE = "one"  # the input that is 1

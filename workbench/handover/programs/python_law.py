@@ -7,18 +7,18 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
 from workbench.core.sampled_law import SampledLaw
-from workbench.handover.arms.arm_equations import harmless
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.kernel.plan import graph_of
 from workbench.handover.c99.c_calls import queue_places
 from workbench.handover.c99.c_code import safe_command
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import behind_limits
 from workbench.handover.programs.python_lines import definitions, lines_of, literal
-from workbench.simulate.kernel.graph import Graph
-from workbench.simulate.kernel.plan import graph_of
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 OWN = '''class Law:
     """The law: `step` once in `PERIOD` seconds."""

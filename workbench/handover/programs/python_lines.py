@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 
-from workbench.simulate.kernel import elementary_functions as f
-from workbench.simulate.kernel.further_functions import ARGUMENTS, DOUBLE
-from workbench.simulate.kernel.graph import Graph, Level
-from workbench.simulate.kernel.target_operations import Number, Truth, Word
+from workbench.engine.kernel import elementary_functions as f
+from workbench.engine.kernel.further_functions import ARGUMENTS, DOUBLE
+from workbench.engine.kernel.graph import Graph, Level
+from workbench.engine.kernel.target_operations import Number, Truth, Word
 
 WORD = 2**64
 

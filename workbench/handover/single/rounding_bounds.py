@@ -16,15 +16,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.plan import Evaluation
+from workbench.engine.kernel.target_operations import Value
 from workbench.handover.law_graph import StepGraph
 from workbench.handover.single.further_rules import FURTHER_REASONS, FURTHER_RULES
 from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative
 from workbench.handover.single.single_precision import Rows, input_place, rows_of, step_graph, timed
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.plan import Evaluation
-from workbench.simulate.kernel.target_operations import Value
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 ALL_RULES = {**RULES, **FURTHER_RULES}
 NO_CAUSE = -1  # where there is a bound

@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
+from workbench.core.validation.refusals import Array, refusal, vector, whole
+from workbench.core.validation.refusals import seed as as_seed
+from workbench.core.validation.signatures import door
 from workbench.handover.single.rounding_bounds import NO_CAUSE, RoundingBound, rounding_bound
 from workbench.handover.single.single_precision import Rows, rows_of
-from workbench.validation.refusals import Array, refusal, vector, whole
-from workbench.validation.refusals import seed as as_seed
-from workbench.validation.signatures import door
 
 ROWS = 10_000  # at once, which is some 100 MB for a law of a thousand operations
 QUEUE = "hold.next"  # where a command waits for the next instant; 'hold.next.2' for the one behind it

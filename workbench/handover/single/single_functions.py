@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from workbench.simulate.kernel.elementary_functions import (
+from workbench.engine.kernel.elementary_functions import (
     INFINITY,
     NAN,
     Angle,
@@ -23,8 +23,8 @@ from workbench.simulate.kernel.elementary_functions import (
     sign,
     smaller,
 )
-from workbench.simulate.kernel.further_functions import Format
-from workbench.simulate.kernel.target_operations import Number, Word, number, select
+from workbench.engine.kernel.further_functions import Format
+from workbench.engine.kernel.target_operations import Number, Word, number, select
 
 # pi / 2 in parts of 11 bits and a rest: k < 2^13 times such a part is exact, and so is what is left near its multiples.
 HALF_PI = (

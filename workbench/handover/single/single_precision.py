@@ -14,14 +14,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from workbench.core import SampledLaw
+from workbench.core.validation.refusals import Array, described, numbers
+from workbench.core.validation.signatures import door
+from workbench.engine.kernel import arrays
+from workbench.engine.kernel.elementary_functions import Angle
+from workbench.engine.kernel.plan import Evaluation
+from workbench.engine.kernel.target_operations import Value
 from workbench.handover.law_graph import StepGraph, graph_of_law, split
 from workbench.handover.single.single_functions import FUNCTIONS
-from workbench.simulate.kernel import arrays
-from workbench.simulate.kernel.elementary_functions import Angle
-from workbench.simulate.kernel.plan import Evaluation
-from workbench.simulate.kernel.target_operations import Value
-from workbench.validation.refusals import Array, described, numbers
-from workbench.validation.signatures import door
 
 OPERATIONS: Mapping[str, Callable[..., Value]] = {
     **{name: operation for name, operation in arrays.FUNCTIONS.items() if name != "fma"},

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.core import Entry, Layout, Sampled, SampledLaw
 from workbench.core.crossing import plain
 from workbench.core.numbers import Bounds
-from workbench.validation.signatures import door
+from workbench.core.validation.signatures import door
 
 LARGEST = float(np.finfo(np.float64).max)
 SPLIT = 2.0**29 + 1  # leaves 24 of 53 bits: Veltkamp's constant

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
+from workbench.engine.kernel.arrays import Arrays
+from workbench.engine.kernel.plan import Evaluation, graph_of
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError
-from workbench.simulate.kernel.arrays import Arrays
-from workbench.simulate.kernel.plan import Evaluation, graph_of
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)

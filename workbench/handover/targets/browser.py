@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from workbench.core import SampledLaw
+from workbench.engine.kernel.plan import Plan
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording
 from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import ANSWERS, INPUTS, Answers
 from workbench.handover.targets.programs import TargetError, run
-from workbench.simulate.kernel.plan import Plan
 
 MODULE, NUMBERS, SIZES, SCRIPT = "law.wasm", "numbers", "sizes.json", "march.js"
 
@@ -98,7 +98,7 @@ class Browser(AbstractTarget):
 def _write(law: SampledLaw, recording: Recording, folder: Path) -> None:
     """The module, the numbers that it is handed, and the inputs."""
     try:
-        from workbench.simulate.kernel import webassembly
+        from workbench.engine.kernel import webassembly
     except ImportError:
         raise TargetError("nothing is compiled for a browser without llvmlite") from None
     plan = Plan.of_step(law.step, ())

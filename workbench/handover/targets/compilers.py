@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.recording import Recording
 from workbench.handover.targets import harness
@@ -12,7 +13,6 @@ from workbench.handover.targets.contract import AbstractTarget, Figures
 from workbench.handover.targets.harness import Answers
 from workbench.handover.targets.programs import TargetError, lacking, run, there
 from workbench.handover.targets.size import code_and_data, deepest
-from workbench.validation.refusals import Array
 
 STANDARD = ("-std=c99", "-Wall", "-Wextra")
 COUNTED = 1_000  # periods under a tool that counts instructions

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import Words
 from workbench.handover.recording import Recording
 from workbench.handover.targets.harness import Answers
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)

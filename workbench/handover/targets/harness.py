@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.memory_digest import Words
 from workbench.handover.targets.programs import TargetError
-from workbench.validation.refusals import Array
 
 INPUTS, ANSWERS, MAIN, PLATFORM = "inputs", "answers", "main.c", "platform.c"
 

@@ -6,15 +6,15 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
+from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
-from workbench.handover.arms.arm_equations import harmless
+from workbench.core.validation.refusals import described, known, require
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
 from workbench.handover.wrappers import ros2_package_texts as package_texts
 from workbench.handover.wrappers import ros2_texts as texts
-from workbench.validation.refusals import described, known, require
-from workbench.validation.signatures import door
 
 LIBRARIES = ("controller_interface", "pluginlib", "rclcpp", "rclcpp_lifecycle")
 OF_REFERENCES = ("realtime_tools", "std_msgs")

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from string import Template
 
+from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
-from workbench.handover.arms.arm_equations import harmless
+from workbench.core.validation.refusals import require
+from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
-from workbench.validation.refusals import require
-from workbench.validation.signatures import door
 
 SOURCE = Template("""/*
  * $title: a Level-2 S-function around ${name}.c, which stays as it is. Made by $mark.

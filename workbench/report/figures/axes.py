@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import draw_bars, draw_tiles, fill_box
 from workbench.report.figures.pen import DIGIT, NUMBER, Box, Pen, extent
 from workbench.report.figures.plane import draw_area, draw_arrows, draw_guides
@@ -23,7 +24,6 @@ from workbench.report.figures.style import (
     line_of,
 )
 from workbench.study.document.figure import Area, Arrows, Band, Bars, Guides, Mark, Panel, Points, Series, Tiles
-from workbench.validation.refusals import Array
 
 GRID = {"color": "#dddddd", "linewidth": 0.4}
 RULED = {"color": "#555555", "linewidth": 0.6}

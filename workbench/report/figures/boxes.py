@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.pen import DIGIT, INK, Box, Pen, edges, extent
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS
 from workbench.study.document.figure import Bars, Style, Tiles
-from workbench.validation.refusals import Array
 
 CAP = 2.0  # points: half of the mark at the end of an interval
 ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel

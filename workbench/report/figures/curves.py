@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import points_of
 from workbench.study.document.figure import Band, Figure, Mark, Panel, Series
-from workbench.validation.refusals import Array
 
 
 def drawn_points(mark: Mark, panel: Panel, figure: Figure) -> tuple[Array, ...]:

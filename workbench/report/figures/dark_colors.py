@@ -13,7 +13,7 @@ from functools import cache
 
 import numpy as np
 
-from workbench.validation.refusals import Array
+from workbench.core.validation.refusals import Array
 
 GROUND = "#16181b"  # of a dark page, as in live.css
 INK = 16.0  # the greatest contrast, which black gets

@@ -9,6 +9,7 @@ from itertools import zip_longest
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.style import letter_of
 from workbench.report.table_text import plain
@@ -16,7 +17,6 @@ from workbench.study.document.figure import Band, Bars, Figure, Label, Panel, Po
 from workbench.study.document.phrases import head_of
 from workbench.study.document.source import Source
 from workbench.study.run_tables import spreadsheet_text
-from workbench.validation.refusals import Array
 
 Sources = Sequence[Source | None]
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.axes import draw_axes, draw_curves, draw_sample
 from workbench.report.figures.curves import drawn_points
 from workbench.report.figures.pen import Box, Pen, extent, mathtext
@@ -29,7 +30,6 @@ from workbench.report.figures.style import (
     shares_abscissa,
 )
 from workbench.study.document.figure import Figure, Mark, Panel, Tiles
-from workbench.validation.refusals import Array
 
 EDGE = 4.0  # points around each panel with all its letters
 ROUNDS = 2  # of laying out: the numbers at a ruler depend on its length, which depends on those numbers

@@ -21,10 +21,10 @@ from matplotlib.path import Path
 from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 
-from workbench.notation import latex, text
+from workbench.core.notation import latex, text
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.style import RULES, SMALL_LETTERS
 from workbench.study.document.figure import Label
-from workbench.validation.refusals import Array
 
 INK = "#000000"
 FAMILY = RULES["font.family"]

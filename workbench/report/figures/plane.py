@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.pen import Box, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import LINES
 from workbench.study.document.figure import Area, Arrows, Guides
-from workbench.validation.refusals import Array
 
 FILL = 0.2  # of the colour of a region
 HEAD, HALF = 6.5, 2.4  # points: the length and half of the width of an arrow's head

@@ -6,13 +6,13 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import ink_on, tint
 from workbench.report.figures.pen import Box
 from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, TIME, points_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Bars, Figure, Mark, Panel, Points, Series, Tiles
-from workbench.validation.refusals import Array
 
 
 @dataclass(frozen=True)

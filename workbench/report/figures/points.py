@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import draw_interval
 from workbench.report.figures.pen import Box, Extent, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler
 from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS
 from workbench.study.document.figure import Points
-from workbench.validation.refusals import Array
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

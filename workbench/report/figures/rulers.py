@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 from matplotlib.ticker import Locator, LogFormatterSciNotation, LogLocator, MaxNLocator, ScalarFormatter
 
+from workbench.core.validation.refusals import Array
 from workbench.report.figures.pen import NUMBER, block_of, extent, folded, mathtext, unmarked
 from workbench.report.figures.style import NAMED, SMALL_LETTERS, WIDTH, below, column_of, shares_rows
 from workbench.study.document.figure import Bars, Figure, Label, Mark, Panel, Points, Series, Tiles
-from workbench.validation.refusals import Array
 
 PLAIN = (1e-3, 1e4)  # between these a short logarithmic ruler needs no powers of ten
 COLUMNS = 8  # that a panel has the room for: the cells of fewer are no wider

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 
 from workbench.core import Step
 from workbench.core.held_signals import is_held
+from workbench.core.validation.refusals import Array, known, whole
+from workbench.core.validation.signatures import door
+from workbench.engine import Trajectories
 from workbench.report.figures.style import LINES
-from workbench.simulate import Trajectories
 from workbench.study.document.figure import STYLES
-from workbench.validation.refusals import Array, known, whole
-from workbench.validation.signatures import door
 
 WARNING = "#a00000"  # the colour of what warns
 LETTERS = 95  # of a warning in a line

@@ -9,9 +9,9 @@ from typing import Any
 import matplotlib as mpl
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Area, Band, Bars, Figure, Guides, Label, Panel, Series, Style, Tiles
-from workbench.validation.refusals import Array
 
 TIME = "time ["  # as the label of an abscissa begins that is the time
 WIDTH = 6.3  # inches: the text width of an A4 page with margins of 25 mm

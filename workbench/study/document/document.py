@@ -10,7 +10,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any, ClassVar, Literal, TypeAlias
 
-from workbench.notation.formula import Formula
+from workbench.core.notation.formula import Formula
+from workbench.core.validation.refusals import known, refusal
+from workbench.core.validation.signatures import door
 from workbench.study.document.figure import (
     Band,
     Bars,
@@ -38,8 +40,6 @@ from workbench.study.document.phrases import (
     parts,
 )
 from workbench.study.document.source import Source, clean_text
-from workbench.validation.refusals import known, refusal
-from workbench.validation.signatures import door
 
 __all__ = [
     "Band",

@@ -7,13 +7,13 @@ from typing import Any, ClassVar, Literal, TypeAlias
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, as_objects, described, refusal
+from workbench.core.validation.signatures import door
 from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps, check_width
 from workbench.study.document.mark_fields import STYLES, Label, Spans, Style, store
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.plane_marks import Area, Arrows, Guides
 from workbench.study.document.source import Source
-from workbench.validation.refusals import Array, as_objects, described, refusal
-from workbench.validation.signatures import door
 
 __all__ = [
     "STYLES",

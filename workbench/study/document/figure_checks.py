@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from workbench.validation.refusals import described, refusal
+from workbench.core.validation.refusals import described, refusal
 
 NARROWEST = 0.4  # share of the text's width
 

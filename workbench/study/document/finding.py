@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
+from workbench.core.validation.refusals import refusal
+from workbench.core.validation.signatures import door
 from workbench.study.document.phrases import Phrase, check_name, parts
-from workbench.validation.refusals import refusal
-from workbench.validation.signatures import door
 
 NAMED, ANSWERS = 3, 3  # variations of one answer, and other answers, that the box names; its scope has a table of all
 

@@ -6,8 +6,8 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from workbench.notation.formula import Formula
-from workbench.validation.refusals import Array, described
+from workbench.core.notation.formula import Formula
+from workbench.core.validation.refusals import Array, described
 
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound", "aid"]

@@ -8,10 +8,10 @@ import sys
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias
 
-from workbench.notation.formula import Formula
+from workbench.core.notation.formula import Formula
+from workbench.core.validation.refusals import described, finite, refusal, whole
+from workbench.core.validation.signatures import door
 from workbench.study.document.source import Source, clean_text
-from workbench.validation.refusals import described, finite, refusal, whole
-from workbench.validation.signatures import door
 
 MOST_DIGITS = 17  # a double has no more
 MOST_LETTERS = 80  # of a line of a column: a page has no room for more

@@ -7,10 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, described
+from workbench.core.validation.signatures import door
 from workbench.study.document.mark_fields import Label, Spans, Style, store
 from workbench.study.document.source import Source
-from workbench.validation.refusals import Array, described
-from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

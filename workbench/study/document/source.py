@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass, replace
 from typing import Literal
 
-from workbench.validation.refusals import finite
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import finite
+from workbench.core.validation.signatures import door
 
 
 @dataclass(frozen=True)

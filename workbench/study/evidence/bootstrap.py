@@ -9,10 +9,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ndtri
 
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import check_size
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 BLOCK = 2**22  # counts in memory at once
 BEYOND = 2  # resamples above a quantile, below which they cannot tell it

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, Integers, described, known
+from workbench.core.validation.signatures import door
 from workbench.study.document.source import Source
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, check_size
-from workbench.validation.refusals import Array, Integers, described, known
-from workbench.validation.signatures import door
 
 LEAST = 20  # draws, below which no interval here holds what it says
 

@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from workbench.core.validation.signatures import door
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Missing, Phrase, Table, Value
 from workbench.study.document.source import Source
 from workbench.study.evidence.estimands import Success, unit_of, words_of
 from workbench.study.evidence.judgement import Judgement, listed
 from workbench.study.evidence.pairwise_comparison import Comparison
-from workbench.validation.signatures import door
 
 BOLD = "Bold: significantly better than each other law."
 HALF = "in brackets the half-width of its interval in units of the last digits, or its ends where it is wide"

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.core import Sampled
+from workbench.core.validation.refusals import Array, known, refusal, whole
+from workbench.core.validation.signatures import door
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.document.source import Source
@@ -15,8 +17,6 @@ from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import Listed, MonteCarlo
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
-from workbench.validation.refusals import Array, known, refusal, whole
-from workbench.validation.signatures import door
 
 KEPT, STANDS = 1.1, 2.0  # times the metric without the effect: kept, and still standing
 MOST_QUANTUM = 64.0  # times the declared steps of the readings

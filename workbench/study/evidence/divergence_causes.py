@@ -12,11 +12,11 @@ import numpy as np
 
 from workbench.core import Layout, Sampled
 from workbench.core.equations import Loop, equations_of
-from workbench.simulate import simulate
+from workbench.core.validation.refusals import Array, Integers, require
+from workbench.core.validation.signatures import door
+from workbench.engine import simulate
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Sweep
-from workbench.validation.refusals import Array, Integers, require
-from workbench.validation.signatures import door
 
 FINE = "fine"
 

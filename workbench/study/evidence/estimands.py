@@ -10,13 +10,13 @@ from typing import ClassVar
 import numpy as np
 from scipy.special import ndtri
 
+from workbench.core.validation.refusals import Array, finite
+from workbench.core.validation.signatures import door
 from workbench.study.evidence import bootstrap
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import LEAST
 from workbench.study.uncertainty.outputs import LEAST_SPREAD, Flags
 from workbench.study.uncertainty.quantiles import share as share_of
-from workbench.validation.refusals import Array, finite
-from workbench.validation.signatures import door
 
 BEYOND = 10  # draws on each side of a quantile, below which no interval of it or of a tail holds what it says
 

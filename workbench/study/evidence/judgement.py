@@ -8,10 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from workbench.core.validation.signatures import door
 from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
 from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
-from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

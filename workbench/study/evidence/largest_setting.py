@@ -10,10 +10,10 @@ import numpy as np
 
 from workbench.core import Ode, Sampled
 from workbench.core.equations import Loop, equations_of
-from workbench.metrics import AbstractMetric, measure
+from workbench.core.validation.refusals import Array, known, numbers, refusal, seconds, several, whole
+from workbench.core.validation.signatures import answer, door
+from workbench.engine.metrics import AbstractMetric, measure
 from workbench.study.evidence.threshold import Between, Threshold, search
-from workbench.validation.refusals import Array, known, numbers, refusal, seconds, several, whole
-from workbench.validation.signatures import answer, door
 
 ROUNDING = 1e-9  # of a count of steps
 

@@ -9,12 +9,12 @@ from string import ascii_uppercase
 from typing import Any
 
 from workbench.core import Roles, grouped
+from workbench.core.validation.refusals import described, finite, known, nearest, refusal, whole
+from workbench.core.validation.signatures import door
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Phrase, Table
 from workbench.study.evidence.judgement import listed
 from workbench.study.marks import cell, metric_source
 from workbench.study.study import Outcome
-from workbench.validation.refusals import described, finite, known, nearest, refusal, whole
-from workbench.validation.signatures import door
 
 HEADS = ("law", "class", "observer", "state", "model", "D", "memory")
 NOTE = (

@@ -9,14 +9,14 @@ from typing import Literal
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.refusals import seed as as_seed
+from workbench.core.validation.signatures import door
 from workbench.study.evidence.bootstrap import Intervals
 from workbench.study.evidence.common_draws import Paired
 from workbench.study.evidence.estimands import Estimand, Median, Success, blur, flaw, intervals
 from workbench.study.uncertainty.outputs import LARGEST, Flags, t_quantile
 from workbench.study.uncertainty.quantiles import share
-from workbench.validation.refusals import Array, whole
-from workbench.validation.refusals import seed as as_seed
-from workbench.validation.signatures import door
 
 RESAMPLES = 4000
 MEDIAN = Median()

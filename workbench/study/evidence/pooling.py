@@ -9,12 +9,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.study.evidence.common_draws import Paired, paired
 from workbench.study.evidence.estimands import Estimand, Mean
 from workbench.study.evidence.judgement import Judgement
 from workbench.study.evidence.pairwise_comparison import Comparison
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 MEAN = Mean()
 Way: TypeAlias = Literal["geometric mean", "ratio to the best", "arithmetic mean"]

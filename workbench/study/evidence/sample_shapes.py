@@ -10,12 +10,12 @@ from typing import Literal
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.refusals import seed as as_seed
+from workbench.core.validation.signatures import door
 from workbench.study.evidence.common_draws import Paired
 from workbench.study.uncertainty.designs import uniforms
 from workbench.study.uncertainty.outputs import Flags, t_quantile
-from workbench.validation.refusals import Array, Integers
-from workbench.validation.refusals import seed as as_seed
-from workbench.validation.signatures import door
 
 RESAMPLES = 2000
 BESIDE = 10  # draws on each side of a gap that are held against it

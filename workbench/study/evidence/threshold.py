@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from math import inf, sqrt
 
-from workbench.validation.refusals import finite, numbers, positive, refusal, whole
-from workbench.validation.signatures import answer, door
-from workbench.validation.type_hints import fit_of
+from workbench.core.validation.refusals import finite, numbers, positive, refusal, whole
+from workbench.core.validation.signatures import answer, door
+from workbench.core.validation.type_hints import fit_of
 
 Criterion = Callable[[float], bool]
 Between = Callable[[float, float], float | None]

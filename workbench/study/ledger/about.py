@@ -8,9 +8,9 @@ from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from workbench.core.validation.refusals import whole
+from workbench.core.validation.signatures import door
 from workbench.study.ledger.chunk import Chunk, plain
-from workbench.validation.refusals import whole
-from workbench.validation.signatures import door
 
 ABOUT = "about"  # the name of the record
 UNUSED = (

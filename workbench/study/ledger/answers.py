@@ -13,8 +13,8 @@ from typing import Any, get_args, get_type_hints
 
 import numpy as np
 
+from workbench.core.validation.refusals import a
 from workbench.study.ledger.chunk import Chunk, chunk_of
-from workbench.validation.refusals import a
 
 NUMBERS = "fiucb"  # the kinds of arrays
 LARGEST = 2**63 - 1  # of the whole numbers in an array

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear.corners import Mask
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.linear_loops import about
@@ -15,7 +16,6 @@ from workbench.study.specifications.limits import Limit
 from workbench.study.specifications.loop_systems import LoopSystems
 from workbench.study.specifications.point_figures import point_figure
 from workbench.study.specifications.row_figures import RowGrid, row_figures
-from workbench.validation.refusals import Array
 
 MOST_CORNERS = 8  # numbers of a box whose corners are all tried
 FEW, DIGITS = 24, 6  # draws that are looked at one by one; significant digits of the numbers of a witness

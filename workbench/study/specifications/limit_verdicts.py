@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
-from workbench.claims.claim_ledger import Ledger, Line, Ruling
 from workbench.core.claim import Claim
+from workbench.core.validation.notebook_display import table_to_html
+from workbench.core.validation.refusals import known
+from workbench.core.validation.signatures import door
+from workbench.proofs.claim_ledger import Ledger, Line, Ruling
 from workbench.study.document.phrases import Cell, Code, Column, Measured, Strong, Table
 from workbench.study.specifications.limits import FigureKind, Limit
 from workbench.study.specifications.point_figures import LoopFigure
-from workbench.validation.notebook_display import table_to_html
-from workbench.validation.refusals import known
-from workbench.validation.signatures import door
 
 AtPoint = Literal["holds", "fails", "undecided"]
 OverBox = Literal["proved", "refuted", "not refuted"]

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from workbench.core.validation.refusals import as_number, refusal
 from workbench.design.frequency import CertifiedValue
-from workbench.validation.refusals import as_number, refusal
 
 BELOW_ZERO = -5e-324  # the end of a range that begins with zero
 Side = Literal["at most", "at least", "within"]

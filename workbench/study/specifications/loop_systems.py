@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from workbench.core import Layout
+from workbench.core.validation.refusals import refusal
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.frequency.pole_figures import PoleFigures, closed_pole_figures, pole_figures
 from workbench.design.linear import DiskMargin, disk_margin
@@ -17,7 +18,6 @@ from workbench.design.linear.feedback_loops import one_loop, sensitivity
 from workbench.design.linear.system_answers import lti
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
-from workbench.validation.refusals import refusal
 
 LOOP = (
     "a `LinearLoop`, as `linear_loop` makes it, or the loop gain L of negative feedback as a system of python-control"

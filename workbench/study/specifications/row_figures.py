@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.loop_model import LoopModel
 from workbench.design.matrices import Complex
 from workbench.study.specifications.loop_systems import noise_signals
-from workbench.validation.refusals import Array
 
 FREQUENCIES, BEYOND = 300, 30.0  # of the grid, and by how much it goes beyond the poles
 SAMPLES, CONSTANTS, LONGEST = 800, 8.0, 4000  # of a step answer, time constants of it, and periods in a computer

@@ -6,18 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from workbench.core.validation.refusals import refusal, seed, whole
+from workbench.core.validation.signatures import door
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.loop_boxes import ParameterBox
 from workbench.design.matrices import Refused
-from workbench.study.loop_pictures import Disk, GainBound
+from workbench.study.document.gain_bounds import Disk, GainBound
 from workbench.study.specifications.box_verdicts import BoxCheck
 from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts, figure_clause
 from workbench.study.specifications.limits import KINDS, Limit
 from workbench.study.specifications.loop_systems import LoopSystems
 from workbench.study.specifications.point_figures import point_figure
 from workbench.study.specifications.specification_regions import disks_of, gain_bounds_of
-from workbench.validation.refusals import refusal, seed, whole
-from workbench.validation.signatures import door
 
 CHECK = "Specification.check"
 DRAWS, PARTS = 512, 1000

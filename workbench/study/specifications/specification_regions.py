@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from workbench.study.loop_pictures import Disk, GainBound
+from workbench.core.validation.refusals import one_of
+from workbench.study.document.gain_bounds import Disk, GainBound
 from workbench.study.specifications.limits import Limit
-from workbench.validation.refusals import one_of
 
 LOWEST, HIGHEST = 1e-12, 1e12  # rad/s, beyond all pictures
 HALF_POWER = 10 ** (-3 / 20)

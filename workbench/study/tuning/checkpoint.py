@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from math import inf
 from time import monotonic
 
-from workbench.simulate.arithmetic import signature
+from workbench.engine.arithmetic import signature
 from workbench.study.compiled import CompiledSweep
 from workbench.study.ledger.about import SweepAbout
 from workbench.study.ledger.chunk import Chunk

@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
+from workbench.core.validation.signatures import door
 from workbench.proofs.differential_evolution import Flags
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import GAIN, Tuning
-from workbench.validation.refusals import Array
-from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from workbench.core.equations import answer
+from workbench.core.validation.refusals import Array, Integers, vector
+from workbench.core.validation.signatures import answer as asked
+from workbench.core.validation.signatures import door
+from workbench.core.validation.type_hints import fit_of
 from workbench.proofs.differential_evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep
@@ -19,10 +23,6 @@ from workbench.study.tuning.convergence import Course, have_values, reasons_of
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.uncertainty.designs import Listed
 from workbench.study.uncertainty.distributions import AbstractDistribution
-from workbench.validation.refusals import Array, Integers, vector
-from workbench.validation.signatures import answer as asked
-from workbench.validation.signatures import door
-from workbench.validation.type_hints import fit_of
 
 FINALISTS = 8  # points of a search that are looked at: one vector of the widest processors
 BISECTIONS = 60  # of the unit interval, to its last bit

@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.validation.refusals import Array, Integers, finite, refusal, seed, whole
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, Integers, finite, refusal, seed, whole
+from workbench.core.validation.signatures import door
 
 # No random point comes nearer to a face of the cube, where a normal number would be infinite: the middle of the outer
 # one of 2^30 cells, which is all that a Sobol sequence of 30 bits can tell apart.

@@ -9,9 +9,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, finite, numbers, positive
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import MARGIN
-from workbench.validation.refusals import Array, finite, numbers, positive
-from workbench.validation.signatures import door
 
 LEAST_SHARE = 1e-9  # of a bell between its cuts
 

@@ -8,11 +8,11 @@ from typing import Any, cast
 
 import numpy as np
 
+from workbench.core.validation.array_shapes import require_shapes
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.outputs import Estimate, of_output, outputs_of, t_quantile
-from workbench.validation.array_shapes import require_shapes
-from workbench.validation.refusals import Array, Integers
-from workbench.validation.signatures import door
 
 FEW = 50  # trajectories, below which intervals are too narrow
 

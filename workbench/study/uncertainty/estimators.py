@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array
 from workbench.study.uncertainty.sobol_design import SCRAMBLES, SobolDesign
-from workbench.validation.refusals import Array
 
 Means = dict[str, Array]
 EACH = 4  # runs for each coefficient, below which a fit follows the runs instead of the function

@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from workbench.core.layout import Layout
+from workbench.core.validation.refusals import Array, Integers, nearest, numbers
+from workbench.core.validation.signatures import door
 from workbench.study.document.phrases import Cell, Column, Table, raised
 from workbench.study.provenance import Given, Mark
 from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.validation.refusals import Array, Integers, nearest, numbers
-from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,9 @@ from typing import Any, cast
 
 import numpy as np
 
+from workbench.core.validation.refusals import Array, known, whole
+from workbench.core.validation.refusals import seed as as_seed
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.estimators import EACH, column_indices, terms
 from workbench.study.uncertainty.outputs import (
     Estimate,
@@ -19,9 +22,6 @@ from workbench.study.uncertainty.outputs import (
     t_quantile,
 )
 from workbench.study.uncertainty.sobol_design import SCRAMBLES, SobolDesign
-from workbench.validation.refusals import Array, known, whole
-from workbench.validation.refusals import seed as as_seed
-from workbench.validation.signatures import door
 
 AT_ONCE = 2**22  # numbers that are looked at together: some arrays of 32 MB
 MOST_DRAWS = 10**8  # of a bootstrap at once: 0.8 GB

@@ -10,13 +10,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step
-from workbench.metrics import AbstractMetric, measured
-from workbench.metrics.accumulators import final_values
-from workbench.metrics.measured_equation import MeasuredEquation
-from workbench.simulate import simulate
-from workbench.simulate.arithmetic import continued
-from workbench.validation.refusals import Array, described, known, matrix, seconds, vector
-from workbench.validation.signatures import door
+from workbench.core.validation.refusals import Array, described, known, matrix, seconds, vector
+from workbench.core.validation.signatures import door
+from workbench.engine import simulate
+from workbench.engine.arithmetic import continued
+from workbench.engine.metrics import AbstractMetric, measured
+from workbench.engine.metrics.accumulators import final_values
+from workbench.engine.metrics.measured_equation import MeasuredEquation
 
 # Widths of differences, relative to the number, and how far, relative to the slope, a gradient may be from them: over
 # the narrow one truncation and rounding are about 1e-8, over the wide one it must be of use to a designer.

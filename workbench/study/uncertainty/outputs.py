@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from scipy.special import stdtrit
 
+from workbench.core.validation.refusals import Array, as_array, described, known
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import AbstractDesign
-from workbench.validation.refusals import Array, as_array, described, known
-from workbench.validation.signatures import door
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 

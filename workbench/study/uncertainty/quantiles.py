@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from scipy.special import bdtr, betaincinv
 
+from workbench.core.validation.refusals import Array, Integers, refusal
+from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import LatinHypercube, MonteCarlo
 from workbench.study.uncertainty.outputs import as_outputs, columns_of, t_quantile
-from workbench.validation.refusals import Array, Integers, refusal
-from workbench.validation.signatures import door
 
 
 @dataclass(frozen=True, eq=False)

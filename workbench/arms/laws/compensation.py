@@ -1,0 +1,77 @@
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+import casadi as ca
+
+from workbench.arms.arm_ports import AbstractArmController
+from workbench.blocks.loop.contracts import Follows, Parts, Reads
+from workbench.blocks.loop.wiring import above, below
+from workbench.core import Layout, Signals, block
+from workbench.core.block import Number
+
+
+@block
+class WithCompensation(AbstractArmController):
+    """A law with the estimated disturbance added to its torque, for M qdd + C qd + G + D = tau:
+
+        tau = tau_law + D_hat
+
+    D_hat is that of the loop's observer, zero of one that estimates none; a law that has it already is refused.
+
+    References
+    ----------
+    Chen et al. (2016), Disturbance-observer-based control and related methods: an overview, IEEE TIE 63(2).
+    """
+
+    estimates: ClassVar[tuple[str, ...]] = ("q", "qd", "d")
+
+    law: AbstractArmController
+
+    def __post_init__(self) -> None:
+        n = self.dof
+        d = ca.SX.sym("d_hat", n)
+        t, z = ca.SX.sym("t"), self.law.memory.view(self.law.memory.symbols())
+        est = Signals(q=ca.SX.sym("q_hat", n), qd=ca.SX.sym("qd_hat", n), d=d)
+        ref = Signals(q=ca.SX.sym("q_ref", n), qd=ca.SX.sym("qd_ref", n), qdd=ca.SX.sym("qdd_ref", n))
+        sampled = self.law.run_every(1.0)  # for laws that only a computer can run
+        if ca.depends_on(ca.SX(sampled.torque(t, z, est, ref)), d):
+            raise ValueError(
+                "`WithCompensation(law=...)` must be a law whose torque is free of D_hat, which is added here and must "
+                f"not count twice; that of `{type(self.law).__name__}` has it: take the law as it is."
+            )
+
+    @property
+    def dof(self) -> int:
+        return self.law.dof
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        return self.law.units
+
+    @property
+    def memory(self) -> Layout:
+        return self.law.memory.prefixed("law.")
+
+    def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        return self._law.torque(t, below("law", z), est, ref) + est.d
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        return above({"law": self._law.rate(t, below("law", z), est, ref)})
+
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        return self._law.signals(below("law", z), est, ref)
+
+    @property
+    def method(self) -> str:
+        return self.law.method
+
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        return above({"law": self._law.advance(t, below("law", z), est, ref, period)})
+
+    def without(self) -> Mapping[str, AbstractArmController]:
+        less: Mapping[str, Any] = self.law.without()
+        return {"disturbance compensation": self.law} | {name: WithCompensation(law) for name, law in less.items()}
+
+    @property
+    def _law(self) -> AbstractArmController:
+        return self.law if self.period is None else self.law.run_every(self.period)

@@ -1,0 +1,207 @@
+"""A robot arm with drives, from the torque that is commanded to the one that acts, friction and a disturbance."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from copy import copy
+from typing import Self
+
+import casadi as ca
+
+from workbench.arms.arm_ports import motion, motors, torques
+from workbench.arms.dynamics import MOST_JOINTS, AbstractArm
+from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.blocks.loop.surroundings import AbstractDisturbance
+from workbench.core import Entry, Layout, Signals, block, initial, parameter
+from workbench.core.block import Column, Number, Scalar, States, Vector, quantities
+from workbench.core.shapes import Shape
+from workbench.core.validation.refusals import whole
+from workbench.core.validation.signatures import door
+
+
+class AbstractAtJoints:
+    """A part with a number for each of some joints, whose positions have `units`: rad where none are given."""
+
+    units: tuple[str, ...] = ()
+
+    @door
+    def at(self, units: tuple[str, ...]) -> Self:
+        """The same part at joints whose positions have these units."""
+        part = copy(self)
+        object.__setattr__(part, "units", units)
+        return part
+
+    @property
+    def force(self) -> str:
+        """The unit of the force, joint by joint where they differ: N m where one turns, N where it slides."""
+        return torques("tau", self.units or ("rad",))["tau"].unit
+
+
+class AbstractActuator(AbstractAtJoints, ABC):
+    """A drive at each joint that has a motor."""
+
+    @door
+    def memory(self, motors: int) -> Layout:
+        """The drives' own states for that many motors; none unless an actuator has some."""
+        return Layout()
+
+    @abstractmethod
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
+        """The torque that acts, (motors, 1), in N m or N."""
+
+    @door
+    def rate(self, z: Parts, tau: Column) -> Parts:
+        """The derivative of each state."""
+        return {}
+
+
+@block
+class DirectDrive(AbstractActuator):
+    """The torque acts at once, within -limit and limit where there is one."""
+
+    limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
+
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
+        return _limited(tau, self.limit)
+
+
+@block
+class FirstOrderLag(AbstractActuator):
+    """The torque follows the (limited) command: tau_m' = (tau - tau_m) / time_constant, tau_m(0) = 0."""
+
+    time_constant: Scalar = parameter(unit="s", low=0, strict=True, symbol="T_m")
+    limit: Vector | None = parameter(default=None, unit="{force}", low=0, strict=True, shape=("n",), symbol="tau_max")
+
+    def memory(self, motors: int) -> Layout:
+        count = whole("memory(motors=...)", motors, most=MOST_JOINTS)
+        return torques("tau_m", self.units or ("rad",) * count)
+
+    def applied(self, z: Parts, tau: Column) -> ca.SX:
+        return z["tau_m"]
+
+    def rate(self, z: Parts, tau: Column) -> Parts:
+        return {"tau_m": (_limited(tau, self.limit) - z["tau_m"]) / self.time_constant}
+
+
+def _limited(tau: ca.SX, limit: Vector | None) -> ca.SX:
+    return tau if limit is None else ca.fmin(ca.fmax(tau, -limit), limit)
+
+
+@block
+class Friction(AbstractAtJoints):
+    """F(qd) = viscous qd + coulomb tanh(qd / speed): Coulomb friction with its jump spread over `speed`."""
+
+    viscous: Vector = parameter(unit="{force_by_speed}", low=0, shape=("n",), symbol="b")
+    coulomb: Vector = parameter(unit="{force}", low=0, shape=("n",), symbol="f_c")
+    speed: Scalar = parameter(default=0.01, unit="{speed_unit}", low=0, strict=True, symbol="v_s")
+
+    @property
+    def force_by_speed(self) -> str:
+        """The unit of viscous friction, joint by joint where they differ."""
+        return ", ".join(f"{force} s/{'m' if force == 'N' else 'rad'}" for force in self.force.split(", "))
+
+    @property
+    def speed_unit(self) -> str:
+        """The unit of a speed; of both where some joints turn and others slide."""
+        return " or ".join(dict.fromkeys(f"{unit}/s" for unit in self.units or ("rad",)))
+
+    def torque(self, qd: Column) -> ca.SX:
+        """F(qd), (n, 1), in N m or N."""
+        friction: ca.SX = self.viscous * qd + self.coulomb * ca.tanh(qd / self.speed)
+        return friction
+
+
+@block
+class Manipulator(AbstractPlant):
+    """A rigid arm on which a disturbance acts, equation (1) of the paper with friction F beside it:
+
+        M(q) qdd + C(q, qd) qd + G(q) + F(qd) + D(t) = tau,        tau = 0 at a joint without a motor.
+
+    Examples
+    --------
+    >>> plant = wb.Manipulator(wb.paper_arm(), q=[0.5, 0.0])
+    >>> plant.inputs["tau"].units, plant.outputs.names, plant.states["q"].default
+    (('N m', 'N m'), ('q', 'qd'), array([0.5, 0. ]))
+    """
+
+    counts = "joint"
+
+    arm: AbstractArm
+    q: Vector = initial(unit="{q_unit}", shape=("n",))
+    qd: Vector = initial(default=0.0, unit="{qd_unit}", shape=("n",))
+    disturbance: AbstractDisturbance | None = None
+    friction: Friction | None = None
+    actuator: AbstractActuator = DirectDrive()
+
+    def __post_init__(self) -> None:
+        if self.disturbance is not None and self.disturbance.dof != self.dof:
+            raise ValueError(
+                f"`Manipulator(disturbance=...)` acts on {self.disturbance.dof} joints, the arm has {self.dof}."
+            )
+        motors = tuple(self.arm.units[joint] for joint in self.arm.motors)
+        for name, units, of in (("friction", self.arm.units, "joint"), ("actuator", motors, "motor")):
+            if (part := getattr(self, name)) is not None:
+                self._check_sizes(name, len(units), of)
+                object.__setattr__(self, name, part.at(units))
+
+    def _check_sizes(self, name: str, count: int, of: str) -> None:
+        """Refuse a part with a number for each joint or motor of some other arm."""
+        part = getattr(self, name)
+        for f, quantity in quantities(part):
+            value = getattr(part, f.name)
+            if quantity.shape == ("n",) and value is not None and len(value) != count:
+                raise ValueError(
+                    f"`Manipulator({name}=...)` needs one number a {of}: its '{f.name}' has {len(value)}, "
+                    f"the arm has {count} {of}{'s' if count > 1 else ''}."
+                )
+
+    @property
+    def dof(self) -> int:
+        return self.arm.dof
+
+    @property
+    def q_unit(self) -> str:
+        return self.outputs["q"].unit
+
+    @property
+    def qd_unit(self) -> str:
+        return self.outputs["qd"].unit
+
+    @property
+    def states(self) -> Layout:
+        moving = Layout((Entry("q", self.q, self.q_unit), Entry("qd", self.qd, self.qd_unit)))
+        return moving + self.actuator.memory(len(self.arm.motors))
+
+    @property
+    def inputs(self) -> Layout:
+        return motors(self.arm)
+
+    @property
+    def outputs(self) -> Layout:
+        return motion(self.arm.units, ("q", "qd"))
+
+    @property
+    def truths(self) -> Layout:
+        return torques("d", self.arm.units)
+
+    @property
+    def labels(self) -> Mapping[str, str]:
+        return {"e_q": "e", "e_qd": "ed", "e_hat_q": "e_hat"}
+
+    def measure(self, t: Number, x: States) -> Signals:
+        return Signals(q=x["q"], qd=x["qd"], d=self._disturbance(t))
+
+    def applied(self, t: Number, x: States, u: Inputs) -> Signals:
+        return Signals(tau=self.actuator.applied(x, u["tau"]))
+
+    def drawing(self, t: Number, x: States) -> tuple[Shape, ...] | None:
+        return self.arm.drawing(x["q"])
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        q, qd = x["q"], x["qd"]
+        friction = self.friction.torque(qd) if self.friction is not None else 0
+        torque = self.arm.driven(self.actuator.applied(x, u["tau"])) - friction - self._disturbance(t)
+        qdd = self.arm.acceleration(q, qd, torque)
+        return {"q": qd, "qd": qdd, **self.actuator.rate(x, u["tau"])}
+
+    def _disturbance(self, t: ca.SX) -> ca.SX:
+        return self.disturbance.at(t) if self.disturbance is not None else ca.SX.zeros(self.dof)

@@ -1,0 +1,28 @@
+"""From the description of an arm to its dynamics M, C and G.
+
+The room knows planar chains, trees of hinges and slides in space, URDF files, a catalogue of arms, and the numbers that
+torque is linear in; it knows no loop, no law and no disturbance. Read `planar_arm.py` first, where a book's energies
+become matrices, then `spatial.py`.
+"""
+
+from workbench.arms.mechanics import urdf
+from workbench.arms.mechanics.arm_catalogue import CATALOGUE, named, paper_arm
+from workbench.arms.mechanics.inertial_regressor import Regressor, regressor
+from workbench.arms.mechanics.parameter_reduction import BaseParameters, base_parameters
+from workbench.arms.mechanics.planar_arm import Link, PlanarArm
+from workbench.arms.mechanics.spatial import SpatialArm, SpatialLink
+
+__all__ = [
+    "CATALOGUE",
+    "BaseParameters",
+    "Link",
+    "PlanarArm",
+    "Regressor",
+    "SpatialArm",
+    "SpatialLink",
+    "base_parameters",
+    "named",
+    "paper_arm",
+    "regressor",
+    "urdf",
+]

@@ -1,0 +1,58 @@
+"""The gains L1, L2 of a state observer: proofs of the decay of its error, and the design of better gains.
+
+The room knows the equations of an arm, gains and regions, and no observer's code. Read `gains.py` and `mismatch.py`
+first, then `decay_certificate.py`; `audit` in `error_dynamics.py` gathers all that is seen and proved of gains.
+"""
+
+from workbench.arms.observer_gains.decay_certificate import (
+    RateCertificate,
+    Reach,
+    by_lmi,
+    certify,
+    check,
+    least_double_pole,
+)
+from workbench.arms.observer_gains.error_dynamics import (
+    Audit,
+    Frozen,
+    Noise,
+    along,
+    audit,
+    frozen_poles,
+    kalman,
+    noise,
+    over,
+    peaking,
+    tolerated,
+)
+from workbench.arms.observer_gains.gains import Gains, Region, by_poles, high_gain
+from workbench.arms.observer_gains.inequality import Bound, Lipschitz, lipschitz
+from workbench.arms.observer_gains.mismatch import Mismatch
+
+__all__ = [
+    "Audit",
+    "Bound",
+    "Frozen",
+    "Gains",
+    "Lipschitz",
+    "Mismatch",
+    "Noise",
+    "RateCertificate",
+    "Reach",
+    "Region",
+    "along",
+    "audit",
+    "by_lmi",
+    "by_poles",
+    "certify",
+    "check",
+    "frozen_poles",
+    "high_gain",
+    "kalman",
+    "least_double_pole",
+    "lipschitz",
+    "noise",
+    "over",
+    "peaking",
+    "tolerated",
+]

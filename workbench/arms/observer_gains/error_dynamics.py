@@ -1,0 +1,292 @@
+"""The error of an observer with arm, estimate and torque frozen, or where the model adds nothing, and its audit:
+
+    x~' = A0 x~ + [0; I] Delta - L v,    A0 = [[-L1, I], [-L2, 0]],  x~ = (q - q_hat, qd - qd_hat),
+
+with v the noise of the measured positions. Frozen poles may all decay and the error grow, or the reverse.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import expm
+
+from workbench.arms.dynamics import Dynamics
+from workbench.arms.observer_gains.decay_certificate import RateCertificate, Reach, check
+from workbench.arms.observer_gains.gains import Gains, Region
+from workbench.arms.observer_gains.inequality import bears_mismatch
+from workbench.arms.observer_gains.matrix_inequalities import lyapunov_matrix
+from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, positive, vector, whole
+from workbench.core.validation.signatures import door
+from workbench.design.linear.feedback_loops import largest_gain
+from workbench.design.matrices import Refused, matrix
+from workbench.design.riccati import care, lqe, lyapunov
+from workbench.proofs.branch_and_bound import sequence
+
+SAMPLES = 20_000
+MOST_SAMPLES = 10_000_000
+# Instants at which a transient is looked at, from a thousandth of the fastest time constant to ten of the slowest:
+# a step of 1 %, so its peak is met within 1e-4 of itself.
+INSTANTS = 2000
+# How often the share of a region with a P is halved, and the fractions of it of which the first to be proved counts.
+HALVINGS, SURE = 6, (1.0, 0.9, 0.8, 0.6)
+ROOM = 1e-6  # of a tolerated mismatch, which is given away for the exact check
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class Frozen:
+    """Poles (N, 2n) in 1/s at N states q, qd, tau of a region, (N, n) each."""
+
+    q: Array
+    qd: Array
+    tau: Array
+    poles: Array
+
+    @property
+    def rates(self) -> Array:
+        """The decay of the slowest mode at each state, in 1/s, (N,); negative where it grows."""
+        return np.asarray(-self.poles.real.max(axis=1))
+
+    @property
+    def slowest(self) -> float:
+        """The least of the rates."""
+        return float(self.rates.min())
+
+    @property
+    def unstable(self) -> float:
+        """The share of the states at which a mode grows."""
+        return float((self.rates < 0).mean())
+
+
+@door
+def frozen_poles(mismatch: Mismatch, gains: Gains, q: Array, qd: Array, tau: Array) -> Array:
+    """The eigenvalues (N, 2n) of the exact error Jacobian [[-L1, I], [df/dq - L2, df/dqd]] at N states, in 1/s."""
+    q, qd, tau = _rows("frozen_poles", mismatch, q, qd, tau)
+    return np.asarray(np.linalg.eigvals(gains.error_matrix(mismatch.at(q, qd, tau))))
+
+
+@door
+def over(mismatch: Mismatch, gains: Gains, region: Region, samples: int = SAMPLES) -> Frozen:
+    """The frozen poles at states spread evenly over a region, which are samples and no bound."""
+    whole("over(samples=...)", samples, most=MOST_SAMPLES)
+    refuse_unfit("over", mismatch, gains, region)
+    n, (low, high) = region.joints, region.box
+    u = sequence(samples, 3 * n)
+    q = low + u[:, :n] * (high - low)
+    qd, tau = (2 * u[:, n : 2 * n] - 1) * region.speed, (2 * u[:, 2 * n :] - 1) * region.torque
+    return Frozen(q, qd, tau, frozen_poles(mismatch, gains, q, qd, tau))
+
+
+@door
+def along(mismatch: Mismatch, gains: Gains, region: Region, q: Array, qd: Array, tau: Array) -> Frozen:
+    """The frozen poles along a path (N, n) of positions, velocities and torques, which must stay in the region."""
+    refuse_unfit("along", mismatch, gains, region)
+    path = q, qd, tau = _rows("along", mismatch, q, qd, tau)
+    gone = (np.abs(qd) > region.speed) | (np.abs(tau) > region.torque)
+    if region.low is not None and region.high is not None:
+        gone |= (q < region.low) | (q > region.high)
+    if gone.any():
+        row = int(np.argmax(gone.any(axis=1)))
+        raise ValueError(
+            f"`along(q, qd, tau)` must stay in the region; its row {row} leaves it, with q = {path[0][row].tolist()}, "
+            f"qd = {path[1][row].tolist()}, tau = {path[2][row].tolist()}."
+        )
+    return Frozen(*path, frozen_poles(mismatch, gains, *path))
+
+
+def _rows(call: str, mismatch: Mismatch, *given: Array) -> tuple[Array, Array, Array]:
+    path = list(given)
+    shapes = {part.shape for part in path}
+    if len(shapes) > 1 or path[0].ndim != 2 or path[0].shape[1] != mismatch.joints or not len(path[0]):
+        raise ValueError(
+            f"`{call}(q, qd, tau)` must be {mismatch.joints} numbers a row each; got shapes "
+            f"{[part.shape for part in path]}."
+        )
+    if not all(np.isfinite(part).all() for part in path):
+        raise ValueError(f"`{call}(q, qd, tau)` must be finite numbers; it holds NaN or infinity.")
+    q, qd, tau = path
+    return q, qd, tau
+
+
+@dataclass(frozen=True)
+@show
+class Noise:
+    """H2 norms from the noise of the positions to the errors: `position` in s^(-1/2), `velocity` in s^(-3/2).
+
+    White noise of spectral density S (rad^2/Hz, two-sided) gives errors of sqrt(S) times these, in rad and rad/s.
+    """
+
+    position: float
+    velocity: float
+
+
+@door
+def noise(gains: Gains, J: Array | None = None) -> Noise:
+    """The H2 norms from v to q~ and to qd~: the roots of the traces of X, A X + X A' + L L' = 0.
+
+    J is the Jacobian [df/dq, df/dqd] (n, 2n) of a state; where the model adds nothing if not given. `Refused` if the
+    error does not decay there.
+    """
+    n = gains.joints
+    A, L = gains.error_matrix(None if J is None else matrix("noise(J=...)", "J", J, n, 2 * n)), gains.stacked
+    if (slowest := float(np.linalg.eigvals(A).real.max())) >= 0:
+        raise Refused(f"`noise(...)` needs an error that decays; a mode grows here at {slowest:.3g} 1/s.")
+    X = lyapunov(A, L @ L.T).X
+    return Noise(float(np.sqrt(np.trace(X[:n, :n]))), float(np.sqrt(np.trace(X[n:, n:]))))
+
+
+@door
+def peaking(gains: Gains) -> float:
+    """The worst transient: the greatest |qd~(t)| for qd~(0) = 0 and |q~(0)| = 1 rad, in 1/s, to 1e-4 of itself."""
+    n, A = gains.joints, gains.error_matrix()
+    poles = np.linalg.eigvals(A)
+    t = np.geomspace(1e-3 / np.abs(poles).max(), 10 / -poles.real.max(), INSTANTS)
+    part = expm(t[:, None, None] * A)[:, n:, :n]
+    return float(np.linalg.norm(part, 2, axis=(1, 2)).max())
+
+
+@door
+def tolerated(gains: Gains) -> tuple[float, Array]:
+    """The largest rho such that one P (2n, 2n) proves a decay for every Delta with |Delta| <= rho |x~|, and that P.
+
+    It is 1 / max |[0; I] to x~ at i w| over all frequencies w. P solves
+    A0' P + P A0 + rho^2 I + P [0; I] [0; I]' P < 0, which is checked in rational arithmetic: so V = x~' P x~ falls.
+
+    Raises
+    ------
+    Refused
+        If the check fails.
+
+    References
+    ----------
+    Rajamani (1998), Observers for Lipschitz nonlinear systems, IEEE Trans. Automatic Control 43.
+    """
+    import control  # takes seconds, and only this function needs it
+
+    n, A = gains.joints, gains.error_matrix()
+    B = np.eye(2 * n)[:, n:]
+    most = 1 / largest_gain(control.ss(A, B, np.eye(2 * n), np.zeros((2 * n, n)))).above
+    rho = (1 - 2 * ROOM) * most
+    P = -care(A, B, -(((1 - ROOM) * most) ** 2) * np.eye(2 * n), np.eye(n)).X
+    if not bears_mismatch(P, A, B, rho):
+        raise Refused("The certificate of the tolerated mismatch fails its check in rational arithmetic.")
+    return rho, P
+
+
+@door
+def kalman(dynamics: Dynamics, q: Any, qd: Any, tau: Any, Qn: Any, Rn: Any) -> Gains:
+    """The steady Kalman gain of the arm linearised at a state, for accelerations and measurements with white noise.
+
+    Parameters
+    ----------
+    q, qd, tau
+        (n,), the state and torque.
+    Qn, Rn
+        (n, n), the spectral densities of the accelerations that the model lacks, in (rad/s^2)^2 s, and of the noise of
+        the positions, in rad^2 s.
+
+    Raises
+    ------
+    ValueError
+        If a vector or matrix is not of its shape, or Rn is not definite.
+    """
+    n = dynamics.dof
+    state = [vector(f"kalman({name}=...)", x, n, "joints")[None] for name, x in (("q", q), ("qd", qd), ("tau", tau))]
+    A = np.vstack([np.eye(n, 2 * n, n), Mismatch.of(dynamics).at(*state)[0]])
+    L = lqe(A, np.eye(2 * n)[:, n:], np.eye(n, 2 * n), Qn, Rn).K
+    return Gains(L[:n], L[n:])
+
+
+@dataclass(frozen=True, eq=False)
+@show
+class Audit:
+    """The sampled poles and the proved decay of a set of gains in a region.
+
+    The certificate proves a decay at the asked rate in the region with its speeds and torques times `share`: 1 where
+    the whole region is certified; None, with no certificate, where nothing was, and `why` says so. `reach` has the
+    initial errors that are admitted while the arm keeps the inner region, of the same share. Every Delta with |Delta|
+    <= `tolerated` |x~| is proved to let the error decay. `noise` and `peaking` are those where the model adds nothing.
+    """
+
+    gains: Gains
+    frozen: Frozen
+    certificate: RateCertificate | None
+    share: float | None
+    reach: Reach | None
+    tolerated: float
+    noise: Noise
+    peaking: float
+    why: str
+
+
+@door
+def audit(
+    dynamics: Dynamics, gains: Gains, region: Region, inner: float, rate: float, known: RateCertificate | None = None
+) -> Audit:
+    """Judge the gains L1, L2 of an observer of this arm in a region.
+
+    Parameters
+    ----------
+    inner
+        The share of the region's speeds that the arm itself keeps; the rest is room for the estimate's error.
+    rate
+        The decay in 1/s that is to be proved, in the whole region or else in as large a share of it as can be.
+    known
+        The certificate of these gains in the whole region, if there is one, whose P is proved again; else one is sought
+        (extra `lmi`).
+
+    Raises
+    ------
+    ValueError
+        If sizes differ, a number is out of its range, or `known` is the certificate of something else.
+    Refused
+        If the P of `known` is not proved here.
+    """
+    positive("audit(rate=...)", rate, " of 1/s")
+    if not 0 < positive("audit(inner=...)", inner) < 1:
+        raise ValueError(f"`audit(inner=...)` is a share, so it lies between 0 and 1; got {inner}.")
+    if known is not None and (known.gains is not gains or known.region is not region or known.rate != rate):
+        raise ValueError("`audit(known=...)` must be the certificate of these gains, in this region, of this rate.")
+    mismatch = Mismatch.of(dynamics)
+    seen = over(mismatch, gains, region)
+    certificate, share, why = (
+        (check(mismatch, gains, region, known.P, rate), 1.0, "") if known else _certified(mismatch, gains, region, rate)
+    )
+    reach = None
+    if certificate is not None:
+        whole = certificate.region
+        reach = certificate.reach(Region(inner * whole.speed, whole.torque, whole.low, whole.high))
+    return Audit(gains, seen, certificate, share, reach, tolerated(gains)[0], noise(gains), peaking(gains), why)
+
+
+def _certified(
+    mismatch: Mismatch, gains: Gains, region: Region, rate: float
+) -> tuple[RateCertificate | None, float | None, str]:
+    """A certificate in the whole region, or in the largest share of it that halving finds."""
+    try:
+        return check(mismatch, gains, region, lyapunov_matrix(mismatch, gains, region, rate), rate), 1.0, ""
+    except Refused as none:
+        why = str(none)
+    low, high = 0.0, 1.0
+    for _ in range(HALVINGS):
+        share = (low + high) / 2 if low else high / 4
+        try:
+            lyapunov_matrix(mismatch, gains, region.scaled(share), rate)
+        except Refused:
+            high = share
+        else:
+            low = share
+    for part in SURE if low else ():
+        smaller = region.scaled(part * low)
+        try:
+            found = check(mismatch, gains, smaller, lyapunov_matrix(mismatch, gains, smaller, rate), rate)
+        except Refused as none:
+            why = str(none)
+        else:
+            return found, part * low, ""
+    return None, None, why

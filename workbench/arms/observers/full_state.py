@@ -1,0 +1,137 @@
+"""Full state: readings taken as estimates, with the velocity as measured, filtered, or derived from positions."""
+
+from collections.abc import Mapping
+from typing import ClassVar
+
+import casadi as ca
+
+from workbench.arms.arm_ports import AbstractArmObserver, AbstractJoints
+from workbench.arms.dynamics import MOST_JOINTS
+from workbench.blocks.loop.contracts import Inputs, Parts, Reads
+from workbench.core import Signals, block, initial, parameter
+from workbench.core.block import Number, Scalar, Vector
+from workbench.core.claim import Claim
+from workbench.core.claim import Signals as Run
+from workbench.core.validation.refusals import whole
+
+
+def _filtered(y: Run) -> ca.SX:
+    """|E_i| |qdd_i| - omega E_i^2 - E_i E_i': >= 0, but for rounding, where E' = qdd - omega E."""
+    E = y["qd_error"]
+    return ca.fabs(E) * ca.fabs(y["qd'"]) - y["omega"] * E**2 - E * y["qd_error'"] + 1e-7
+
+
+FILTER_FOLLOWS = Claim(
+    "the filter follows qd",
+    "E = qd - qd_hat has E_i E_i' <= |E_i| |qdd_i| - omega E_i^2 + 1e-7 rad^2/s^3: |E_i| falls to |qdd_i| / omega.",
+    "the equation of a low-pass filter of first order",
+    margin=_filtered,
+)
+
+
+class AbstractJointCounter(AbstractJoints):
+    """A block without a model, which is told the number of joints."""
+
+    joints: int
+
+    def check_joints(self) -> None:
+        """Refuse a number of joints that is not whole and positive."""
+        whole(f"{type(self).__name__}(joints=...)", self.joints, most=MOST_JOINTS, of=" of joints")
+
+    @property
+    def dof(self) -> int:
+        """The number of joints; a negative one counts as none, which is refused."""
+        return max(self.joints, 0)
+
+
+@block
+class FullState(AbstractJointCounter, AbstractArmObserver):
+    """Positions and velocities as they are measured, and no disturbance: q_hat = q, qd_hat = qd, D_hat = 0.
+
+    Examples
+    --------
+    >>> wb.FullState(2).reads.names, wb.FullState(2).gives["qd"].shape
+    (('q', 'qd'), (2,))
+    """
+
+    noun: ClassVar[str] = ""  # no observer at all
+
+    joints: int
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        return Signals(q=y.q, qd=y.qd, d=ca.SX.zeros(self.dof))
+
+
+@block
+class VelocityFilter(AbstractJointCounter, AbstractArmObserver):
+    """Positions as they are read, velocities through a low-pass filter of first order, and no disturbance:
+
+        qd_hat' = omega (qd - qd_hat),        q_hat = q,        D_hat = 0
+
+    With exact readings the error E = qd - qd_hat obeys E' = qdd - omega E: it falls to |qdd| / omega. A computer steps
+    it exactly, by exp(-omega h) over a period h in which the reading is held; noise of independent readings passes
+    with the share tanh(omega h / 2) of its variance.
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
+
+    joints: int
+    omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")
+    qd_hat: Vector = initial(default=0.0, unit="rad/s", shape=("n",))
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        return Signals(q=y.q, qd=z["qd_hat"], d=ca.SX.zeros(self.dof))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        return {"qd_hat": self.omega * (y.qd - z["qd_hat"])}
+
+    @property
+    def method(self) -> str:
+        return "exact step of the filter"
+
+    def advance(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs, period: float) -> Parts:
+        return {"qd_hat": y.qd + (z["qd_hat"] - y.qd) * ca.exp(-self.omega * period)}
+
+    def without(self) -> Mapping[str, AbstractArmObserver]:
+        return {"velocity filter": FullState(self.dof)}
+
+
+@block
+class DirtyDerivative(AbstractJointCounter, AbstractArmObserver):
+    """Positions as they are read, velocities from them by omega s / (s + omega), and no disturbance:
+
+        q_hat' = omega (q - q_hat),        qd_hat = q_hat',        D_hat = 0
+
+    The law is given q and qd_hat; q_hat is the filter's own, and starts best at the first reading: each rad beside it
+    makes a velocity of omega. With exact readings E = qd - qd_hat obeys E' = qdd - omega E; noise of the positions
+    comes through about omega times as large. A computer's explicit Euler step of h is stable for omega h < 2.
+
+    References
+    ----------
+    Loria (2016), Observers are unnecessary for output-feedback control of Lagrangian systems, IEEE TAC 61(4).
+    """
+
+    claims: ClassVar[tuple[Claim, ...]] = (FILTER_FOLLOWS,)
+    measured: ClassVar[tuple[str, ...]] = ("q",)
+
+    joints: int
+    omega: Scalar = parameter(unit="rad/s", low=0, strict=True, symbol="omega")
+    q_hat: Vector = initial(unit="rad", shape=("n",))
+
+    def __post_init__(self) -> None:
+        self.check_joints()
+
+    def estimate(self, t: Number, z: Parts, y: Reads) -> Signals:
+        return Signals(q=y.q, qd=self.omega * (y.q - z["q_hat"]), d=ca.SX.zeros(self.dof))
+
+    def rate(self, t: Number, z: Parts, y: Reads, est: Signals, u: Inputs) -> Parts:
+        return {"q_hat": self.omega * (y.q - z["q_hat"])}
+
+    def without(self) -> Mapping[str, AbstractArmObserver]:
+        return {"velocity filter": FullState(self.dof)}

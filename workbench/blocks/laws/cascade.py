@@ -1,0 +1,159 @@
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads, is_recursion
+from workbench.blocks.loop.wiring import above, below
+from workbench.core import Entry, Layout, Signals, block
+from workbench.core.block import Number
+from workbench.core.port import misfits
+from workbench.core.validation.refusals import whole
+
+Arguments = tuple[Any, Signals, Signals, Signals]  # time, memory, estimates and wanted signals of a law
+
+
+@block
+class Cascade(AbstractController):
+    """An outer law whose command is the reference of an inner law: a position loop around one of speed, say.
+
+    In a computer the inner law runs in every period of the cascade; the outer one runs once in `ratio` of them, from
+    the first on, and its command is held in between. In continuous time both act at every instant.
+
+    Raises
+    ------
+    ValueError
+        If the inner law does not follow all that the outer one drives, by name, size and unit; if the two take one
+        signal in unlike sizes or units; if one has a period of its own; or if `ratio` is no positive whole number.
+
+    References
+    ----------
+    Astrom and Hagglund (2006), Advanced PID Control, chapter 12.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor.position()
+    >>> law = wb.PID2(wb.layout(theta="rad"), wb.layout(omega="rad/s"), Kp=20.0)
+    >>> speed = wb.PID2(wb.layout(omega="rad/s"), motor.inputs, Kp=0.5)
+    >>> cascade = wb.Cascade(outer=law, inner=speed, ratio=10)
+    >>> cascade.reads.names, cascade.follows.names, cascade.drives.names
+    (('theta', 'omega'), ('theta',), ('v',))
+    """
+
+    outer: AbstractController
+    inner: AbstractController
+    ratio: int = 1
+
+    def __post_init__(self) -> None:
+        whole("Cascade(ratio=...)", self.ratio)
+        outer, inner = type(self.outer).__name__, type(self.inner).__name__
+        for name in ("outer", "inner"):
+            if (period := getattr(self, name).period) is not None:
+                raise ValueError(
+                    f"`Cascade({name}=...)` must be a law without a period of its own: the cascade has one, and "
+                    f"`ratio` of them make that of the outer law; got one of {period:g} s."
+                )
+        for clause in misfits(self.outer.drives, self.inner.follows):
+            sentence = f"`Cascade(outer=...)`: `{outer}` drives {clause.format(gives=f'`{inner}` follows')}"
+            raise ValueError(sentence if sentence.endswith("?") else f"{sentence}.")
+        for one, other in ((self.outer.reads, self.inner.reads), (self.outer.follows, self._rest)):
+            common = Layout(tuple(entry for entry in one.entries if entry.name in other))
+            for clause in misfits(common, other):
+                raise ValueError(
+                    f"`Cascade(...)`: `{outer}` takes {clause.format(gives=f'`{inner}` takes')}; both must take one."
+                )
+
+    @property
+    def reads(self) -> Layout:
+        return _union(self.outer.reads, self.inner.reads)
+
+    @property
+    def follows(self) -> Layout:
+        """The signals that the outer law follows, and those of the inner that the outer does not drive."""
+        return _union(self.outer.follows, self._rest)
+
+    @property
+    def drives(self) -> Layout:
+        return self.inner.drives
+
+    @property
+    def memory(self) -> Layout:
+        held = Layout(tuple(Entry(e.name, np.zeros(e.shape), e.unit) for e in self.outer.drives.entries))
+        both = self.outer.memory.prefixed("outer.") + self.inner.memory.prefixed("inner.")
+        return both + held.prefixed("held.") if self.ratio > 1 else both
+
+    @property
+    def recursion(self) -> bool:
+        """True if either law is a recursion, or a computer holds the outer command."""
+        return is_recursion(self._outer) or is_recursion(self._inner) or (self.ratio > 1 and self.period is not None)
+
+    @property
+    def signal_units(self) -> Mapping[str, str]:
+        return self.outer.signal_units
+
+    @property
+    def method(self) -> str:
+        return f"outer law: {self.outer.method}; inner law: {self.inner.method}"
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        _, inner = self._arguments(t, z, est, ref)
+        return self._inner.command(*inner)
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        outer, inner = self._arguments(t, z, est, ref)
+        held = {name: ca.SX.zeros(part.shape) for name, part in below("held", z).items()}
+        return above({"outer": self._outer.rate(*outer), "inner": self._inner.rate(*inner), "held": held})
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        if self.period is None:
+            raise ValueError("`Cascade.update(...)` needs a period: take `run_every(period)`.")
+        return self.advance(t, z, est, ref, self.period)
+
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        """The inner memory after a period, and the outer one after `ratio` periods where its turn has come."""
+        outer, inner = self._arguments(t, z, est, ref)
+        moved = self._outer.advance(*outer, self.ratio * period)
+        parts = {"outer": moved, "inner": self._inner.advance(*inner, period)}
+        if self.ratio == 1:
+            return above(parts)
+        old, wanted = outer[1], inner[3]
+        parts["outer"] = {name: ca.if_else(self._is_turn(t, period), part, old[name]) for name, part in moved.items()}
+        return above(parts | {"held": {name: wanted[name] for name in self.outer.drives.names}})
+
+    def signals(self, z: Parts, est: Reads, ref: Follows) -> Parts:
+        return self._outer.signals(Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
+
+    def without(self) -> Mapping[str, AbstractController]:
+        outer = {f"outer {name}": replace(self, outer=law) for name, law in self.outer.without().items()}
+        return outer | {f"inner {name}": replace(self, inner=law) for name, law in self.inner.without().items()}
+
+    @property
+    def _rest(self) -> Layout:
+        """The signals that the inner law follows and the outer does not drive."""
+        return Layout(tuple(entry for entry in self.inner.follows.entries if entry.name not in self.outer.drives))
+
+    @property
+    def _outer(self) -> AbstractController:
+        return self.outer if self.period is None else self.outer.run_every(self.ratio * self.period)
+
+    @property
+    def _inner(self) -> AbstractController:
+        return self.inner if self.period is None else self.inner.run_every(self.period)
+
+    def _arguments(self, t: Number, z: Parts, est: Reads, ref: Follows) -> tuple[Arguments, Arguments]:
+        """The time, memory, estimates and wanted signals of the outer law, and those of the inner one."""
+        outer = (t, Signals(below("outer", z)), est.only(self.outer.reads), ref.only(self.outer.follows))
+        new = Signals(self._outer.command(*outer))
+        if self.ratio > 1 and self.period is not None:
+            turn = self._is_turn(t, self.period)
+            new = Signals({name: ca.if_else(turn, part, z[f"held.{name}"]) for name, part in new.items()})
+        return outer, (t, Signals(below("inner", z)), est.only(self.inner.reads), (ref | new).only(self.inner.follows))
+
+    def _is_turn(self, t: Number, period: float) -> ca.SX:
+        return ca.fmod(ca.floor(t / period + 0.5), self.ratio) == 0
+
+
+def _union(one: Layout, other: Layout) -> Layout:
+    return Layout(one.entries + tuple(entry for entry in other.entries if entry.name not in one))

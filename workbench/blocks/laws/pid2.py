@@ -1,0 +1,192 @@
+from collections.abc import Mapping
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads
+from workbench.core import Entry, Layout, Signals, block, option, parameter
+from workbench.core.block import Number, Scalar, Vector
+from workbench.core.port import gain, one_entry
+
+
+@block
+class PID2(AbstractController):
+    """PID with two degrees of freedom from an output y and its reference r to an input u, component by component:
+
+        v  = u0 + Kp (b r - y) + I + Kd N (w - f),      u = v within low and high
+        w  = c (r - y0) - (y - y0)
+        I' = Ki (r - y) + anti-windup,             I(0) = 0
+        f' = N (w - f),                            f(0) = 0
+
+    about the point (y0, u0), with weights b, c of what is wanted; without limits, which may be None,
+    u = u0 + Kp (b r - y) + Ki / s (r - y) + Kd s / (1 + s / N) (c r - y), as of MATLAB's `pid2`.
+    "clamping" stops the integral while v is beyond a limit and Ki (r - y) drives it farther; "back-calculation" adds
+    (u - v) / Tt to I'. Limits in `Instruments` are not known to the law: give it the same.
+
+    In a computer that runs it once in h seconds the filter is a backward difference and the integral a forward one:
+
+        f_k = (f_(k-1) + N h w_k) / (1 + N h),     I_(k+1) = I_k + h (Ki (r_k - y_k) + anti-windup)
+
+    Raises
+    ------
+    ValueError
+        If `reads` and `drives` are not one signal each, of as many numbers; a lower limit is not below the upper; or
+        back-calculation is asked for without limits or without Tt.
+
+    References
+    ----------
+    Astrom and Hagglund (2006), Advanced PID Control, chapters 3 (weights, windup) and 13 (the form in a computer).
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0, Kd=10.0, low=-24.0, high=24.0)
+    >>> law.unit_of_Kp, law.unit_of_Ki, law.memory.names
+    ('V s/rad', 'V/rad', ('integral', 'filter'))
+    """
+
+    reads: Layout = Layout()
+    drives: Layout = Layout()
+    Kp: Vector = parameter(default=0.0, unit="{unit_of_Kp}", shape=("n",), symbol="K_p")
+    Ki: Vector = parameter(default=0.0, unit="{unit_of_Ki}", shape=("n",), symbol="K_i")
+    Kd: Vector = parameter(default=0.0, unit="{unit_of_Kd}", shape=("n",), symbol="K_d")
+    N: Vector = parameter(default=100.0, unit="1/s", low=0, strict=True, shape=("n",), symbol="N")
+    b: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="b")
+    c: Vector = parameter(default=1.0, unit="", shape=("n",), symbol="c")
+    low: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_min")
+    high: Vector | None = parameter(default=None, unit="{unit_of_u}", shape=("n",), symbol="u_max")
+    anti_windup: str = option(
+        {
+            "none": "the integral knows of no limit",
+            "clamping": "the integral stops where it would drive the command farther beyond a limit",
+            "back-calculation": "the integral follows the limited command with a time constant",
+        },
+        default="clamping",
+    )
+    Tt: Scalar = parameter(default=None, unit="s", low=0, strict=True, symbol="T_t")
+    u0: Vector = parameter(default=0.0, unit="{unit_of_u}", shape=("n",), symbol="u_0")
+    y0: Vector = parameter(default=0.0, unit="{unit_of_y}", shape=("n",), symbol="y_0")
+
+    def __post_init__(self) -> None:
+        for name, port in (("reads", self.reads), ("drives", self.drives)):
+            if len(port.entries) != 1:
+                raise ValueError(
+                    f"`PID2({name}=...)` must be a layout of one signal, as `layout(v='V')` is; it has "
+                    f"{', '.join(port.names) or 'none'}."
+                )
+        if self.reads.size != self.drives.size:
+            raise ValueError(
+                f"`PID2(reads=..., drives=...)` must be signals of as many numbers, each of which drives one; "
+                f"'{self.reads.names[0]}' has {self.reads.size} and '{self.drives.names[0]}' {self.drives.size}."
+            )
+        if self.low is not None and self.high is not None and np.any(self.low >= self.high):
+            raise ValueError(f"`PID2(low=..., high=...)` must leave room between them; got {self.low} and {self.high}.")
+        if self.anti_windup == "back-calculation" and (self.Tt is None or (self.low is None and self.high is None)):
+            raise ValueError(
+                "`PID2(anti_windup='back-calculation')` needs limits and the time Tt in which the integral follows "
+                f"them; got low = {self.low}, high = {self.high} and Tt = {self.Tt}."
+            )
+
+    @property
+    def dof(self) -> int:
+        """The size n of each port; an empty one counts as one, and is refused."""
+        return max(self.reads.size, 1)
+
+    @property
+    def unit_of_u(self) -> str:
+        return one_entry(self.drives, "u").unit
+
+    @property
+    def unit_of_y(self) -> str:
+        return one_entry(self.reads, "y").unit
+
+    @property
+    def unit_of_Kp(self) -> str:
+        return gain(self.unit_of_u, self.unit_of_y)
+
+    @property
+    def unit_of_Ki(self) -> str:
+        return gain(self.unit_of_u, self.unit_of_y, -1)
+
+    @property
+    def unit_of_Kd(self) -> str:
+        return gain(self.unit_of_u, self.unit_of_y, 1)
+
+    @property
+    def follows(self) -> Layout:
+        return self.reads
+
+    @property
+    def memory(self) -> Layout:
+        zero = np.zeros(self.dof)
+        filtered = Entry("filter", zero, self.unit_of_y, symbol="f")
+        return Layout((Entry("integral", zero, self.unit_of_u, symbol="I"), filtered))
+
+    @property
+    def recursion(self) -> bool:
+        return self.period is not None
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        return Signals({self.drives.names[0]: self._limited(self._asked(z, est, ref))})
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        return {"integral": self._growth(z, est, ref), "filter": self.N * (self._weighted(est, ref) - z["filter"])}
+
+    def update(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        return self.advance(t, z, est, ref, self._period)
+
+    def advance(self, t: Number, z: Parts, est: Reads, ref: Follows, period: float) -> Parts:
+        share = self.N * period / (1 + self.N * period)
+        return {
+            "integral": z["integral"] + period * self._growth(z, est, ref),
+            "filter": z["filter"] + share * (self._weighted(est, ref) - z["filter"]),
+        }
+
+    @property
+    def method(self) -> str:
+        return "forward difference of the integral, backward difference of the derivative"
+
+    def without(self) -> Mapping[str, AbstractController]:
+        integral = {"integral action": replace(self, Ki=0 * self.Ki)} if self.Ki.any() else {}
+        derivative = {"derivative action": replace(self, Kd=0 * self.Kd)} if self.Kd.any() else {}
+        return integral | derivative
+
+    @property
+    def _period(self) -> float:
+        """The period of its computer in s; 0 in continuous time."""
+        return 0.0 if self.period is None else self.period
+
+    def _signals(self, est: Reads, ref: Follows) -> tuple[ca.SX, ca.SX]:
+        name = self.reads.names[0]
+        return est[name], ref[name]
+
+    def _weighted(self, est: Reads, ref: Follows) -> ca.SX:
+        """The weighted error w, of which the derivative is taken."""
+        y, r = self._signals(est, ref)
+        w: ca.SX = self.c * (r - self.y0) - (y - self.y0)
+        return w
+
+    def _asked(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """The command v before its limits."""
+        y, r = self._signals(est, ref)
+        behind = (self._weighted(est, ref) - z["filter"]) / (1 + self.N * self._period)  # w - f, the f of this instant
+        v: ca.SX = self.u0 + self.Kp * (self.b * r - y) + z["integral"] + self.Kd * self.N * behind
+        return v
+
+    def _limited(self, v: ca.SX) -> ca.SX:
+        v = v if self.low is None else ca.fmax(v, self.low)
+        return v if self.high is None else ca.fmin(v, self.high)
+
+    def _growth(self, z: Parts, est: Reads, ref: Follows) -> ca.SX:
+        """The derivative of the integral, with the anti-windup."""
+        y, r = self._signals(est, ref)
+        v = self._asked(z, est, ref)
+        growth: ca.SX = self.Ki * (r - y)
+        if self.anti_windup == "back-calculation":
+            growth += (self._limited(v) - v) / self.Tt
+        if self.anti_windup == "clamping" and self.low is not None:
+            growth = ca.if_else(v < self.low, ca.fmax(growth, 0), growth)
+        if self.anti_windup == "clamping" and self.high is not None:
+            growth = ca.if_else(v > self.high, ca.fmin(growth, 0), growth)
+        return growth

@@ -1,0 +1,59 @@
+"""The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `Sampled`.
+
+The room knows plants, observers, laws and references by their contracts alone, and of arms only their ports; it knows
+no simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
+"""
+
+from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
+from workbench.blocks.loop.closed_loop import ClosedLoop, open_loop
+from workbench.blocks.loop.coloured_noise import AbstractNoise, GaussMarkov, RandomWalk, SecondOrderNoise
+from workbench.blocks.loop.contracts import (
+    AbstractController,
+    AbstractObserver,
+    AbstractPlant,
+    Follows,
+    Inputs,
+    Parts,
+    Reads,
+)
+from workbench.blocks.loop.dependence import roles
+from workbench.blocks.loop.digital_loop import DigitalLoop
+from workbench.blocks.loop.instruments import Instruments
+from workbench.blocks.loop.linear_blocks import LinearLaw, LinearPlant
+from workbench.blocks.loop.linear_filter import LinearFilter
+from workbench.blocks.loop.surroundings import (
+    AbstractDisturbance,
+    AbstractInstruments,
+    AbstractReference,
+    Readings,
+    Rest,
+)
+
+__all__ = [
+    "AbstractArmController",
+    "AbstractArmObserver",
+    "AbstractController",
+    "AbstractDisturbance",
+    "AbstractInstruments",
+    "AbstractNoise",
+    "AbstractObserver",
+    "AbstractPlant",
+    "AbstractReference",
+    "ClosedLoop",
+    "DigitalLoop",
+    "Follows",
+    "GaussMarkov",
+    "Inputs",
+    "Instruments",
+    "LinearLaw",
+    "LinearFilter",
+    "LinearPlant",
+    "Parts",
+    "RandomWalk",
+    "Readings",
+    "Reads",
+    "Rest",
+    "SecondOrderNoise",
+    "open_loop",
+    "roles",
+]

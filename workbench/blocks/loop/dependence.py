@@ -1,0 +1,181 @@
+"""The roles of a loop's blocks, read from its equations: the inputs that reach the command, and by which way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from copy import copy
+from dataclasses import dataclass, fields
+from typing import Any
+
+import casadi as ca
+
+from workbench.arms.dynamics import AbstractArm
+from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, is_recursion
+from workbench.blocks.loop.wiring import Blocks
+from workbench.core import Layout, Signals, lift
+from workbench.core.block import Column, is_block
+from workbench.core.port import Roles, Way
+from workbench.core.validation.refusals import refusal
+from workbench.core.validation.signatures import door
+
+SOCKETS = ("plant", "observer", "controller", "reference")
+PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here
+Edges = dict[str, set[str]]
+
+
+@dataclass(frozen=True, eq=False)
+class _Probe(AbstractArm):
+    """An arm whose matrices are symbols plus terms in their arguments, to find where a loop has them."""
+
+    M: ca.SX
+    C: ca.SX
+    G: ca.SX
+
+    @property
+    def dof(self) -> int:
+        return int(self.G.numel())
+
+    def mass_matrix(self, q: Column) -> ca.SX:
+        return self.M + ca.sum1(q)
+
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
+        return self.C + ca.sum1(q) + ca.sum1(qd)
+
+    def gravity_vector(self, q: Column) -> ca.SX:
+        return self.G + ca.sum1(q)
+
+    def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
+        return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
+
+
+@door
+def roles(loop: Any) -> Roles:
+    """The inputs that the command of the law of a `ClosedLoop`, or of what has one as its `loop`, depends on.
+
+    Dependence, at one instant or by way of a memory, is that of the equations with the numbers of this loop, so that a
+    term whose gain is 0 does not count; what cancels only after a calculation does. The torque that the observer is
+    told is the computer's own and gives nothing.
+
+    Raises
+    ------
+    ValueError
+        If `loop` is neither.
+    """
+    closed = getattr(loop, "loop", loop)
+    if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
+        raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
+    models = dict(
+        (*_held(closed.observer, "observer", AbstractArm), *_held(closed.controller, "controller", AbstractArm))
+    )
+    of_plants = (path for path, _ in _held(closed.observer, "observer", AbstractPlant))
+    plants = [path for path in of_plants if not any(arm.startswith(path) for arm in models)]
+    edges = _edges(closed, models)
+    commands = {f"u.{name}" for name in closed.controller.drives.names}
+    at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
+    outputs, truths = closed.plant.outputs.names, closed.plant.truths.names
+    return Roles(
+        _called(closed.controller),
+        _called(closed.observer),
+        {name: tuple(_ways(name, edges, at_once, ever)) for name in outputs},
+        tuple(f"{name}_ref" for name in closed.controller.follows.names if f"ref.{name}" in ever),
+        {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models}
+        | {path: ("f",) * any(node.startswith("observer.") for node in ever) for path in plants},
+        tuple(name for name in truths if f"est.{name}" in ever and edges.get(f"est.{name}")),
+        tuple(name for name in truths if f"y.{name}" in ever),
+        closed.controller.memory.size,
+        closed.observer.memory.size,
+    )
+
+
+def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterator[Way]:
+    """The ways by which an output reaches the commands: read at once, by a memory, or as an estimate of another."""
+    read, given = f"y.{name}", f"est.{name}"
+    remembered = {node for node in edges.get(given, ()) if node in edges}
+    behind = _reached(edges, remembered)
+    alone = behind <= remembered | {read}
+    if read in at_once:
+        yield "read"
+    elif read in ever and alone:
+        yield "filtered"
+    if (given in ever and remembered and not alone) or (read in ever and read not in at_once and not alone):
+        yield "estimated"
+
+
+def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
+    """All models of a kind, an arm or a plant, that a block holds, by their paths."""
+    for field in fields(block):
+        part, place = getattr(block, field.name), f"{path}.{field.name}"
+        if isinstance(part, kind):
+            yield place, part
+        elif is_block(part):
+            yield from _held(part, place, kind)
+
+
+def _probed(block: Any, path: str, probes: Mapping[str, _Probe]) -> Any:
+    twin = copy(block)
+    for field in fields(block):
+        part, place = getattr(block, field.name), f"{path}.{field.name}"
+        if place in probes:
+            object.__setattr__(twin, field.name, probes[place])
+        elif is_block(part):
+            object.__setattr__(twin, field.name, _probed(part, place, probes))
+    return twin
+
+
+def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
+    """The direct dependencies of each command, each estimate and each state of observer and controller."""
+    lifted, t = lift(closed), ca.SX.sym("t")
+    probes = {path: _probe(arm.dof) for path, arm in models.items()}
+    observer = _probed(lifted.block.observer, "observer", probes)
+    law = _probed(lifted.block.controller, "controller", probes).run_every(closed.controller.period or PERIOD)
+    y, est, ref, told = map(_symbols, (observer.reads, observer.gives, law.follows, observer.inputs))
+    z = {"observer": _symbols(closed.observer.memory), "controller": _symbols(closed.controller.memory)}
+    heard = est.only(law.reads)
+    given = observer.estimate(t, z["observer"], y)
+    remembers = observer.update if is_recursion(observer) else observer.rate
+    adapts = law.update if is_recursion(law) else law.rate
+    made = {
+        **{f"u.{name}": part for name, part in law.command(t, z["controller"], heard, ref).items()},
+        **{f"est.{name}": part for name, part in given.items()},
+        **{f"observer.{name}": rate for name, rate in remembers(t, z["observer"], y, est, told).items()},
+        **{f"controller.{name}": rate for name, rate in adapts(t, z["controller"], heard, ref).items()},
+    }
+    inputs = {
+        **{f"y.{name}": part for name, part in y.items()},
+        **{f"est.{name}": part for name, part in est.items()},
+        **{f"ref.{name}": part for name, part in ref.items()},
+        **{f"{socket}.{name}": part for socket, own in z.items() for name, part in own.items()},
+        **{f"{path}.{name}": getattr(probe, name) for path, probe in probes.items() for name in "MCG"},
+    }
+    numbers = ca.DM(lifted.layout.default)
+    plain = {name: ca.substitute(ca.SX(part), lifted.symbols, numbers) for name, part in made.items()}
+    return {name: _inputs_of(part, inputs) for name, part in plain.items()}
+
+
+def _symbols(port: Layout) -> Signals:
+    return Signals(port.view(port.symbols()))
+
+
+def _probe(n: int) -> _Probe:
+    return _Probe(ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
+
+
+def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:
+    return {name for name, symbol in inputs.items() if symbol.numel() and ca.depends_on(part, ca.vec(symbol))}
+
+
+def _reached(edges: Edges, start: set[str], but: str | None = None) -> set[str]:
+    """All nodes that the edges reach from some nodes, without going beyond nodes whose names begin so."""
+    found, new = set(start), set(start)
+    while new:
+        new = {end for node in new if but is None or not node.startswith(but) for end in edges.get(node, ())} - found
+        found |= new
+    return found
+
+
+def _called(block: Any) -> str:
+    """The name of a block: the `noun` of its class or else its name, with the laws or observers that it holds."""
+    own = getattr(block, "noun", type(block).__name__)
+    parts = (getattr(block, field.name) for field in fields(block))
+    held = [_called(part) for part in parts if isinstance(part, AbstractController) or hasattr(part, "uses_truth")]
+    return " ".join(word for word in (own, " + ".join(filter(None, held))) if word)

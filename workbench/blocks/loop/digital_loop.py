@@ -1,0 +1,67 @@
+"""The declaration of a loop in a computer, whose equations are built when a run asks for them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from workbench.blocks.loop.closed_loop import ClosedLoop
+from workbench.blocks.loop.command_queue import Queue
+from workbench.blocks.loop.sampled_loop import INTEGRATORS
+from workbench.blocks.loop.surroundings import AbstractInstruments
+from workbench.core import Sampled
+from workbench.core.validation.refusals import one_of, seconds
+from workbench.core.validation.signatures import door
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class DigitalLoop:
+    """A closed loop with its observer and controller in a computer, declared now and built by `ode`.
+
+    `ClosedLoop.digital` builds the equations at once. A study with many loops declares a `DigitalLoop` for each. A
+    `Run` takes it in the place of a `ClosedLoop`, and its equations are built when it is run.
+
+    Attributes
+    ----------
+    loop
+        The closed loop with its blocks.
+    period, instruments, delay, waiting, integrator
+        The arguments of `ClosedLoop.digital`; the period is in s.
+
+    Raises
+    ------
+    ValueError, LookupError
+        If `ClosedLoop.digital` refuses the period, the delay or the integrator; `ode` checks everything else.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> runs = [wb.Run(wb.DigitalLoop(loop, T, delay=True), (wb.rmse(),), until=2.0, h=T / 2) for T in (1e-3, 1e-2)]
+    >>> runs[1].loop.ode().period
+    0.01
+    """
+
+    loop: ClosedLoop
+    period: float
+    instruments: AbstractInstruments | None = None
+    delay: bool | float | Mapping[str, float] = False
+    waiting: Mapping[str, Any] | None = None
+    integrator: str = "declared"
+
+    def __post_init__(self) -> None:
+        seconds("DigitalLoop(period=...)", self.period)
+        one_of("DigitalLoop(integrator=...)", self.integrator, INTEGRATORS)
+        Queue.of(self.loop.plant.inputs, self.delay, self.waiting)  # refuses a delay that is none
+
+    def ode(self, name: str = "loop", *, inputs: bool = False, at: str | tuple[str, ...] | None = None) -> Sampled:
+        """The loop in its computer, see `ClosedLoop.digital`."""
+        how: dict[str, Any] = {"delay": self.delay, "waiting": self.waiting, "integrator": self.integrator}
+        return self.loop.digital(self.period, self.instruments, **how, name=name, inputs=inputs, at=at)
+
+    def ablations(self) -> dict[str, DigitalLoop]:
+        """The loop without one part of its observer or controller, in the same computer, by the name of the part."""
+        return {name: replace(self, loop=less) for name, less in self.loop.ablations().items()}

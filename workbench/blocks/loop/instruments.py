@@ -1,0 +1,207 @@
+"""The instruments between a plant and its computer: sensors with noise and steps, limits, converters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.coloured_noise import AbstractNoise, NoiseStates, noise_of
+from workbench.blocks.loop.contracts import AbstractPlant, Parts
+from workbench.blocks.loop.quantisation import Converter, quantised, refuse_quantum
+from workbench.blocks.loop.surroundings import AbstractInstruments
+from workbench.core import Entry, Layout, Signals, block, parameter
+from workbench.core.block import Vector
+from workbench.core.expressions import refuse_misfit
+from workbench.core.validation.refusals import known, numbers, refusal
+
+
+@block
+class Sensor:
+    """One output as a computer reads it, with standard normal w, fresh at every reading:
+
+        reading = quantised(x + noise w, quantum),
+
+    where quantised(x, q) = floor(x / q + 1/2) q, or x where q = 0. The standard deviation `noise` and the steps
+    `quantum` are one number or (k,), one for each number of the output.
+    """
+
+    output: str
+    unit: str
+    noise: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="sigma")
+    quantum: Vector = parameter(unit="{unit}", low=0, shape=("*",), symbol="q")
+
+    def __post_init__(self) -> None:
+        refuse_quantum("Sensor(quantum=...)", self.output, self.quantum)
+
+
+@block
+class Limit:
+    """One command within low and high, each one number or (k,), one for each number of the input."""
+
+    input: str
+    unit: str
+    low: Vector = parameter(unit="{unit}", shape=("*",), symbol="u_min")
+    high: Vector = parameter(unit="{unit}", shape=("*",), symbol="u_max")
+
+    def __post_init__(self) -> None:
+        if np.any(self.low >= self.high):
+            raise ValueError(
+                f"`Limit(low=..., high=...)` of '{self.input}' must leave room between them; got {self.low} and "
+                f"{self.high}."
+            )
+
+
+@block
+class Instruments(AbstractInstruments):
+    """Sensors for outputs of a plant and limits for its inputs; other signals pass unchanged.
+
+    A reading has the `coloured` noises of its name added, then passes its sensor and its converter `adcs`; a command
+    passes its limit, then its converter of `dacs`. All of a reading is on the plant's side; limits and converters of
+    commands are a part of the law that `Sampled.law` hands over.
+
+    Examples
+    --------
+    >>> motor = wb.DCMotor()
+    >>> instruments = wb.Instruments.of(motor, noise={"omega": 0.01}, limit={"v": (-12.0, 12.0)})
+    >>> instruments.reads.names, instruments.limits.names
+    (('omega',), ('v',))
+    >>> wb.Instruments.of(motor, dac={"v": (8, -12.8, 12.8)}).dacs[0].quantum
+    0.1
+    """
+
+    sensors: tuple[Sensor, ...] = ()
+    bounds: tuple[Limit, ...] = ()
+    adcs: tuple[Converter, ...] = ()
+    dacs: tuple[Converter, ...] = ()
+    coloured: tuple[AbstractNoise, ...] = ()
+
+    @staticmethod
+    def of(
+        plant: AbstractPlant,
+        noise: Mapping[str, Any] | None = None,
+        quantum: Mapping[str, Any] | None = None,
+        limit: Mapping[str, Any] | None = None,
+        adc: Mapping[str, Any] | None = None,
+        dac: Mapping[str, Any] | None = None,
+        coloured: tuple[AbstractNoise, ...] = (),
+    ) -> Instruments:
+        """Instruments of a plant, by the names of its outputs and inputs.
+
+        Parameters
+        ----------
+        noise, quantum
+            A number for each output that is named, or one for each of its numbers.
+        limit
+            The lowest and the highest command for each input that is named, (low, high).
+        adc, dac
+            The converter of each output, or input, that is named: (bits, low, high) or (bits, low, high, rounding) with
+            a rounding of `Converter`, as in {"omega": (12, -50.0, 50.0)}.
+        coloured
+            Noises of outputs with a memory, which each name their output: drifts, hums.
+
+        Raises
+        ------
+        LookupError
+            If a name is no output or no input of the plant.
+        ValueError
+            If a number is negative or not finite, a limit is no pair with room between, or a converter is none.
+        """
+        given, sensors, bounds = {"noise": noise or {}, "quantum": quantum or {}}, [], []
+        for name in dict.fromkeys(name for named in given.values() for name in named):
+            entry = plant.outputs[known(name, plant.outputs.names, "outputs of the plant")]
+            own = {key: _each(key, entry, named.get(name, 0.0)) for key, named in given.items()}
+            sensors.append(Sensor(name, entry.unit, **own))
+        for name, pair in (limit or {}).items():
+            entry = plant.inputs[known(name, plant.inputs.names, "inputs of the plant")]
+            if not isinstance(pair, tuple | list) or len(pair) != 2:
+                raise refusal("Instruments.of(limit=...)", f"a pair (low, high) for '{name}'", pair)
+            bounds.append(Limit(name, entry.unit, *(_each("limit", entry, end) for end in pair)))
+        adcs = tuple(_converter("adc", plant.outputs, "outputs", *given) for given in (adc or {}).items())
+        dacs = tuple(_converter("dac", plant.inputs, "inputs", *given) for given in (dac or {}).items())
+        noises = tuple(noise_of("coloured", noise, plant.outputs, "outputs of the plant") for noise in coloured)
+        return Instruments(tuple(sensors), tuple(bounds), adcs, dacs, noises)
+
+    @property
+    def reads(self) -> Layout:
+        """The outputs that have a sensor, a converter or a noise."""
+        ports = {sensor.output: _port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors}
+        drifts = {entry.name: entry for entry in self._drifts.signals.entries}
+        return Layout(tuple((drifts | _ports_of(self.adcs) | ports).values()))
+
+    @property
+    def limits(self) -> Layout:
+        """The inputs that have a limit or a converter."""
+        ports = {bound.input: _port(bound.input, bound.unit, bound.low) for bound in self.bounds}
+        return Layout(tuple((_ports_of(self.dacs) | ports).values()))
+
+    @property
+    def noises(self) -> int:
+        """The count of noises of a reading: one for each number that has a sensor."""
+        return self._draws.size
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the coloured noises."""
+        return self._drifts.layout
+
+    def stirred(self, k: ca.SX, z: Parts, w: ca.SX, period: float) -> Parts:
+        """The coloured noises at the instant k."""
+        return self._drifts.after(k, z, w, period)
+
+    def drifting(self, y: Signals, z: Parts) -> Signals:
+        """The outputs with their coloured noises."""
+        return y | {name: y[name] + drift for name, drift in self._drifts.added(z).items()}
+
+    def read(self, y: Signals, w: ca.SX) -> Signals:
+        """The readings."""
+        refuse_misfit("Instruments.read", "w", w, self.noises, 1, "a normal number for each")
+        draws, readings = self._draws.view(w), dict(y.only(self.reads))
+        for sensor in self.sensors:
+            x = y[sensor.output] + sensor.noise * draws[sensor.output]
+            readings[sensor.output] = quantised(x, sensor.quantum + 0 * x)
+        return Signals(readings | {adc.signal: adc.output(readings[adc.signal]) for adc in self.adcs})
+
+    def limited(self, u: Signals) -> Signals:
+        """The commands within their limits, as their converters give them."""
+        commands = dict(u.only(self.limits))
+        commands |= {b.input: ca.fmin(ca.fmax(u[b.input], b.low), b.high) for b in self.bounds}
+        return Signals(commands | {dac.signal: dac.output(commands[dac.signal]) for dac in self.dacs})
+
+    @property
+    def _drifts(self) -> NoiseStates:
+        return NoiseStates(self.coloured)
+
+    @property
+    def _draws(self) -> Layout:
+        return Layout(tuple(_port(sensor.output, sensor.unit, sensor.noise) for sensor in self.sensors))
+
+
+def _ports_of(converters: tuple[Converter, ...]) -> dict[str, Entry]:
+    return {each.signal: _port(each.signal, each.unit, each.low) for each in converters}
+
+
+def _converter(key: str, port: Layout, of: str, name: str, given: Any) -> Converter:
+    entry = port[known(name, port.names, f"{of} of the plant")]
+    if not isinstance(given, tuple | list) or len(given) not in (3, 4):
+        raise refusal(
+            f"Instruments.of({key}=...)", f"(bits, low, high) or (bits, low, high, rounding) for '{name}'", given
+        )
+    bits, low, high, *rounding = given
+    return Converter(name, entry.unit, bits, _each(key, entry, low), _each(key, entry, high), *rounding)
+
+
+def _port(name: str, unit: str, each: Vector) -> Entry:
+    size = ca.SX(each).numel()
+    return Entry(name, np.zeros(() if size == 1 else size), unit)
+
+
+def _each(key: str, entry: Entry, value: Any) -> Any:
+    call = f"Instruments.of({key}=...)"
+    each = numbers(call, value)
+    if each.shape not in ((), entry.shape):
+        several = f"{entry.size} numbers or one for all of" if entry.shape else "one number for"
+        raise ValueError(f"`{call}` must have {several} '{entry.name}'; got shape {each.shape}.")
+    return np.broadcast_to(each, entry.shape)

@@ -1,0 +1,237 @@
+"""Linear systems in the sockets of a loop: a plant or a law by its matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.contracts import (
+    AbstractController,
+    AbstractPlant,
+    Follows,
+    Inputs,
+    Parts,
+    Reads,
+)
+from workbench.core import Layout, LinearSystem, Signals, block, initial, parameter
+from workbench.core.block import Number, States, Vector, socket
+from workbench.core.port import ANY
+from workbench.core.validation.refusals import vector
+
+WANTED = "_ref"  # an input of a law by this ending is a wanted signal
+
+
+class AbstractLinear:
+    """A block that is a linear system."""
+
+    system: LinearSystem
+
+    @property
+    def recursion(self) -> bool:
+        """True if it moves in discrete time."""
+        return self.system.dt is not None
+
+    @property
+    def memory(self) -> Layout:
+        """The states of the system."""
+        return self.system.states
+
+
+@block
+class LinearPlant(AbstractLinear, AbstractPlant):
+    """A linear system as a plant, in continuous time, or in discrete time where it has a period:
+
+        x' = A x + B u    or    x+ = A x + B u,              y = C x.
+
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. One that
+    was linearised at a point counts from that point. Its states start at `start`, (nx,), or at the point, or at zero.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or an output follows an input at once (D is not zero).
+
+    Examples
+    --------
+    >>> import control
+    >>> system = control.tf([1.0], [1.0, 0.5], inputs="v", outputs="omega")
+    >>> wb.LinearPlant(system).outputs.names
+    ('omega',)
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    start: Vector = initial(default=None, unit=ANY, shape=("nx",))
+
+    def __post_init__(self) -> None:
+        refuse_feedthrough("LinearPlant", self.system, self.system.inputs.names, "the loop would be an algebraic one")
+        if self.start is not None:
+            vector("LinearPlant(start=...)", self.start, self.system.states.size, "states")
+        else:
+            object.__setattr__(self, "start", self.system.x0)
+        object.__setattr__(self, "system", replace(self.system, D=None))  # no number that does nothing
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def states(self) -> Layout:
+        """The states of the system, at their start."""
+        parts = {} if self.start is None else self.system.states.unpack(self.start)
+        return Layout(tuple(replace(e, default=parts.get(e.name, e.default)) for e in self.system.states.entries))
+
+    @property
+    def inputs(self) -> Layout:
+        """The inputs of the system."""
+        return self.system.inputs
+
+    @property
+    def outputs(self) -> Layout:
+        """The outputs of the system."""
+        return self.system.outputs
+
+    def measure(self, t: Number, x: States) -> Signals:
+        """C x."""
+        del t
+        y = self.system.shown(self.system.states.flatten(x), ca.SX.zeros(self.inputs.size))
+        return Signals(self.outputs.view(y))
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        """A x + B u."""
+        del t
+        return self.system.moved(self.system.states.flatten(x), self.inputs.flatten(u))
+
+    update = rate
+
+
+@block
+class LinearLaw(AbstractLinear, AbstractController):
+    """A linear system as a law, in continuous time, or in discrete time where it has a period:
+
+        z' = A z + B v    or    z+ = A z + B v,              u = u0 + C z + D v,              v = inputs - v0.
+
+    `system` may be a `StateSpace` or `TransferFunction` of python-control whose inputs and outputs have names. An input
+    of the name of an estimate reads that; one called `x_ref` follows what is wanted of x. With `error`, an input x is
+    instead what is wanted less what is estimated, x_ref - x: the error of python-control's `feedback(P C)`, whereas the
+    errors that a loop shows, `e_x`, have the other sign. `u0` (nu,) and `v0` (nv,) are outputs and inputs at the
+    operating point about which it was designed. Unless given they are those of the system's own point, if it was
+    designed from a linearised plant, else zero; an error is zero there. A discrete law is exact at its period.
+
+    Raises
+    ------
+    ValueError
+        If `LinearSystem.of` refuses the system, or u0 or v0 has not its shape.
+
+    Examples
+    --------
+    >>> import control
+    >>> lead = control.tf([50, 600, 1000], [1, 20, 0], inputs="omega", outputs="v")
+    >>> law = wb.LinearLaw(lead, error=True)
+    >>> law.reads.names, law.follows.names, law.drives.names
+    (('omega',), ('omega',), ('v',))
+    """
+
+    system: LinearSystem = socket(LinearSystem.of)
+    error: bool = False
+    u0: Vector = parameter(default=None, unit=ANY, shape=("nu",))
+    v0: Vector = parameter(default=None, unit=ANY, shape=("nv",))
+    hint_on_reads = (
+        "The inputs of a system are taken by their names: an input 'y' is the output y of the plant, or its error by "
+        "`LinearLaw(C, error=True)`, and an input 'y_ref' what is wanted of it."
+    )
+    hint_on_follows = (
+        "`LinearLaw(C, error=True)` where C is a compensator of the error, as that of `lqg` is not, or a system with "
+        "the inputs {names} and {wanted}"
+    )
+    stands = False  # True of a system that was given to a loop as it stands, see `as_it_stands`
+
+    def __post_init__(self) -> None:
+        for name, port in (("u0", self.system.outputs), ("v0", self.system.inputs)):
+            if getattr(self, name) is not None:
+                vector(f"LinearLaw({name}=...)", getattr(self, name), port.size, f"signals {', '.join(port.labels)}")
+        own = {"u0": self.system.y0, "v0": None if self.error else self.system.u0}
+        for name, value in own.items():
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, value)
+        object.__setattr__(self, "system", replace(self.system, u0=None, y0=None))
+        object.__setattr__(self, "period", self.system.dt)
+
+    @property
+    def reads(self) -> Layout:
+        """The inputs of the system, but for wanted signals."""
+        return Layout(tuple(entry for entry in self.system.inputs.entries if not entry.name.endswith(WANTED)))
+
+    @property
+    def follows(self) -> Layout:
+        """The signals whose wanted values are inputs of the system; with `error`, also all that it reads."""
+        inputs = self.system.inputs
+        followed = {name.removesuffix(WANTED): inputs[name] for name in inputs.names if name.endswith(WANTED)}
+        followed |= {entry.name: entry for entry in self.reads.entries if self.error}
+        return Layout(tuple(replace(entry, name=name) for name, entry in followed.items()))
+
+    @property
+    def drives(self) -> Layout:
+        """The outputs of the system."""
+        return self.system.outputs
+
+    def command(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Signals:
+        """u0 + C z + D v."""
+        del t
+        u = self.system.shown(self.memory.flatten(z), self._inputs(est, ref))
+        return Signals(self.drives.view(u if self.u0 is None else self.u0 + u))
+
+    def rate(self, t: Number, z: Parts, est: Reads, ref: Follows) -> Parts:
+        """A z + B v."""
+        del t
+        return self.system.moved(self.memory.flatten(z), self._inputs(est, ref))
+
+    update = rate
+
+    def run_every(self, period: float) -> LinearLaw:
+        """The same law, which a computer runs once in `period` seconds: its own, if it is a recursion; else a
+        ValueError.
+        """
+        if self.recursion and abs(period - float(self.system.dt or 0)) > 1e-6 * period:
+            raise ValueError(
+                f"`LinearLaw.run_every(period=...)` must be the period of a discrete law, {self.system.dt:g} s, for "
+                f"which its matrices were made; got {period:g} s. Sample the continuous law anew by `wb.c2d`."
+            )
+        return AbstractController.run_every(self, period)
+
+    def _inputs(self, est: Reads, ref: Follows) -> ca.SX:
+        parts = {}
+        for name in self.system.inputs.names:
+            if name.endswith(WANTED):
+                parts[name] = ref[name.removesuffix(WANTED)]
+            else:
+                parts[name] = ref[name] - est[name] if self.error else est[name]
+        v = self.system.inputs.flatten(parts)
+        return v if self.v0 is None else v - self.v0
+
+
+def standing_for(block: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """A function that makes a block of a linear system, and returns any other value unchanged."""
+    return lambda value: block(value) if LinearSystem.recognises(value) else value
+
+
+def as_it_stands(system: Any) -> LinearLaw:
+    """The law of a system that does not say if it is given y or the error: y, for which a loop checks its sign."""
+    law = LinearLaw(system)
+    object.__setattr__(law, "stands", True)
+    return law
+
+
+def refuse_feedthrough(who: str, system: LinearSystem, names: tuple[str, ...], why: str) -> None:
+    """Refuse a system that passes one of the inputs on at once."""
+    columns = [place for name in names for place in system.inputs.indices(name)]
+    if system.D is None:
+        return
+    odd = np.argwhere(system.D[:, columns])
+    if len(odd):
+        i, j = odd[0]
+        raise ValueError(
+            f"`{who}(system=...)` must not pass an input on at once, as {why}: its output '{system.outputs.labels[i]}' "
+            f"follows its input '{system.inputs.labels[columns[j]]}' by D = {system.D[i, columns[j]]:g}. Add the lag "
+            "of its actuator or its sensor."
+        )

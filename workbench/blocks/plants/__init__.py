@@ -1,0 +1,48 @@
+"""Plants: the arm and ten others, each with the source of its numbers, and their actuators and sensors.
+
+The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
+simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py` makes a plant of functions.
+"""
+
+from workbench.arms.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
+from workbench.blocks.loop.linear_blocks import LinearPlant
+from workbench.blocks.plants.buck_converter import BuckConverter
+from workbench.blocks.plants.dc_motor import DCMotor
+from workbench.blocks.plants.disturbed import Disturbed
+from workbench.blocks.plants.elements import AbstractElement, FirstOrder, PadeDelay, RateLimit, Saturation
+from workbench.blocks.plants.equipped import Equipped
+from workbench.blocks.plants.mechanisms import CartPole, FurutaPendulum, TwoMasses
+from workbench.blocks.plants.nonlinear_elements import Backlash, DeadZone, Quantiser
+from workbench.blocks.plants.ode_plant import OdePlant
+from workbench.blocks.plants.tanks import QuadrupleTank, StirredTank
+from workbench.blocks.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVehicle
+
+__all__ = [
+    "AbstractActuator",
+    "AbstractElement",
+    "Backlash",
+    "BuckConverter",
+    "CartPole",
+    "DCMotor",
+    "DeadZone",
+    "DirectDrive",
+    "Disturbed",
+    "Equipped",
+    "FirstOrder",
+    "FirstOrderLag",
+    "Friction",
+    "FurutaPendulum",
+    "LinearPlant",
+    "Manipulator",
+    "OdePlant",
+    "PadeDelay",
+    "PlanarQuadrotor",
+    "Quadrotor",
+    "QuadrupleTank",
+    "Quantiser",
+    "RateLimit",
+    "Saturation",
+    "SingleTrackVehicle",
+    "StirredTank",
+    "TwoMasses",
+]

@@ -1,0 +1,217 @@
+"""Elements of actuators and sensors: a saturation, a lag, a limited rate, a transport delay as a system of states.
+
+A number of an element is one for all numbers of its signal, or a vector with one for each.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import field, replace
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, block, initial, parameter
+from workbench.core.block import Column, Scalar, Vector, initial_states, quantities
+from workbench.core.port import ANY
+from workbench.core.validation.refusals import whole
+
+NOISE = "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`"
+MOST_ORDER = 50  # of a Pade approximant: each is a state
+Memory = Annotated[Mapping[str, ca.SX], "_own"]  # of an element in the way of the signal v, (n, 1)
+
+
+@block
+class AbstractElement(ABC):
+    """One element in the way of a `signal` v of the plant, from which its output y follows in the unit of v.
+
+    A memory moves by the `rate` in continuous time, or, where the element is a `recursion`, from sample to sample by
+    the `update`. An element without a memory serves plants of both kinds.
+    """
+
+    WAYS: ClassVar[Mapping[str, str]] = MappingProxyType({"Sensor": NOISE, "Instruments": NOISE})
+
+    signal: str
+    unit: str = field(default=ANY, init=False)
+
+    @property
+    def recursion(self) -> bool:
+        """True if the memory moves from sample to sample."""
+        return False
+
+    def memory(self, entry: Entry) -> Layout:
+        """The element's own states in the way of a signal, one for each of its numbers."""
+        self._refuse_size(entry)
+        return Layout(tuple(replace(own, default=spread(own.default, entry)) for own in initial_states(self).entries))
+
+    def _own(self, size: int) -> Layout:
+        """The memory in the way of a signal of that size."""
+        entry = Entry(self.signal, np.zeros(size))
+        self._refuse_size(entry)
+        return self.memory(entry)
+
+    def _refuse_size(self, entry: Entry) -> None:
+        """Refuse a signal for whose numbers a vector of the element has another count."""
+        for f, quantity in quantities(self):
+            value = getattr(self, f.name)
+            shape = value.shape if isinstance(value, ca.SX) else np.shape(value)
+            size = int(np.prod(shape, dtype=int))
+            if quantity.shape == ("*",) and size > 1 and size != entry.size:
+                kind = type(self).__name__
+                raise ValueError(
+                    f"`{kind}({f.name}=...)` of '{self.signal}' must be one number, or one for each number of the "
+                    f"signal, which has {entry.size}; got {size}."
+                )
+
+    @abstractmethod
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        """The output of the element, (k, 1), for the input v, (k, 1)."""
+
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        return {}
+
+    def update(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        return {}
+
+
+@block
+class Saturation(AbstractElement):
+    """y = min(max(v, low), high).
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.Saturation("v", low=-12.0, high=12.0),)).inputs.names
+    ('v',)
+    """
+
+    low: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_min")
+    high: Vector = parameter(unit="{unit}", shape=("*",), symbol="v_max")
+
+    def __post_init__(self) -> None:
+        if np.any(self.low >= self.high):
+            raise ValueError(
+                f"`Saturation(low=..., high=...)` of '{self.signal}' must leave room between them; got {self.low} and "
+                f"{self.high}."
+            )
+
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        return within(v, self.low, self.high)
+
+
+@block
+class FirstOrder(AbstractElement):
+    """The lag of first order, 1 / (T s + 1):  y' = (v - y) / T,  y(0) = lag.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.FirstOrder("v", time_constant=0.02),)).states.names
+    ('omega', 'i', 'v.lag')
+    """
+
+    time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
+    lag: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        return z["lag"]
+
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        return {"lag": (v - z["lag"]) / self.time_constant}
+
+
+@block
+class RateLimit(AbstractElement):
+    """A lag whose rate has limits:  y' = min(max((v - y) / T, low), high),  y(0) = limited.
+
+    The shorter T, which the step of a simulation must resolve, the nearer is y to the ideal limiter; beside a change
+    within the limits y is late by T.
+
+    Examples
+    --------
+    >>> limit = wb.RateLimit("v", low=-100.0, high=100.0, time_constant=1e-3)
+    >>> wb.Equipped(wb.DCMotor(), actuators=(limit,)).states.names
+    ('omega', 'i', 'v.limited')
+    """
+
+    low: Vector = parameter(unit="{unit}/s", high=0, strict=True, shape=("*",), symbol="r_min")
+    high: Vector = parameter(unit="{unit}/s", low=0, strict=True, shape=("*",), symbol="r_max")
+    time_constant: Vector = parameter(unit="s", low=0, strict=True, shape=("*",), symbol="T")
+    limited: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        return z["limited"]
+
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        return {"limited": within((v - z["limited"]) / self.time_constant, self.low, self.high)}
+
+
+@block
+class PadeDelay(AbstractElement):
+    """The Pade approximant [n/n], n the `order`, of a delay exp(-T s) in its balanced realisation, see `pade`.
+
+    Its gain is 1, and up to omega T = n its phase is -omega T within 0.08 rad; before the start the constant `past`
+    came in. The delay of a computer is a number of periods, and is exact: `digital(period, delay=...)`.
+
+    Examples
+    --------
+    >>> wb.Equipped(wb.DCMotor(), actuators=(wb.PadeDelay("v", time=0.1, order=2),)).states.names
+    ('omega', 'i', 'v.delayed')
+    """
+
+    time: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
+    order: int
+    past: Vector = initial(0.0, unit="{unit}", shape=("*",))
+
+    def __post_init__(self) -> None:
+        whole("PadeDelay(order=...)", self.order, most=MOST_ORDER)
+
+    def memory(self, entry: Entry) -> Layout:
+        """The content of the delay, (n,) or (n, k): at rest the signal, and zeros below it."""
+        self._refuse_size(entry)
+        first = np.eye(self.order)[0]
+        past = spread(self.past, entry)
+        units = [unit for unit in entry.units for _ in first]
+        unit = entry.unit if len(set(units)) == 1 else ", ".join(units)
+        return Layout((Entry("delayed", np.multiply.outer(first, past), unit),))
+
+    def output(self, z: Memory, v: Column) -> ca.SX:
+        _, _, C, D = pade(self.order)
+        return ca.mtimes(z["delayed"].T, ca.DM(C)) + D * v
+
+    def rate(self, z: Memory, v: Column) -> Mapping[str, ca.SX]:
+        A, B, _, _ = pade(self.order)
+        return {"delayed": (ca.mtimes(ca.DM(A), z["delayed"]) + ca.mtimes(ca.DM(B), v.T)) / self.time}
+
+
+def pade(order: int) -> tuple[Any, Any, Any, float]:
+    r"""The Pade approximant [n/n] of exp(-s) as x' = A x + B v, y = C x + D v: (n, n), (n,), (n,) and a number.
+
+    It is (c - 1) / (c + 1), where c is Lambert's continued fraction of coth(s/2) cut after n terms,
+
+        c = 1/w + 1 / (3/w + 1 / (5/w + ...)),   w = s/2,
+
+    a ladder of n integrators; each scaled to the energy that it holds, both Gramians are the unit matrix. A constant
+    signal v rests at x = (v, 0, ..., 0).
+
+    References
+    ----------
+    NIST Digital Library of Mathematical Functions, equation 4.39.1 (tanh, whose reciprocal is c).
+    Glover and Yuan (2012), Balanced realisations of all-pass systems using exact arithmetic, CDC.
+    """
+    k = np.arange(1, order + 1)
+    r = np.sqrt(2.0 * k - 1)
+    driven = (k % 2 == order % 2).astype(float)  # those that the signal drives, every second one
+    signs = np.where(k[:, None] > k, -1.0, 0.0) * np.outer(driven, 1 - driven)
+    A = 2 * np.outer(r, r) * (signs - signs.T - np.outer(driven, driven))
+    sign = (-1.0) ** order
+    return A, 2 * r * driven, -2 * sign * r * driven, sign
+
+
+def spread(value: Any, entry: Entry) -> Any:
+    """One number for each number of a signal."""
+    return np.broadcast_to(value, entry.shape)
+
+
+def within(v: ca.SX, low: Vector, high: Vector) -> ca.SX:
+    """The signal, limited to between low and high."""
+    return ca.fmin(ca.fmax(v, low), high)

@@ -1,0 +1,295 @@
+"""A plant made from existing equations: an open `Ode`, CasADi functions, or plain Python functions."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts
+from workbench.core import Entry, Layout, Ode, Signals, block
+from workbench.core.block import Number, States, parameters
+from workbench.core.expressions import SymbolError, symbols_are_no_numbers
+from workbench.core.ode import time_beside
+from workbench.core.port import ANY
+from workbench.core.validation.refusals import Array, described, nearest, raised, text, vector
+
+Port = Layout | tuple[str, ...]
+PLAIN = """
+sin cos tan asin acos atan atan2 arcsin arccos arctan arctan2 sinh cosh tanh arcsinh arccosh arctanh
+sqrt exp log log10 log1p expm1 fabs fmax fmin fmod sign floor ceil hypot power if_else
+"""
+
+
+class Functions(SimpleNamespace):
+    """The namespace m of a Python function: CasADi's functions, some by NumPy's names too."""
+
+    def __getattr__(self, name: str) -> Any:
+        near = nearest(name, vars(self)).replace(" Did", "; did").rstrip("?")
+        raise AttributeError(f"the functions m have no attribute '{name}'{near}", name=name, obj=self)
+
+
+FUNCTIONS = Functions(
+    **{name: getattr(ca, name) for name in PLAIN.split()},
+    abs=ca.fabs,
+    maximum=ca.fmax,
+    minimum=ca.fmin,
+    where=ca.if_else,
+    pi=math.pi,
+)
+
+
+@block
+class OdePlant(AbstractPlant):
+    """An open `Ode` as a plant: its declared inputs drive it, its outputs are read, its other parameters are its own.
+
+    A parameter 'R' of the equation is `plant.R` of the loop, to be varied as any other number.
+
+    Raises
+    ------
+    ValueError
+        If the equation declares no inputs, or one of its outputs depends on an input, which makes an algebraic loop.
+
+    Examples
+    --------
+    >>> tank = wb.OdePlant.of(lambda t, x, u, m: [u[0] - m.sqrt(x[0])], states=("h:m",), inputs=("w:m/s",), x0=[1.0])
+    >>> tank.inputs.names, tank.outputs.names
+    (('w',), ('h',))
+    """
+
+    ode: Ode
+    own: Layout = parameters()
+
+    def __post_init__(self) -> None:
+        ode = self.ode
+        if not ode.inputs:
+            raise ValueError(
+                f"`OdePlant(ode=...)` must declare in `inputs` which of its parameters drive it; '{ode.name}' declares "
+                "none."
+            )
+        for entry in ode.outputs.entries:
+            if ca.depends_on(ode.output[ode.outputs.slice(entry.name)], ode.input_symbols):
+                raise ValueError(
+                    f"`OdePlant(ode=...)` must have outputs that depend on no input, as a law that reads one would "
+                    f"meet its own command of the same instant, an algebraic loop; '{entry.name}' of '{ode.name}' "
+                    "does: leave it out, or put the lag between the two into the states."
+                )
+        own = tuple(entry for entry in ode.parameters.entries if entry.name not in ode.inputs)
+        object.__setattr__(self, "own", Layout(own))
+
+    def __repr__(self) -> str:
+        """One line: a notebook should not print the equations by accident."""
+        return f"<OdePlant '{self.ode.name}': {', '.join(self.inputs.names)} to {', '.join(self.outputs.names)}>"
+
+    @staticmethod
+    def of(
+        f: Callable[..., Any],
+        states: Port,
+        inputs: Port,
+        outputs: Port | None = None,
+        h: Callable[..., Any] | None = None,
+        *,
+        p: Layout | None = None,
+        x0: Array | None = None,
+        u0: Array | None = None,
+        name: str = "plant",
+    ) -> OdePlant:
+        """A plant x' = f(t, x, u, p), y = h(t, x, p) from CasADi or Python functions.
+
+        Parameters
+        ----------
+        f, h
+            Each a `casadi.Function` of columns, without the argument p where there are no parameters; or a Python
+            function, read once, that returns a number for each state or output. It is called with t, with vectors x and
+            u, with `p.R` for a parameter R and, if it takes one more argument, with a namespace m: `m.sin`, `m.where`.
+        states, inputs, outputs
+            Layouts, or a "name:unit" for each number; a name alone has an unknown unit, which fits any. Without h the
+            outputs are states, all of them unless they are named.
+        p
+            The parameters, each with its number: `layout(R=("ohm", 1.0))`.
+        x0, u0
+            The start (nx,) and the inputs (nu,) of an open loop; those of the layouts, zero in general, if not given.
+
+        Raises
+        ------
+        ValueError
+            If a function takes or gives other sizes, or cannot be computed with symbols in place of numbers.
+        LookupError
+            If an output without h is no state.
+        """
+        known, driven = _port("states", states, "x0", x0), _port("inputs", inputs, "u0", u0)
+        own = p or Layout()
+        t, x, u, theta = time_beside(known, driven, own), known.symbols(), driven.symbols(), own.symbols()
+        numbers = {"p": Signals(own.view(theta))} if own.size else {}
+        rate = _read("f", f, {"t": t, "x": x, "u": u, **numbers}, known)
+        watched, output = _outputs(h, outputs, {"t": t, "x": x, **numbers}, known)
+        text("OdePlant.of(name=...)", name)
+        ode = Ode(name, known, own + driven, watched, t, x, ca.vertcat(theta, u), rate, output, inputs=driven.names)
+        return OdePlant(ode)
+
+    @property
+    def ends(self) -> float:
+        return self.ode.horizon
+
+    @property
+    def states(self) -> Layout:
+        return self.ode.states
+
+    @property
+    def inputs(self) -> Layout:
+        return Layout(tuple(self.ode.parameters[name] for name in self.ode.inputs))
+
+    @property
+    def outputs(self) -> Layout:
+        return self.ode.outputs
+
+    def measure(self, t: Number, x: States) -> Signals:
+        ode = self.ode
+        unused = {e.name: ca.SX.zeros(*e.shape) for e in self.inputs.entries}
+        return Signals(ode.outputs.view(ode.h(t, ode.states.flatten(x), self._p(unused))))
+
+    def rate(self, t: Number, x: States, u: Inputs) -> Parts:
+        ode = self.ode
+        return ode.states.view(ode.f(t, ode.states.flatten(x), self._p(u)))
+
+    def _p(self, u: Parts) -> ca.SX:
+        """All parameters of the equation as one column."""
+        own: Any = self.own  # of the lifted twin the symbols
+        held = {e.name: ca.SX(e.default) for e in own.entries} if isinstance(own, Layout) else own
+        return self.ode.parameters.flatten({**held, **u})
+
+
+def _outputs(
+    h: Callable[..., Any] | None, outputs: Port | None, given: dict[str, Any], states: Layout
+) -> tuple[Layout, ca.SX]:
+    """The outputs with their expressions (ny, 1): the values of h or, without it, states."""
+    if h is None:
+        names = states.names if outputs is None else _port("outputs", outputs).names
+        parts = (given["x"][states.slice(name)] for name in names)
+        return Layout(tuple(states[name] for name in names)), ca.vertcat(*parts)
+    if outputs is None:
+        raise ValueError("`OdePlant.of(outputs=...)` must name what h gives, as in ('y:V',); got None.")
+    watched = _port("outputs", outputs)
+    return watched, _read("h", h, given, watched)
+
+
+def _port(what: str, given: Port, start: str = "", values: Array | None = None) -> Layout:
+    """A layout from a "name:unit" for each number, without a colon of an unknown unit, that starts at `values`."""
+    if not isinstance(given, Layout):
+        if not given:
+            raise ValueError(f"`OdePlant.of({what}=...)` must have a name for each number, as 'omega:rad/s'; got none.")
+        parts = (name.partition(":") for name in given)
+        given = Layout(tuple(Entry(name, np.array(0.0), unit if colon else ANY) for name, colon, unit in parts))
+    if values is None:
+        return given
+    column = vector(f"OdePlant.of({start}=...)", values, given.size, "names")
+    given.check(column[np.newaxis])
+    numbers = given.unpack(column)
+    return Layout(tuple(replace(entry, default=numbers[entry.name]) for entry in given.entries))
+
+
+def _read(letter: str, function: Callable[..., Any], given: dict[str, ca.SX | Signals], of: Layout) -> ca.SX:
+    """The value of a function for symbols: one expression for each number of a layout, (size, 1)."""
+    call = f"OdePlant.of({letter}=...)"
+    if isinstance(function, ca.Function):
+        return _column(call, _of_casadi(call, function, given), of)
+    arguments = [_vector(part) if name in "xu" else part for name, part in given.items()]
+    if _takes(call, function, given) > len(arguments):
+        arguments.append(FUNCTIONS)
+    try:
+        with symbols_are_no_numbers():
+            values = function(*arguments)
+    except Exception as error:  # whatever a function of a user's own does with a symbol
+        raise ValueError(
+            f"`{call}` must compute with symbols in place of numbers, as it is read once, derived and compiled; it "
+            f"raised {raised(error).rstrip('.')}{_remedy(error, function, given)}."
+        ) from error
+    return _column(call, values, of)
+
+
+def _remedy(error: BaseException, function: Callable[..., Any], given: dict[str, Any]) -> str:
+    """The advice for an error of a user's function: only where its cause is known."""
+    if _met_a_symbol(error):
+        return (
+            ": take `m.sin`, `m.sqrt`, ... of its last argument m in place of `math.sin`, and `m.where(c, a, b)` in "
+            "place of `if`"
+        )
+    more = [*inspect.signature(function).parameters][len(given) :]  # m, by that name or by another one
+    if "p" not in given and more not in ([], ["m"]) and "Functions" in f"{error} {getattr(error, 'obj', '')!r}":
+        return (
+            ": the last argument of a function without parameters is the namespace m; give parameters by "
+            "`p=layout(R=('ohm', 1.0))`"
+        )
+    if isinstance(error, IndexError):
+        sizes = " and ".join(f"{given[name].numel()} in {name}" for name in "xu" if name in given)
+        return f": there is a number for each name, {sizes}"
+    return ""
+
+
+def _met_a_symbol(error: BaseException) -> bool:
+    """True if a function of `math` or NumPy, or an `if`, met a symbol that it takes for a number."""
+    by_attribute = isinstance(error, AttributeError) and isinstance(error.obj, ca.SX)
+    by_type = isinstance(error, TypeError | NotImplementedError) and "SX" in str(error)
+    return isinstance(error, SymbolError) or by_attribute or (by_type and "Functions" not in str(error))
+
+
+def _of_casadi(call: str, function: ca.Function, given: dict[str, ca.SX | Signals]) -> Any:
+    """The value of a CasADi function for symbols, expanded into scalar operations if it is a graph of matrices."""
+    columns = [
+        ca.vertcat(*map(ca.vec, part.values())) if isinstance(part, Signals) else part for part in given.values()
+    ]
+    sizes = [function.size_in(i) for i in range(function.n_in())]
+    if sizes != [part.shape for part in columns]:
+        wanted = ", ".join(f"{name} {part.shape}" for name, part in zip(given, columns, strict=True))
+        raise ValueError(f"`{call}` must be a function of {wanted}; got one of {sizes}.")
+    if function.n_out() != 1:
+        raise ValueError(f"`{call}` must have one output, a column; got {function.n_out()} of them.")
+    try:
+        return function(*columns)
+    except Exception as error:  # an interpolant or an integrator within it, say
+        raise ValueError(
+            f"`{call}` must consist of operations that CasADi expands; it raised {raised(error)}."
+        ) from error
+
+
+def _vector(symbols: Any) -> Any:
+    """Symbols as a NumPy vector, which can be indexed, unpacked and multiplied as one of numbers can."""
+    entries = np.empty(symbols.numel(), dtype=object)
+    entries[:] = [symbols[i] for i in range(symbols.numel())]
+    return entries
+
+
+def _takes(call: str, function: Callable[..., Any], given: dict[str, Any]) -> int:
+    """The number of arguments that a Python function requires by its signature: those given, with or without m."""
+    letters = ", ".join(given)
+    try:
+        named = inspect.signature(function).parameters.values()
+    except (TypeError, ValueError):
+        raise ValueError(f"`{call}` must be a Python function of {letters} or of {letters}, m.") from None
+    placed = (part for part in named if part.kind in (part.POSITIONAL_ONLY, part.POSITIONAL_OR_KEYWORD))
+    needed = [part.name for part in placed if part.default is part.empty]
+    if len(needed) not in (len(given), len(given) + 1):
+        more = " Parameters are given by `p=layout(R=('ohm', 1.0))`." if "p" in needed and "p" not in given else ""
+        raise ValueError(
+            f"`{call}` must be a function of {letters} or of {letters}, m; got one of {', '.join(needed)}.{more}"
+        )
+    return len(needed)
+
+
+def _column(call: str, values: Any, of: Layout) -> ca.SX:
+    """Values as a column, one for each number of a layout."""
+    must = f"return {of.size} {'number' if of.size == 1 else 'numbers'}, for {', '.join(of.labels)}"
+    try:
+        parts = [values] if isinstance(values, ca.SX | ca.DM | np.ndarray) else list(map(ca.SX, values))
+        column = ca.densify(ca.vertcat(*(ca.vec(ca.SX(part)) for part in parts)))
+    except Exception:  # whatever it is that came
+        raise ValueError(f"`{call}` must {must}; it returned {described(values)}.") from None
+    if column.numel() != of.size:
+        raise ValueError(f"`{call}` must {must}; it returned {column.numel()}.")
+    return column

@@ -1,0 +1,25 @@
+"""References and disturbances as expressions in time, with their exact derivatives.
+
+The room knows time, names and units; it knows no plant and no law. Read `signal.py` first, then `waveforms.py`.
+"""
+
+from workbench.blocks.signals.profiles import Trapezoid, WayPoints
+from workbench.blocks.signals.signal import AbstractSignal, Together
+from workbench.blocks.signals.table import Table
+from workbench.blocks.signals.waveforms import Chirp, Hold, PulseTrain, Ramp, Sines, SineTorque, SquareWave, Step
+
+__all__ = [
+    "AbstractSignal",
+    "Chirp",
+    "Hold",
+    "PulseTrain",
+    "Ramp",
+    "SineTorque",
+    "Sines",
+    "SquareWave",
+    "Step",
+    "Table",
+    "Together",
+    "Trapezoid",
+    "WayPoints",
+]

@@ -1,0 +1,108 @@
+"""A wanted signal with its derivatives, and several of them side by side."""
+
+from abc import abstractmethod
+from collections import Counter
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.surroundings import AbstractReference
+from workbench.core import Entry, Layout, Signals, block
+from workbench.core.block import Number, quantities
+from workbench.core.port import per_second
+
+Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
+ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is meant: 30 times 0.03 is less than 0.9
+
+
+class AbstractSignal(AbstractReference):
+    """One wanted signal x of n numbers, with its unit or one for each, as in "m, rad"; and its derivatives xd, xdd.
+
+    A `Manipulator` takes q and qd; any other plant takes a signal by the name of its output. As a disturbance, see
+    `Disturbed`, it goes by the name of an input or an output.
+    """
+
+    signal: str
+    unit: str
+
+    @property
+    def dof(self) -> int:
+        """The number of its components, n: that of the first of its fields that has one number for each."""
+        return next(count(getattr(self, field.name)) for field, number in quantities(self) if number.shape == ("n",))
+
+    @abstractmethod
+    def motion(self, t: Number) -> Motion:
+        """The signal at time t [s] and its first two derivatives."""
+
+    @property
+    def unit_of_rate(self) -> str:
+        return per_second(self.unit)
+
+    @property
+    def unit_of_curvature(self) -> str:
+        return per_second(self.unit, 2)
+
+    @property
+    def says(self) -> Layout:
+        units = (self.unit, self.unit_of_rate, self.unit_of_curvature)
+        return Layout(
+            tuple(Entry(self.signal + "d" * order, np.zeros(self.dof), unit) for order, unit in enumerate(units))
+        )
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        return (self.signal,)
+
+    def at(self, t: Number) -> Signals:
+        return Signals(dict(zip(self.says.names, self.motion(t), strict=True)))
+
+
+@block
+class Together(AbstractReference):
+    """Several references side by side, each with signals of its own.
+
+    Examples
+    --------
+    >>> both = wb.Together((wb.Step("h_1", "cm", 12.4), wb.Ramp("h_2", "cm", 0.1)))
+    >>> both.primary
+    ('h_1', 'h_2')
+    """
+
+    parts: tuple[AbstractReference, ...]
+
+    def __post_init__(self) -> None:
+        count = Counter(name for part in self.parts for name in part.says.names)
+        if twice := [name for name, times in count.items() if times > 1]:
+            raise ValueError(
+                f"`Together(parts=...)` must be references of different signals, as a law follows one of each name; "
+                f"'{twice[0]}' comes {count[twice[0]]} times."
+            )
+
+    @property
+    def says(self) -> Layout:
+        return sum((part.says for part in self.parts), Layout())
+
+    @property
+    def primary(self) -> tuple[str, ...]:
+        return tuple(name for part in self.parts for name in part.primary)
+
+    def at(self, t: Number) -> Signals:
+        return Signals({name: value for part in self.parts for name, value in part.at(t).items()})
+
+
+def clock(t: Number) -> ca.SX:
+    """The time t = k h enlarged by its rounding, for comparison with the instant of an event."""
+    return t * (1 + ROUNDING)
+
+
+def count(value: Any) -> int:
+    """The length of a vector; one number is a vector of one."""
+    shape = shape_of(value)
+    return shape[0] if shape else 1
+
+
+def shape_of(value: Any) -> tuple[int, ...]:
+    """The shape of numbers or symbols."""
+    shape: tuple[int, ...] = value.shape if isinstance(value, ca.SX) else np.shape(value)
+    return shape

@@ -1,0 +1,166 @@
+"""Signals by their numbers: a table over time, from arrays or from a CSV file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.signals.csv_file import CsvFile
+from workbench.blocks.signals.profiles import refuse_times
+from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
+from workbench.core import block, option
+from workbench.core.block import Number
+from workbench.core.validation.refusals import Array, Integers, finite, matrix, one_of, whole
+
+MOST_ROWS = 2000  # each is a comparison at each evaluation, and a part of what is compiled
+
+
+@block
+class Table(AbstractSignal):
+    """A signal between the rows of a table, as an expression in time: polynomials piece by piece.
+
+    `times` (m,) in s begin at 0 or before; `values` are (m, n), a row a time, or of a signal of one number (m,). They
+    are no parameters. A run that goes on behind the last row is refused.
+
+    Raises
+    ------
+    ValueError
+        If a number is not finite, the times do not increase or begin after 0, there are fewer than two rows or more
+        than 2000, or times and values are not equally many.
+
+    Examples
+    --------
+    >>> wb.Table("h", "m", times=[0.0, 1.0, 2.0], values=[0.1, 0.2, 0.2]).at(0.5).h
+    SX(0.15)
+    >>> np.savetxt("log.csv", [[0.0, 0.1], [1.0, 0.2]], delimiter=",", header="t [s],h [m]", comments="")
+    >>> wb.Table.from_csv("log.csv", "h").at(0.5).h
+    SX(0.15)
+    """
+
+    signal: str
+    unit: str
+    times: Array
+    values: Array
+    interpolation: str = option(
+        {
+            "linear": "straight lines, whose corners have no second derivative",
+            "cubic": "a cubic spline with two continuous derivatives, whose outer two pieces are one at each end",
+            "hold": "each row until the next, as a computer's command is held",
+        },
+        default="linear",
+    )
+
+    def __post_init__(self) -> None:
+        times, values = np.array(self.times), np.array(self.values)
+        if times.ndim != 1 or values.ndim not in (1, 2) or len(values) != len(times):
+            raise ValueError(
+                f"`Table(times=..., values=...)` must have one row of values for each time, (m,) and (m, n); got "
+                f"shapes {times.shape} and {values.shape}."
+            )
+        refuse_times("Table(times=...)", times)
+        if times[0] > 0 or len(times) > MOST_ROWS:
+            raise ValueError(
+                f"`Table(times=...)` must begin at 0 s or before, as every run does, and have at most {MOST_ROWS} "
+                f"rows, each of which costs at every step; got {len(times)} from {times[0]:g} s on."
+            )
+        matrix("Table(values=...)", values.reshape(len(times), -1))
+        for name, numbers in (("times", times), ("values", values.reshape(len(times), -1))):
+            numbers.flags.writeable = False
+            object.__setattr__(self, name, numbers)
+
+    @staticmethod
+    def from_csv(
+        path: str | Path,
+        signal: str,
+        unit: str | None = None,
+        *,
+        columns: tuple[str, ...] = (),
+        time: str | float | None = None,
+        begin: float = 0.0,
+        end: float = np.inf,
+        every: int = 1,
+        repeated: str = "refuse",
+        interpolation: str = "linear",
+    ) -> Table:
+        """A table from a CSV file, plain or gzipped, whose first line has names and units: `t [s],omega [rad/s]`.
+
+        It reads what `to_frame().to_csv(...)` of a run writes. A tab, else a semicolon, in the first line separates
+        cells, else a comma. Columns that are not used may hold anything; lines that begin with # are passed over.
+
+        Parameters
+        ----------
+        unit
+            The unit of the signal, where the first line of the file has none.
+        columns
+            Those of the signal's numbers; if not given the one of its name, or `q[0]`, `q[1]`, ... of a signal q.
+        time
+            The column of the time, else `t` or `time`; or the period in s of a file without one, from 0 s on.
+        begin, end
+            The time of the file in s at which a run starts, and the one up to which lines are taken.
+        every
+            A whole number n: of the lines from `begin` to `end` each n-th is taken, and the last.
+        repeated
+            "refuse", or the line that is taken where several have one time: "first" or "last".
+
+        Raises
+        ------
+        LookupError
+            If there is no such file, or no such column.
+        ValueError
+            If the file is no CSV with a first line of names, a number is missing or none, times do not rise, or a unit
+            is missing or not the file's, with line and column; or `Table` refuses the numbers.
+        """
+        file = CsvFile.read("Table.from_csv(path=...)", path)
+        names = columns or file.columns_of(signal)
+        times, values = file.times(time), np.column_stack([file.numbers(name) for name in names])
+        rows = file.rising(times, one_of("Table.from_csv(repeated=...)", repeated, ("refuse", "first", "last")))
+        rows = rows[_window(file.name, times[rows], begin, end, every)]
+        return Table(signal, file.unit(names, unit), times[rows] - begin, values[rows], interpolation)
+
+    @property
+    def dof(self) -> int:
+        return int(self.values.shape[1])
+
+    @property
+    def ends(self) -> float:
+        return float(self.times[-1])
+
+    def motion(self, t: Number) -> Motion:
+        rows = self._pieces()
+        chosen = ca.SX(rows[0])
+        for row, time in zip(rows[1:], self.times[1:-1], strict=True):
+            chosen = ca.if_else(clock(t) >= time, ca.SX(row), chosen)
+        s = t - chosen[0]
+        a, b, c, d = ca.vertsplit(chosen[1:], self.dof)
+        return a + s * (b + s * (c + s * d)), b + s * (2 * c + s * 3 * d), 2 * c + 6 * d * s
+
+    def _pieces(self) -> Array:
+        """For each piece its begin and the coefficients of 1, s, s^2 and s^3: (m - 1, 1 + 4 n)."""
+        begins, zero = self.values[:-1], np.zeros_like(self.values[:-1])
+        slopes = np.diff(self.values, axis=0) / np.diff(self.times)[:, np.newaxis]
+        coefficients: tuple[Array, ...] = (begins, slopes, zero, zero)
+        if self.interpolation == "hold":
+            coefficients = (begins, zero, zero, zero)
+        elif self.interpolation == "cubic":
+            from scipy.interpolate import CubicSpline  # half a second, which only splines pay
+
+            coefficients = tuple(CubicSpline(self.times, self.values).c[::-1])
+        return np.hstack([self.times[:-1, np.newaxis], *coefficients])
+
+
+def _window(file: str, times: Array, begin: float, end: float, every: int) -> Integers:
+    """The numbers of the lines from the last one at `begin` or before to the first one at `end` or behind."""
+    start = finite("Table.from_csv(begin=...)", begin)
+    if not end > start:
+        raise ValueError(f"`Table.from_csv(end=...)` must lie behind `begin`, {start:.9g} s; got {end:.9g} s.")
+    if not times[0] <= start < times[-1]:
+        raise ValueError(
+            f"`Table.from_csv(begin=...)` must be a time that the file has, with a line before or at it and one behind "
+            f"it; {file} has {times[0]:.9g} to {times[-1]:.9g} s, and a run would start at {start:.9g} s."
+        )
+    first, last = int(np.searchsorted(times, start, side="right")) - 1, int(np.searchsorted(times, end))
+    last = min(len(times) - 1, last)
+    step = whole("Table.from_csv(every=...)", every)
+    return np.unique(np.append(np.arange(first, last + 1, step), last))

@@ -1,0 +1,212 @@
+"""Signals that hold, jump, go straight or oscillate: steps, sines, a sweep of frequencies, pulses."""
+
+import casadi as ca
+import numpy as np
+
+from workbench.blocks.loop.surroundings import AbstractDisturbance
+from workbench.blocks.signals.signal import AbstractSignal, Motion, clock
+from workbench.core import block, option, parameter
+from workbench.core.block import Number, Scalar, Vector
+
+
+@block
+class Hold(AbstractSignal):
+    """A fixed value.
+
+    Examples
+    --------
+    >>> wb.Hold([0.5, 0.0]).at(3.0).q
+    SX([0.5, 0])
+    """
+
+    position: Vector = parameter(unit="{unit}", shape=("n",), symbol="q^*")
+    signal: str = "q"
+    unit: str = "rad"
+
+    def motion(self, t: Number) -> Motion:
+        zero = ca.SX.zeros(self.dof)
+        return ca.SX(self.position), zero, zero
+
+
+@block
+class Step(AbstractSignal):
+    """x_i(t) = start_i before time_i, level_i from then on; the derivatives are zero at all times.
+
+    Examples
+    --------
+    >>> wb.Step("omega", "rad/s", level=1.0, time=0.1).at(0.2).omega
+    SX(1)
+    """
+
+    signal: str
+    unit: str
+    level: Vector = parameter(unit="{unit}", shape=("n",), symbol="x_1")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    def motion(self, t: Number) -> Motion:
+        zero = ca.SX.zeros(self.dof)
+        return ca.if_else(clock(t) >= self.time, ca.SX(self.level), ca.SX(self.start)), zero, zero
+
+
+@block
+class Ramp(AbstractSignal):
+    """x_i(t) = start_i before time_i, start_i + slope_i (t - time_i) from then on.
+
+    Examples
+    --------
+    >>> wb.Ramp("h", "m", slope=0.01, time=5.0, start=0.1).at(10.0).h
+    SX(0.15)
+    """
+
+    signal: str
+    unit: str
+    slope: Vector = parameter(unit="{unit_of_rate}", shape=("n",), symbol="v")
+    time: Vector = parameter(default=0.0, unit="s", low=0, shape=("n",), symbol="t_s")
+    start: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    def motion(self, t: Number) -> Motion:
+        rate = ca.if_else(clock(t) >= self.time, ca.SX(self.slope), 0)
+        return self.start + self.slope * ca.fmax(t - self.time, 0), rate, ca.SX.zeros(self.dof)
+
+
+@block
+class Sines(AbstractSignal):
+    """x_i(t) = amplitude_i sin(frequency_i t + phase_i).
+
+    Examples
+    --------
+    >>> wb.Sines(amplitude=[1.0, 0.5], frequency=[2.0, 3.0]).at(0.0).qd
+    SX([2, 1.5])
+    """
+
+    amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
+    frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
+    signal: str = "q"
+    unit: str = "rad"
+
+    def motion(self, t: Number) -> Motion:
+        a, w = self.amplitude, self.frequency
+        angle = w * t + self.phase
+        return a * ca.sin(angle), a * w * ca.cos(angle), -a * w**2 * ca.sin(angle)
+
+
+@block
+class Chirp(AbstractSignal):
+    """A sine whose frequency goes from `first` to `last` in the time `duration` T, and stays there:
+
+        x(t) = amplitude sin(2 pi integral f + phase),     f = first + (last - first) t / T,
+                                                      or   f = first (last / first)^(t / T),
+
+    of which the second needs two positive frequencies that differ.
+
+    Examples
+    --------
+    >>> chirp = wb.Chirp("omega", "rad/s", amplitude=1.0, first=0.1, last=10.0, duration=20.0)
+    >>> chirp.says.names, chirp.says["omegad"].unit
+    (('omega', 'omegad', 'omegadd'), 'rad/s^2')
+    """
+
+    signal: str
+    unit: str
+    amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
+    first: Scalar = parameter(unit="Hz", low=0, symbol="f_0")
+    last: Scalar = parameter(unit="Hz", low=0, symbol="f_1")
+    duration: Scalar = parameter(unit="s", low=0, strict=True, symbol="T")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta")
+    sweep: str = option(
+        {"linear": "the frequency grows in proportion to time", "logarithmic": "each octave takes as long"},
+        default="linear",
+    )
+
+    def __post_init__(self) -> None:
+        if self.sweep == "logarithmic" and (min(self.first, self.last) == 0 or self.first == self.last):
+            raise ValueError(
+                "`Chirp(first=..., last=...)` of a logarithmic sweep must be two positive frequencies that differ, as "
+                f"it passes octaves; got {self.first:g} and {self.last:g} Hz."
+            )
+
+    def motion(self, t: Number) -> Motion:
+        T, s = self.duration, ca.fmin(t, self.duration)
+        if self.sweep == "linear":
+            growth = (self.last - self.first) / T
+            f, turns = self.first + growth * s, self.first * s + growth * s**2 / 2
+        else:
+            octaves = ca.log(self.last / self.first) / T
+            f = self.first * ca.exp(octaves * s)
+            growth, turns = octaves * f, (f - self.first) / octaves
+        angle = 2 * np.pi * (turns + self.last * ca.fmax(t - T, 0)) + self.phase
+        w, wd = 2 * np.pi * f, 2 * np.pi * growth * (t < T)
+        sine, cosine = self.amplitude * ca.sin(angle), self.amplitude * ca.cos(angle)
+        return sine, w * cosine, wd * cosine - w**2 * sine
+
+
+@block
+class SquareWave(AbstractSignal):
+    """x_i(t) = amplitude_i (square(pi f t) + 1) / 2: up at amplitude for 1/f seconds, down at 0 for the next.
+
+    square(x) has the sign of sin(x) and is 1 at x = 0. A jump has no derivative; the derivatives are
+    taken to be zero at all times, as if the jumps were not there.
+    """
+
+    amplitude: Vector = parameter(unit="{unit}", shape=("n",), symbol="a")
+    frequency: Scalar = parameter(unit="Hz", low=0, strict=True, symbol="f")
+    signal: str = "q"
+    unit: str = "rad"
+
+    def motion(self, t: Number) -> Motion:
+        down = ca.fmod(ca.floor(self.frequency * t), 2)
+        zero = ca.SX.zeros(self.dof)
+        return self.amplitude * (1 - down), zero, zero
+
+
+@block
+class PulseTrain(AbstractSignal):
+    """Pulses of height `level` and a `width` below the `period`, at the begin of each from `time` on; `base` elsewhere.
+
+    A jump has no derivative; the derivatives are zero at all times, as if the jumps were not there.
+
+    Examples
+    --------
+    >>> wb.PulseTrain("v", "V", level=12.0, period=1.0, width=0.2).at(0.1).v
+    SX(12)
+    """
+
+    signal: str
+    unit: str
+    level: Vector = parameter(unit="{unit}", shape=("n",), symbol="x_1")
+    period: Scalar = parameter(unit="s", low=0, strict=True, symbol="P")
+    width: Scalar = parameter(unit="s", low=0, strict=True, symbol="w")
+    time: Scalar = parameter(default=0.0, unit="s", low=0, symbol="t_s")
+    base: Vector = parameter(default=0.0, unit="{unit}", shape=("n",), symbol="x_0")
+
+    def __post_init__(self) -> None:
+        if self.width >= self.period:
+            raise ValueError(
+                f"`PulseTrain(width=...)` must be less than the period of {self.period:g} s, or pulses are one; got "
+                f"{self.width:g} s."
+            )
+
+    def motion(self, t: Number) -> Motion:
+        before = (self.width - self.period) / 2  # amid a gap, where the time waits for the first begin
+        s, zero = ca.fmax(clock(t) - self.time, before), ca.SX.zeros(self.dof)
+        up = s - self.period * ca.floor(s / self.period) < self.width
+        return ca.if_else(up, ca.SX(self.level), ca.SX(self.base)), zero, zero
+
+
+@block
+class SineTorque(AbstractDisturbance):
+    """D_i(t) = amplitude_i sin(frequency_i t + phase_i)."""
+
+    amplitude: Vector = parameter(unit="N m", shape=("n",), symbol="delta")
+    frequency: Vector = parameter(unit="rad/s", shape=("n",), symbol="omega_d")
+    phase: Vector = parameter(default=0.0, unit="rad", shape=("n",), symbol="theta_d")
+
+    @property
+    def dof(self) -> int:
+        return int(self.amplitude.shape[0])
+
+    def at(self, t: Number) -> ca.SX:
+        torque: ca.SX = self.amplitude * ca.sin(self.frequency * t + self.phase)
+        return torque

@@ -1,0 +1,185 @@
+"""NumPy's arrays as a machine: at once, or as a tape that is played again and again.
+
+References
+----------
+Boldo and Melquiond (2008), Emulation of a FMA and correctly rounded sums: proved algorithms using rounding to odd,
+IEEE Transactions on Computers 57, section 4.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from workbench.engine.kernel.elementary_functions import halves
+from workbench.engine.kernel.target_operations import Value
+
+# Within these sizes no part of a product is lost below the range of a double, and none beyond it.
+LEAST_PRODUCT, MOST_FACTOR, MOST_TERM = 2.0**-960, 2.0**990, 2.0**1000
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """a b + c with one rounding, elementwise."""
+    with np.errstate(all="ignore"):
+        product = np.multiply(a, b)
+        result = np.asarray(_by_parts(a, b, c, product))
+        size = np.abs(product)
+        amid = (size >= LEAST_PRODUCT) & (size <= MOST_TERM) & (np.abs(c) <= MOST_TERM)
+        amid &= (np.abs(a) <= MOST_FACTOR) & (np.abs(b) <= MOST_FACTOR)
+        if not amid.all():
+            finite = np.isfinite(a) & np.isfinite(b)
+            plain = np.where(finite & ~np.isfinite(c), c, product + c)  # exact products: of zero, of what is not finite
+            known = amid | ~finite | ~np.isfinite(c) | (a == 0) | (b == 0)
+            result = np.where(amid, result, plain)
+            if not known.all():
+                rare = np.flatnonzero(~known)
+                operands = (np.broadcast_to(part, result.shape).flat[rare].tolist() for part in (a, b, c))
+                result.flat[rare] = [_one(*each) for each in zip(*operands, strict=True)]
+    return result
+
+
+def _by_parts(a: Any, b: Any, c: Any, product: Any) -> Any:
+    """a b + c from an exact product and two exact sums, the smaller parts added with rounding to odd."""
+    (ah, al), (bh, bl) = halves(a), halves(b)
+    lacking = al * bl - (((product - ah * bh) - al * bh) - ah * bl)
+    middle, low = _sum(c, lacking)
+    high, rest = _sum(product, middle)
+    return high + _odd(rest, low)
+
+
+def _sum(a: Any, b: Any) -> tuple[Any, Any]:
+    """The rounded sum and its error (Knuth)."""
+    total = a + b
+    other = total - a
+    return total, (a - (total - other)) + (b - other)
+
+
+def _odd(a: Any, b: Any) -> Any:
+    """A sum that is exact or, of the two doubles beside it, the one with an odd last bit."""
+    total, lacking = _sum(a, b)
+    bits = np.asarray(total).view(np.int64)
+    outward = np.where((lacking > 0) == (total > 0), 1, -1)
+    return np.where((lacking != 0) & (bits & 1 == 0), bits + outward, bits).view(np.float64)
+
+
+def _one(a: float, b: float, c: float) -> float:
+    """a b + c from fractions, for finite numbers whose product is not zero."""
+    exact = Fraction(a) * Fraction(b) + Fraction(c)
+    try:
+        return float(exact)
+    except OverflowError:
+        return math.inf if exact > 0 else -math.inf
+
+
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "fma": fma,
+    "neg": np.negative,
+    "fabs": np.fabs,
+    "sqrt": np.sqrt,
+    "floor": np.floor,
+    "trunc": np.trunc,
+    "copysign": np.copysign,
+    "lt": np.less,
+    "le": np.less_equal,
+    "gt": np.greater,
+    "ge": np.greater_equal,
+    "eq": np.equal,
+    "ne": np.not_equal,
+    "and": np.logical_and,
+    "or": np.logical_or,
+    "not": np.logical_not,
+    "nonzero": lambda word: word != np.uint64(0),
+    "word_add": np.add,
+    "word_mul": np.multiply,
+    "word_and": np.bitwise_and,
+    "word_or": np.bitwise_or,
+    "word_xor": np.bitwise_xor,
+    "shl": np.left_shift,
+    "lshr": np.right_shift,
+    "select": np.where,
+    "bits": lambda number: np.asarray(number).view(np.uint64),
+    "number": lambda word: np.asarray(word).view(np.float64),
+    "signed": lambda word: np.asarray(word).view(np.int64).astype(np.float64),
+}
+
+
+@dataclass(frozen=True)
+class Arrays:
+    """A machine that computes each operation at once."""
+
+    fused: bool
+
+    def do(self, operation: str, *operands: Value) -> Value:
+        """The result."""
+        return FUNCTIONS[operation](*operands)
+
+    def constant(self, value: float) -> Value:
+        """A double."""
+        return np.float64(value)
+
+    def word(self, value: int) -> Value:
+        """64 bits."""
+        return np.uint64(value % 2**64)
+
+
+# A place, a function, the places of its operands, and those that nothing behind it needs.
+Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
+
+
+class Tape:
+    """A machine that records operations, each one once; a value is its place among those of a play."""
+
+    def __init__(self, fused: bool) -> None:
+        self.fused = fused
+        self.places: dict[object, int] = {}
+        self.notes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
+        self.constants: dict[int, Any] = {}
+
+    def do(self, operation: str, *operands: int) -> int:
+        """The place of a result."""
+        place = self.place((operation, operands))
+        self.notes.setdefault(place, (FUNCTIONS[operation], operands))
+        return place
+
+    def constant(self, value: float) -> int:
+        """The place of a double; 0 and -0 are two."""
+        place = self.place(("number", np.float64(value).tobytes()))
+        self.constants[place] = np.float64(value)
+        return place
+
+    def word(self, value: int) -> int:
+        """The place of 64 bits."""
+        place = self.place(("word", value))
+        self.constants[place] = np.uint64(value % 2**64)
+        return place
+
+    def place(self, of: object) -> int:
+        """The place of a named input."""
+        return self.places.setdefault(of, len(self.places))
+
+    def lines(self, results: Collection[int]) -> list[Line]:
+        """The operations that some results need, each with the values that are not used after it."""
+        needed, kept = set(results), list[Line]()
+        for place, (function, operands) in reversed(self.notes.items()):
+            if place in needed:
+                last = tuple({i for i in operands if i in self.notes and i not in needed})
+                needed.update(operands)
+                kept.append((place, function, operands, last))
+        return kept[::-1]
+
+
+def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
+    """Compute the lines of a tape, add their results to the values, and delete each value after its last use."""
+    for place, function, operands, last in lines:
+        values[place] = function(*[values[i] for i in operands])
+        for i in last:
+            del values[i]

@@ -1,0 +1,206 @@
+"""Reading: the operations of a rule, as CasADi holds them, as the nodes of a graph.
+
+A division becomes a product with a reciprocal, which is shared and moves out of the loop wherever its
+operand does.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+
+import casadi as ca
+
+from workbench.core import Rule, Step
+from workbench.core.expressions import evaluated
+from workbench.core.notation.program import NAMES
+from workbench.engine.kernel.barriers import BARRIER, joined
+from workbench.engine.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
+
+# Operations of CasADi by their names here; what is missing is built of these, or refused by name.
+HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not "
+HELD += "sinh cosh asinh acosh atanh log1p expm1 hypot copysign"
+OPERATIONS: Mapping[int, str] = {getattr(ca, f"OP_{name.upper()}"): name for name in HELD.split()}
+UNKNOWN = "unknown "
+
+
+def read(step: Step) -> Graph:
+    """The graph of a step's rates and updates; a ValueError names an operation that no kernel knows, and its state."""
+    graph = _graph(step.rule)
+    if (unknown := _unknown(graph)) is not None:
+        operation, state = unknown
+        raise ValueError(
+            f"The step of '{step.flow.name}' has the operation {operation}, which the batch engine does not know; "
+            f"'{step.states.labels[state]}' needs it. It knows {', '.join(sorted(OPERATIONS.values()))}, and what is "
+            "made of them."
+        )
+    return graph
+
+
+@lru_cache(maxsize=128)
+def _graph(rule: Rule) -> Graph:
+    earlier = []
+    for crossing in rule.crossings:
+        reader = _Reader()
+        results = reader.read(_function(rule, crossing.values))
+        earlier.append(Graph(tuple(reader.nodes.held), tuple(results)))
+    reader = _Reader()
+    results = reader.read(_function(rule, rule.rate, rule.update))
+    return Graph(tuple(reader.nodes.held), tuple(results), tuple(earlier))
+
+
+def _function(rule: Rule, *values: ca.SX) -> ca.Function:
+    """Values as a function of the symbols of a rule; each part of a graph is read from one of its own."""
+    return ca.Function("workbench_part", rule.symbols, [ca.densify(value) for value in values])
+
+
+def read_segments(step: Step) -> Graph | None:
+    """The graph of the parts of a step's segments; None where no switch is known."""
+    return _segments(step.rule)
+
+
+@lru_cache(maxsize=128)
+def _segments(rule: Rule) -> Graph | None:
+    if rule.segment_parts is None:
+        return None
+    reader = _Reader()
+    results = tuple(reader.read(rule.segment_parts))
+    return Graph(tuple(reader.nodes.held), results, _graph(rule).earlier)
+
+
+@lru_cache(maxsize=128)
+def _unknown(graph: Graph) -> tuple[str, int] | None:
+    """The first operation that no kernel has, and the first result that needs it."""
+    graph = joined(graph)
+    for place in (i for i, node in enumerate(graph.nodes) if node.op.startswith(UNKNOWN)):
+        for i, result in enumerate(graph.results):
+            if place in graph.before([result]):
+                return graph.nodes[place].op.removeprefix(UNKNOWN), i
+    return None
+
+
+def read_with(step: Step, values: Sequence[ca.SX]) -> tuple[Graph, list[int | None]]:
+    """The graph of a step, as `read` has it, whose last results are those of the values (1, 1) that it makes anyway.
+
+    Beside it, for each value its place among the results, or None where the step has no use of it.
+    """
+    reader, rule, earlier = _Reader(), step.rule, read(step).earlier
+    results = reader.read(_function(rule, rule.rate, rule.update))
+    found = reader.read(_function(rule, ca.vertcat(ca.SX(0, 1), *values)))
+    both = joined(Graph(tuple(reader.nodes.held), (*results, *found), earlier))
+    needed = set(both.before(both.results[: len(results)]))
+    ends = dict(zip(found, both.results[len(results) :], strict=True))
+    inner = {place: both.nodes[i].operands[0] if both.nodes[i].op == BARRIER else i for place, i in ends.items()}
+    kept = [place for place, i in inner.items() if i in needed]
+    places = {place: len(results) + i for i, place in enumerate(kept)}
+    nodes = tuple(reader.nodes.held)
+    return Graph(nodes, (*results, *kept), earlier), [places.get(place) for place in found]
+
+
+class _Reader:
+    def __init__(self) -> None:
+        self.nodes = Nodes()
+        self.quotients: dict[int, tuple[int, ...]] = {}  # what a product with a reciprocal was a quotient of
+
+    def read(self, function: ca.Function) -> list[int]:
+        """The places of the results of the function."""
+        results = evaluated(function, self._source, self.nodes.constant, self._operation)
+        zero = self.nodes.constant(0.0)
+        return [part.get(i, zero) for k, part in enumerate(results) for i in range(function.size1_out(k))]
+
+    def _source(self, part: int, entry: int) -> int:
+        return self.nodes.add(SOURCES[part], entry=entry)
+
+    def _operation(self, code: int, *operands: int) -> int:
+        match code:
+            case ca.OP_ASSIGN:
+                return operands[0]
+            case ca.OP_SQ:
+                return self.nodes.add("mul", (operands[0], operands[0]))
+            case ca.OP_TWICE:
+                return self.nodes.add("add", (operands[0], operands[0]))
+            case ca.OP_DIV:
+                if all(map(self._is_number, operands)):
+                    return self.nodes.add("div", operands)
+                product = self.nodes.add("mul", (operands[0], self.nodes.add("inv", (operands[1],))))
+                self.quotients[product] = operands
+                return product
+            case ca.OP_CONSTPOW | ca.OP_POW:
+                return self._power(*operands)
+            case ca.OP_IF_ELSE_ZERO:
+                return self.nodes.add("if_else", (*operands, self.nodes.constant(0.0)))
+            case ca.OP_ADD:
+                return self._sum(*operands)
+            case ca.OP_FLOOR:
+                return self.nodes.add("floor", (self._whole(*operands),))
+            case ca.OP_CEIL:
+                down = self.nodes.add("neg", (self._whole(*operands),))
+                return self.nodes.add("neg", (self.nodes.add("floor", (down,)),))
+            case ca.OP_ATAN:
+                return self.nodes.add("atan2", (*operands, self.nodes.constant(1.0)))
+            case ca.OP_ASIN:
+                return self.nodes.add("atan2", (*operands, self._other_side(*operands)))
+            case ca.OP_ACOS:
+                return self.nodes.add("atan2", (self._other_side(*operands), *operands))
+            case ca.OP_TAN:
+                cosine = self.nodes.add("inv", (self.nodes.add("cos", operands),))
+                return self.nodes.add("mul", (self.nodes.add("sin", operands), cosine))
+        return self.nodes.add(OPERATIONS.get(code, f"{UNKNOWN}{NAMES.get(code, code)}"), operands)
+
+    def _is_number(self, place: int) -> bool:
+        """True if a value changes with the length of the step alone, and is so computed once for all."""
+        op, operands, *_ = self.nodes[place]
+        return LEVELS.get(op) is Level.LENGTH or (op in FOLDED and all(map(self._is_number, operands)))
+
+    def _sum(self, a: int, b: int) -> int:
+        """A sum; of (c ? u : 0) and (not c ? v : 0), as CasADi writes it, (c ? u : v)."""
+        first, second = self.nodes[a], self.nodes[b]
+        if first.op == second.op == "if_else":
+            zero = self.nodes.constant(0.0)
+            (c, u, rest), (d, v, more) = first.operands, second.operands
+            if rest == more == zero and self.nodes[d] == Node("not", (c,)):
+                return self.nodes.add("if_else", (c, u, v))
+            if rest == more == zero and self.nodes[c] == Node("not", (d,)):
+                return self.nodes.add("if_else", (d, v, u))
+        return self.nodes.add("add", (a, b))
+
+    def _other_side(self, side: int) -> int:
+        """sqrt((1 - x) (1 + x)): the other side at the right angle of a triangle with the hypotenuse 1; NaN beyond."""
+        one = self.nodes.constant(1.0)
+        square = self.nodes.add("mul", (self.nodes.add("sub", (one, side)), self.nodes.add("add", (one, side))))
+        return self.nodes.add("sqrt", (square,))
+
+    def _whole(self, place: int) -> int:
+        """x / y or x / y + c from a quotient that is rounded once, so that a whole one stays whole."""
+        node = self.nodes[place]
+        if node.op in ("add", "sub"):
+            place = self.nodes.add(node.op, tuple(map(self._quotient, node.operands)))
+        return self._quotient(place)
+
+    def _quotient(self, place: int) -> int:
+        """A product with a reciprocal as the division it was; any other value as it is."""
+        return self.nodes.add("div", self.quotients[place]) if place in self.quotients else place
+
+    def _power(self, base: int, exponent: int) -> int:
+        """A small whole power as products, any other as exp(b log |a|) with the sign that a whole b gives."""
+        number, add, constant = self.nodes[exponent], self.nodes.add, self.nodes.constant
+        known = number.op == "const" and math.isfinite(number.value)
+        if known and number.value == int(number.value) and 0 < abs(number.value) <= 16:
+            size, result, square = int(abs(number.value)), None, base
+            while size:
+                if size & 1:
+                    result = square if result is None else add("mul", (result, square))
+                size >>= 1
+                square = add("mul", (square, square)) if size else square
+            assert result is not None
+            return result if number.value > 0 else add("inv", (result,))
+        zero, one, half = constant(0.0), constant(1.0), constant(0.5)
+        size = add("exp", (add("mul", (exponent, add("log", (add("fabs", (base,)),)))),))
+        whole = add("eq", (add("floor", (exponent,)), exponent))
+        halved = add("mul", (exponent, half))
+        even = add("eq", (add("floor", (halved,)), halved))
+        signed = add("if_else", (even, size, add("neg", (size,))))
+        below = add("if_else", (whole, signed, add("log", (base,))))  # of a negative number: there is none
+        result = add("if_else", (add("lt", (base, zero)), below, size))
+        return add("if_else", (add("eq", (exponent, zero)), one, result))

@@ -1,0 +1,126 @@
+"""The compiled march: blocks of runs through one native function, several lots of blocks at once."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from math import prod
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from workbench.core.validation.refusals import Array
+from workbench.engine.job import BLOCKS_OF_A_LOT, Job, Piece, Progress, crew, lots, stages
+from workbench.engine.kernel import llvm
+from workbench.engine.kernel.lowering import lower
+from workbench.engine.kernel.plan import Plan
+
+FEW = 4  # runs that are served faster by vectors of so many
+WORTH_COMPILING = 400_000  # steps of blocks, done and to be done, in which better code gains what it costs
+ALIGNMENT = 64  # bytes: what the widest vector loads ask for
+
+
+# The steps of blocks that each plan has marched in this process.
+_marched: WeakKeyDictionary[Plan, int] = WeakKeyDictionary()
+
+
+@dataclass(frozen=True, eq=False)
+class Kernel:
+    """A compiled step: which of its values are made outside the loop, and the functions of `lowering`."""
+
+    plan: Plan
+    width: int
+    table: Callable[..., None] | None
+    piece: Callable[..., bool]
+
+
+@lru_cache(maxsize=256)
+def kernel(plan: Plan, width: int, haste: bool = False, fused: bool = True) -> Kernel:
+    """The kernel of a plan, `width` runs side by side, with `fused` products or without; in `haste` slower code."""
+    module = llvm.compiled(_ir(plan, width, fused), haste)
+    number, pointer = ctypes.c_int64, ctypes.c_void_p
+    piece = module.function("workbench_piece", *[number] * 7, *[pointer] * 7, result=ctypes.c_bool)
+    table = module.function("workbench_table", *[number] * 2, *[pointer] * 3) if plan.table else None
+    return Kernel(plan, width, table, piece)
+
+
+_ir = lru_cache(maxsize=16)(lower)
+
+
+def march(job: Job, x: Array, tell: Progress, width: int | None = None) -> None:
+    """Fill x (B, 1 + kept, nx) behind x[:, 0] with the states every `stride` steps, `width` runs side by side."""
+    job.check(x)
+    kept, width = x.shape[1] - 1, width or (FEW if len(x) <= FEW else llvm.lanes())
+    made, parts = _kernel(job, kept, width), lots(job, width)
+    done, total = 0.0, kept * job.stride
+    with crew(len(parts)) as each:
+        for stage in stages(job, kept, width * min(BLOCKS_OF_A_LOT, -(-len(x) // width))):
+            length = sum(piece.length for piece in stage)
+            for _ in each(lambda lot, stage=stage: _advance(made, job, lot, x[lot], stage), parts):
+                done += length / len(parts)
+                tell(min(done / total, 1.0))
+            last = stage[-1].row + stage[-1].rows
+            if stage[-1].whole and not np.isfinite(x[:, last - 1]).all(axis=1).any():  # nothing is left to simulate
+                x[:, last:] = np.nan
+                tell(1.0)
+                break
+
+
+def _kernel(job: Job, kept: int, width: int) -> Kernel:
+    """The kernel of a job, compiled with few optimisations as long as its plan has marched little."""
+    plan = job.plan
+    steps = _marched.get(plan, 0) + -(-len(job.p) // width) * kept * job.stride
+    _marched[plan] = steps
+    return kernel(plan, width, steps < WORTH_COMPILING, job.fused)
+
+
+def _advance(made: Kernel, job: Job, lot: slice, x: Array, stage: list[Piece]) -> None:
+    """Fill the rows of a stage in x (runs, rows, nx); a block that is not full repeats its last run."""
+    runs, _, nx = x.shape
+    plan, width, blocks = made.plan, made.width, -(-runs // made.width)
+    fill = np.minimum(np.arange(blocks * width), runs - 1)
+
+    def lanes(rows: Array) -> Array:
+        return _aligned(rows[fill].reshape(blocks, width, -1).transpose(0, 2, 1))
+
+    first, end = stage[0].row, stage[-1].row + stage[-1].rows
+    p, state, keys = lanes(job.p[lot][:, list(plan.parameters)]), lanes(x[:, stage[0].start]), job.runs[lot][fill]
+    groups = max(-(-piece.length // width) for piece in stage)
+    out = _room(blocks, end - first, nx, width)
+    scratch, table = _room(len(plan.lanes), width), _room(groups, len(plan.table), width)
+    # all of it is held while the march runs
+    memory = (_aligned(keys), _constants(plan, job.step.h), p, scratch, table, state, out)
+    places = [array.ctypes.data for array in memory]
+    seed, done = job.seed - (job.seed >> 63 << 64), end
+    for piece in stage:
+        if made.table:
+            made.table(-(-piece.length // width), piece.begin, *places[1:3], places[4])
+        row = piece.row - first
+        alive = made.piece(blocks, piece.rows, piece.steps, piece.begin, row, end - first, seed, *places)
+        if piece.whole and not alive:  # no run is finite any more
+            done = piece.row + piece.rows
+            break
+    x[:, first:end] = out.transpose(0, 3, 1, 2).reshape(-1, end - first, nx)[:runs]
+    x[:, done:end] = np.nan
+
+
+@lru_cache(maxsize=256)
+def _constants(plan: Plan, h: float) -> Array:
+    return _aligned(np.array(plan.constants(h)))
+
+
+def _room(*shape: int, kind: type[Any] = float) -> Array:
+    """Memory of a shape, of numbers of 8 bytes, that begins at a multiple of the alignment."""
+    size = prod(shape)
+    room = np.empty(size + ALIGNMENT // 8, dtype=kind)
+    start = (-room.ctypes.data % ALIGNMENT) // 8
+    return room[start : start + size].reshape(shape)
+
+
+def _aligned(array: Any) -> Array:
+    room = _room(*array.shape, kind=array.dtype.type)
+    room[...] = array
+    return room

@@ -1,0 +1,212 @@
+"""Plan: the values of a graph that are made once a run, once a step for all runs, and in the loop; their evaluation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import NamedTuple
+
+from workbench.core import Step
+from workbench.engine.kernel import elementary_functions as f
+from workbench.engine.kernel.barriers import BARRIER, rewritten
+from workbench.engine.kernel.casadi_to_graph import read, read_segments
+from workbench.engine.kernel.further_functions import DOUBLE
+from workbench.engine.kernel.graph import Graph, Level, Node
+from workbench.engine.kernel.stages import stepped
+from workbench.engine.kernel.target_operations import Machine, Number, Truth, Value, fma, select
+
+# Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
+PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
+
+COMPARISONS = {"lt", "le", "eq", "ne"}
+FUNCTIONS: Mapping[str, Callable[..., Number]] = {
+    **{op: lambda a, *others, op=op: a.do(op, *others) for op in ("add", "sub", "mul", "div", "sqrt", "fabs", "floor")},
+    "fma": fma,
+    "fnma": lambda a, b, c: fma(-a, b, c) if a.machine.fused else c - a * b,
+    "fms": lambda a, b, c: fma(a, b, -c) if a.machine.fused else a * b - c,
+    "neg": lambda a: -a,
+    "inv": lambda a: 1.0 / a,
+    "exp": f.exponential,
+    "tanh": f.hyperbolic_tangent,
+    "log": f.logarithm,
+    "atan2": f.arc_tangent,
+    "fmod": f.remainder,
+    "fmin": f.smaller,
+    "fmax": f.larger,
+    "sign": f.sign,
+    BARRIER: lambda a: a,
+    **DOUBLE.functions,
+}
+
+
+class Segmented(NamedTuple):
+    """The places of the results of a step that may have several segments."""
+
+    several: int
+    start: tuple[int, ...]  # the states at the begin of the first
+    more: int  # whether another segment follows one that begins at s in the state z
+    end: int  # where that one ends
+    ends: tuple[int, ...]  # the states there
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """The places of the nodes of a graph in the order of evaluation, by where they are evaluated."""
+
+    graph: Graph
+    numbers: tuple[int, ...]  # of the length of the step alone, that others use
+    per_run: tuple[int, ...]  # of parameters too
+    per_step: tuple[int, ...]  # of time and of parameters that are equal in all runs
+    inside: tuple[int, ...]  # all others of a step
+    aside: tuple[int, ...]  # of a segment of a step, made where a step has several
+    states: int  # the first results, x+
+    lanes: tuple[int, ...]  # before `inside`, made once a run, which the loop finds in memory
+    table: tuple[int, ...]  # the same, made once a step
+
+    @staticmethod
+    def of_step(step: Step, varied: tuple[int, ...], segments: bool = True) -> Plan:
+        """The plan of a step's graph, made once for all lengths; of `graph_of` with its segments or without."""
+        return _planned(graph_of(step, segments), varied, step.states.size)
+
+    @staticmethod
+    def of(graph: Graph, varied: Iterable[int], states: int | None = None) -> Plan:
+        """The plan where the parameters `varied` differ from run to run; of a graph with segments, so many `states`."""
+        states = len(graph.results) if states is None else states
+        moving = graph.after("p", set(varied))
+        groups: dict[Level, list[int]] = {level: [] for level in Level}
+        for place, level in enumerate(graph.levels):
+            groups[Level.STATE if level is Level.TIME and place in moving else level].append(place)
+        numbers, per_run, per_step, inside = (tuple(group) for group in groups.values())
+        within = graph.of_segments
+        inside, aside = (tuple(i for i in inside if (i in within) is there) for there in (False, True))
+        used, needed = (
+            {i for place in places for i in graph.nodes[place].operands if not _is_plain(graph.nodes[i])}
+            for places in (inside + aside, per_run + per_step + inside + aside)
+        )
+        used |= {place for place in graph.results if not _is_plain(graph.nodes[place])}
+        return Plan(
+            graph,
+            tuple(i for i in numbers if i in needed | used),
+            per_run,
+            per_step,
+            inside,
+            aside,
+            states,
+            *(tuple(i for i in group if i in used) for group in (numbers + per_run, per_step)),
+        )
+
+    @cached_property
+    def segments(self) -> Segmented | None:
+        """The results of a step that may have several segments; None of any other."""
+        more = self.graph.results[self.states :]
+        n = (len(more) - 3) // 2
+        return Segmented(more[0], more[1 : n + 1], more[n + 1], more[n + 2], more[n + 3 :]) if more else None
+
+    @cached_property
+    def behind_table(self) -> tuple[int, ...]:
+        """The nodes made once a run that the table needs."""
+        return tuple(i for i in self.graph.before(self.table) if self.graph.levels[i] is Level.PARAMETERS)
+
+    def constants(self, h: float) -> tuple[float, ...]:
+        """The numbers that a kernel is handed, for steps of length h [s]."""
+        values = self.graph.numbers(h)
+        return tuple(values[place] for place in self.numbers)
+
+    @cached_property
+    def constant_places(self) -> Mapping[int, int]:
+        """The places of the values of nodes among `constants`."""
+        return {place: i for i, place in enumerate(self.numbers)}
+
+    @cached_property
+    def parameters(self) -> Mapping[int, int]:
+        """The places of parameters, by their index, among those that a kernel is handed: those that the graph has."""
+        return {i: place for place, i in enumerate(sorted(n.entry for n in self.graph.nodes if n.op == "p"))}
+
+
+def graph_of(step: Step, segments: bool = True) -> Graph:
+    """The graph of a step as every kernel evaluates it, made once for all lengths; refused as by `read`.
+
+    Without its segments it serves runs that have no switch within a step, with the same bits.
+    """
+    parts = read_segments(step) if segments else None
+    parts = None if parts is None else _rewritten(parts)
+    return _stepped(pass_of(step), int(step.rule.rate.numel()), parts, step.rule.method)
+
+
+def pass_of(step: Step) -> Graph:
+    """The graph of a step's rates and updates, as every stage of it evaluates them; refused as by `read`."""
+    return _rewritten(read(step))
+
+
+_rewritten = lru_cache(maxsize=128)(rewritten)
+_stepped = lru_cache(maxsize=128)(stepped)
+
+
+@lru_cache(maxsize=128)
+def _planned(graph: Graph, varied: tuple[int, ...], states: int) -> Plan:
+    return Plan.of(graph, varied, states)
+
+
+def _is_plain(node: Node) -> bool:
+    return node.op == "const" and node.value in PLAIN
+
+
+class Evaluation:
+    """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
+
+    def __init__(self, graph: Graph, machine: Machine, load: Callable[[int], Value]) -> None:
+        self.graph = graph
+        self.machine = machine
+        self.load = load
+        self.numbers: dict[int, Number] = {}
+        self.truths: dict[int, Truth] = {}
+        self.angles: dict[int, f.Angle] = {}
+
+    def make(self, places: Iterable[int]) -> None:
+        """The values of these nodes, whose operands are made before them or loaded."""
+        for place in places:
+            self._make(place, self.graph.nodes[place])
+
+    def value(self, place: int) -> Value:
+        """The machine's own object for a value."""
+        return self.number(place).value
+
+    def number(self, place: int) -> Number:
+        """A value as a number: 1 or 0 for a truth."""
+        node = self.graph.nodes[place]
+        if node.op == "const" and node.value in PLAIN:
+            return Number(self.machine, self.machine.constant(node.value))
+        if place not in self.numbers:
+            truth = self.truths.get(place)
+            made = select(truth, 1.0, 0.0) if truth else Number(self.machine, self.load(place))
+            self.numbers[place] = made
+        return self.numbers[place]
+
+    def truth(self, place: int) -> Truth:
+        """A value as a truth: nonzero is true."""
+        if place not in self.truths:
+            self.truths[place] = self.number(place).compare("ne", 0.0)
+        return self.truths[place]
+
+    def _make(self, place: int, node: Node) -> None:
+        op, operands = node.op, node.operands
+        if not operands:
+            self.number(place)
+        elif op in COMPARISONS:
+            a, b = map(self.number, operands)
+            self.truths[place] = a.compare(op, b)
+        elif op == "not":
+            self.truths[place] = ~self.truth(operands[0])
+        elif op in ("and", "or"):
+            left, right = map(self.truth, operands)
+            self.truths[place] = left & right if op == "and" else left | right
+        elif op in ("sin", "cos"):
+            if operands[0] not in self.angles:
+                self.angles[operands[0]] = f.reduce_angle(self.number(operands[0]))
+            self.numbers[place] = f.sine_or_cosine(self.angles[operands[0]], int(op == "cos"))
+        elif op == "if_else":
+            condition, *branches = operands
+            self.numbers[place] = select(self.truth(condition), *map(self.number, branches))
+        else:
+            self.numbers[place] = FUNCTIONS[op](*map(self.number, operands))

@@ -1,0 +1,41 @@
+"""The doors to the accumulators of metrics: the step of an equation with them, and the values at its end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from workbench.core import Ode, Sampled, Step
+from workbench.core.validation.refusals import Array, whole
+from workbench.core.validation.signatures import door
+from workbench.engine import Trajectories
+from workbench.engine.metrics.contract import AbstractMetric
+from workbench.engine.metrics.measured_equation import MeasuredEquation, accumulated, accumulators_in, values
+
+
+@door
+def measured(equation: Ode | Sampled, metrics: Sequence[AbstractMetric], h: float) -> Step:
+    """The step of `equation` with every metric accumulated beside it; of a sampled loop h is the substep.
+
+    Integrals run along in the substeps; what looks at samples looks once a period, at what holds after the jump.
+
+    Raises
+    ------
+    LookupError
+        If a metric watches an output that `equation` does not have.
+    ValueError
+        If h is none or does not divide the period of a sampled loop, two metrics have one name, or one means nothing
+        for `equation`.
+    """
+    return MeasuredEquation.of(equation, metrics).step(h)
+
+
+@door
+def final_values(runs: Trajectories, metrics: Sequence[AbstractMetric], row: int = -1) -> dict[str, Array]:
+    """Each metric of each run, (B, k), until a kept time, the last unless given; NaN for a run that has diverged."""
+    row = whole("final_values(row=...)", row, -len(runs.t), len(runs.t) - 1)
+    horizon, held = float(runs.t[row]), accumulators_in(runs.step, metrics)
+    lost = (runs.diverged_at <= horizon)[:, np.newaxis]
+    found = values(metrics, held, accumulated(runs, held, metrics, row), horizon)
+    return {name: np.where(lost, np.nan, value) for name, value in found.items()}

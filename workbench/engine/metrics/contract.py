@@ -1,0 +1,280 @@
+"""The contract of a metric, and the checks that its methods obey it."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, ClassVar, TypeVar, cast
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Ode
+from workbench.core.validation.notebook_display import show
+from workbench.core.validation.refusals import Array, described, several
+from workbench.core.validation.signatures import answer, door
+from workbench.core.validation.type_hints import KindError, fit_of
+from workbench.engine.metrics.signal_choice import Signal, column, names_of, watched
+
+# Outputs of a loop, or the memory of a metric, by name.
+Parts = Mapping[str, ca.SX]
+
+
+@dataclass(frozen=True)
+@door
+class AbstractMetric(ABC):
+    """A number per run and number of a signal, with its name and unit.
+
+    The arguments and answers of its methods are held to the types and shapes stated here. A metric has a `value` and
+    tells what it `watches`; by default it accumulates nothing.
+
+    Attributes
+    ----------
+    unit
+        Where it is empty, the metric has that of the first output it watches. Numbers of several units name them one
+        by one, as in "m, rad".
+    labels
+        The names of the components that its numbers belong to, from the equation that it measures.
+    """
+
+    name: str
+    unit: str
+    about: str
+    labels: tuple[str, ...] = field(default=(), kw_only=True)
+
+    def __init_subclass__(cls) -> None:
+        for name in ANSWERS.keys() & vars(cls).keys():
+            own = vars(cls)[name]
+            if not getattr(own, "__isabstractmethod__", False):
+                setattr(cls, name, _faithful(name, own))
+        cls.of = door(vars(cls).get("of", cls.of))  # type: ignore[method-assign]
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """The unit of each of its numbers."""
+        several = tuple(self.unit.split(", "))
+        return several if len(several) == len(self.labels) else (self.unit,) * len(self.labels)
+
+    @property
+    def is_time(self) -> bool:
+        """True if the metric is a time, which is known to one step at best."""
+        return self.unit == "s"
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """The metric resolved for this equation: with its signals there, its unit and its labels."""
+        return bound(self, watches(self)[0], ode)
+
+    @property
+    @abstractmethod
+    def watches(self) -> tuple[str, ...]:
+        """The outputs that the metric looks at; the size of the first is that of the metric."""
+
+    @property
+    def grid(self) -> float | None:
+        """The sample time [s] of a grid of its own, which every step must divide; None without one."""
+        return None
+
+    @door
+    def check(self, ode: Ode, horizon: float) -> None:
+        """Refuse an equation or a horizon [s] for which the metric is not defined."""
+        del ode, horizon
+
+    @door
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """The integrand over time, (k, 1), or None."""
+        return None
+
+    @door
+    def memory(self, size: int) -> Layout:
+        """The states that are updated at each step, of a metric of so many numbers."""
+        return Layout()
+
+    @door
+    def update(self, k: ca.SX, h: ca.SX, z: Parts, y: Parts) -> Parts:
+        """The memory after looking at the outputs y at time k h; with a grid of its own, h divides it."""
+        return {}
+
+    @abstractmethod
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The metric (B, k) from the integral (B, k) and the memory at the horizon."""
+
+
+NAMES = fit_of(tuple[str, ...])
+A_COLUMN, PARTS, A_LAYOUT, ROWS, NOTHING = map(fit_of, (ca.SX, Parts, Layout, Array, type(None)))
+
+
+def watches(metric: AbstractMetric) -> tuple[str, ...]:
+    """The outputs that a metric watches."""
+    call, must = f"{type(metric).__name__}.watches", f"be a tuple of outputs, for the metric '{metric.name}'"
+    return several(call, answer(call, must, lambda: metric.watches, NAMES), str, 1)
+
+
+Own = TypeVar("Own", bound=AbstractMetric)
+
+
+def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Any) -> Own:
+    """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
+    seen = watched(metric.name, signal, ode)
+    units = [measure(unit) for unit in seen.units]
+    unit = metric.unit or (units[0] if len(set(units)) == 1 else ", ".join(units))
+    about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
+    return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
+
+
+def expression(given: Any) -> ca.SX:
+    """An expression (k, 1), for an answer that must be one."""
+    column: ca.SX = A_COLUMN(given)
+    if column.shape[1] != 1 or column.numel() == 0:
+        raise KindError("", f"one of shape {column.shape}")
+    return column
+
+
+def _updates(given: Any, k: Any, h: Any, z: Parts, y: Any) -> Parts:
+    updates: Parts = PARTS(given)
+    came, wanted = ({name: part.shape for name, part in sorted(parts.items())} for parts in (updates, z))
+    if came != wanted:
+        raise KindError("", f"{described(came)} where z has {described(wanted)}")
+    return updates
+
+
+def _rows(given: Any, integral: Array, *_: Any) -> Array:
+    rows: Array = ROWS(given)
+    if rows.ndim != 2 or rows.shape[:1] != integral.shape[:1] or rows.size == 0:
+        raise KindError("", f"an array of shape {rows.shape} where the integral has {integral.shape}")
+    return rows
+
+
+# What each method must give, in words, and what makes it fit, which sees the arguments too.
+ANSWERS: dict[str, tuple[str, Callable[..., Any]]] = {
+    "check": ("raise a `ValueError` or give None", lambda given, *_: NOTHING(given)),
+    "integrand": ("give an expression (k, 1) or None", lambda given, *_: None if given is None else expression(given)),
+    "memory": ("give a `Layout`", lambda given, *_: A_LAYOUT(given)),
+    "update": ("give an expression of the same shape for each name in z", _updates),
+    "value": ("give numbers (B, k), a row for each run", _rows),
+}
+REFUSES = ("check", "integrand")  # may do so in their own words
+OWN = "as_its_author_wrote_it"  # an attribute of a method with a door
+
+
+def _faithful(name: str, own: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a metric, wrapped so that answers and errors outside of the contract are refused."""
+    must, fit = ANSWERS[name]
+    contract = getattr(AbstractMetric, name)
+    signature = inspect.signature(contract)
+
+    @functools.wraps(contract, updated=())  # without the mark of an abstract method
+    def method(*args: Any, **kwargs: Any) -> Any:
+        metric, *arguments = signature.bind(*args, **kwargs).args if kwargs else args
+        call = f"{type(metric).__name__}.{name}"
+        ask, fits = functools.partial(own, metric, *arguments), lambda given: fit(given, *arguments)
+        return answer(call, f"{must}, for the metric '{metric.name}'", ask, fits, refuses=name in REFUSES)
+
+    method.__qualname__, method.__doc__ = own.__qualname__, own.__doc__
+    opened = door(method)
+    setattr(opened, OWN, own)
+    return opened
+
+
+def as_written(method: Callable[..., Any]) -> Callable[..., Any]:
+    """A method of a metric as its author wrote it, whose arguments may be other things than arrays of doubles."""
+    return functools.partial(getattr(method, OWN), cast(Any, method).__self__)
+
+
+class AbstractSignalMetric(AbstractMetric):
+    """A metric of one signal, in its unit or in one made of it, with names for what it remembers beside the states."""
+
+    signal: Signal
+    remembers: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The signal and, if it is an error, its reference."""
+        return names_of(self.signal)
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """The metric with its signal as this equation has it."""
+        seen = watched(self.name, self.signal, ode)
+        return bound(self, seen, ode, self.measured_in, signal=seen)
+
+    @door
+    def measured_in(self, unit: str) -> str:
+        """The unit of the metric of a signal in a unit."""
+        return unit
+
+    def memory(self, size: int) -> Layout:
+        """A zero for each number, under each name."""
+        return Layout(tuple(Entry(name, np.zeros(size)) for name in self.remembers))
+
+
+@dataclass(frozen=True)
+@show
+class Integral(AbstractMetric):
+    """finish(integral of g(t, y) dt, horizon).
+
+    Attributes
+    ----------
+    g
+        Of the time and the outputs by name; where a `signal` is told, of the time and its column e.
+    signals
+        The outputs that g looks at, where no `signal` is told.
+    measure
+        The unit of the metric from those of its signals; without it, `unit` says it.
+    """
+
+    g: Callable[[ca.SX, Any], ca.SX]
+    finish: Callable[[Array, float], Array]
+    signals: tuple[str, ...] = ("e",)
+    signal: Signal | None = None
+    measure: Callable[..., str] | None = None
+
+    @property
+    def watches(self) -> tuple[str, ...]:
+        """The outputs of g."""
+        return self.signals if self.signal is None else names_of(self.signal)
+
+    @property
+    def is_time(self) -> bool:
+        """True if its unit is declared as s, and not made from the unit of the signal."""
+        return self.unit == "s" and self.measure is None
+
+    @door
+    def of(self, ode: Ode) -> AbstractMetric:
+        """The metric with its signal as this equation has it."""
+        if self.signal is not None:
+            seen = watched(self.name, self.signal, ode)
+            return bound(self, seen, ode, self.measure or str, signal=seen)
+        if not self.signals:
+            raise ValueError(f"The metric '{self.name}' has no signal: name at least one, `Integral(signals=('e',))`.")
+        missing = [name for name in self.signals if name not in ode.outputs]
+        if missing and self.measure is not None:
+            raise LookupError(
+                f"The metric '{self.name}' is of {' times '.join(map(repr, self.signals))}, and '{ode.name}' has no "
+                f"'{missing[0]}': name a pair whose product is a power, as in `energy(power=('v', 'i'))`. It has: "
+                f"{', '.join(ode.outputs.names) or 'none'}."
+            )
+        first, *others = [watched(self.name, name, ode) for name in self.signals]
+        for other in others:
+            if self.measure is not None and len(other.units) != len(first.units):
+                raise ValueError(
+                    f"The metric '{self.name}' takes its signals number by number; '{first.words}' has "
+                    f"{len(first.units)} and '{other.words}' has {len(other.units)}: name two of one size."
+                )
+        if self.measure is None or self.unit:
+            return bound(self, first, ode)
+        units = dict.fromkeys(map(self.measure, *(seen.units for seen in (first, *others))))
+        return replace(bound(self, first, ode), unit=", ".join(units))
+
+    def integrand(self, t: ca.SX, y: Parts) -> ca.SX | None:
+        """The integrand g."""
+        e = y if self.signal is None else column(self.signal, y)
+        must = f"be a function of (t, y) that gives an expression (k, 1), for the metric '{self.name}'"
+        return cast(ca.SX, answer("Integral(g=...)", must, lambda: self.g(t, e), expression))
+
+    def value(self, integral: Array, z: Mapping[str, Array], horizon: float) -> Array:
+        """The integral as `finish` turns it."""
+        return self.finish(integral, horizon)

@@ -1,0 +1,116 @@
+"""The measurement of a loop: its metrics at a step, with their errors, and the limit on the step."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from workbench.core import Ode, Sampled, rk4
+from workbench.core.validation.refusals import Array, multiple, positive, seconds
+from workbench.core.validation.signatures import door
+from workbench.engine.batch import progress_of, rows_of, table_of
+from workbench.engine.job import Progress
+from workbench.engine.metrics.contract import AbstractMetric
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.engine.metrics.measured_run import MeasuredRun, arithmetic_for, points_of
+from workbench.engine.metrics.measurement import Measurement
+from workbench.engine.metrics.score import Score
+from workbench.engine.metrics.step_for_metrics import step_for
+from workbench.engine.pilots import pilot_runs
+from workbench.engine.step_choice import Choice
+
+__all__ = ["Measurement", "Score", "measure"]
+
+
+@door
+def measure(
+    equation: Ode | Sampled,
+    metrics: Sequence[AbstractMetric],
+    p: Array | None = None,
+    x0: Array | None = None,
+    *,
+    until: float,
+    h: float | None = None,
+    every: float | None = None,
+    tolerance: float | None = None,
+    seed: int = 0,
+    progress: Progress | None = None,
+    arithmetic: str | None = None,
+) -> Measurement:
+    """Simulate `equation` at the step h and score it, with errors from h / 2; without h, at a step that pilots choose.
+
+    Parameters
+    ----------
+    p, x0
+        (B, np) and (B, nx) rows as its `parameters.pack` and `states.pack` make them.
+    until, h, every
+        Horizon, step of the values (of a sampled loop the substep) and distance of the kept states, in s. Without h,
+        `every` bounds the step too.
+    tolerance
+        Of the error of each metric relative to its value; where none is asked for, of the change of the states.
+    seed, arithmetic
+        Of the noise and of all runs, as `simulate` takes them.
+
+    Raises
+    ------
+    LookupError
+        If a metric watches an output that `equation` does not have.
+    ValueError
+        If p or x0 is not as wide as its parameters or states, a metric means nothing for it or for the horizon, h does
+        not divide the period of a sampled loop, neither h nor a tolerance is given, no step keeps the tolerance, or
+        `simulate` refuses. A tolerance that is missed is no error.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> found = wb.measure(loop.ode(), [wb.rmse(), wb.effort()], until=2.0, h=1e-3)
+    >>> found.score("RMSE").value.round(3), found.score("effort", "v").value.round(1)
+    (array([0.194]), array([22.6]))
+    """
+    measured = MeasuredEquation.of(equation, metrics, seconds("measure(until=...)", until))
+    p, x0 = _rows(equation, until, p, x0)
+    tolerance = None if tolerance is None else positive("measure(tolerance=...)", tolerance)
+    every = None if every is None else seconds("measure(every=...)", every)
+    tell, runs, choice, method = progress_of("measure", progress), np.arange(len(p)), None, "rk4"
+    if h is None:
+        choice = _choice(measured, p, x0, until, every, tolerance, seed, arithmetic)
+        h, method = choice.h, choice.method
+    multiple("measure(until=...)", until, (step := measured.step(h, method)).h, "the step")
+    how = seed, arithmetic_for(step, arithmetic), method, points_of(len(p))
+    run = MeasuredRun(measured, h, until, every or step.h, until, *how)
+    found, trajectories = run.march(p, x0, runs, runs, tell)
+    return run.measurement(found, p, runs, tolerance=tolerance, choice=choice, kept=trajectories)
+
+
+def _choice(
+    measured: MeasuredEquation,
+    p: Array,
+    x0: Array,
+    until: float,
+    every: float | None,
+    tolerance: float | None,
+    seed: int,
+    arithmetic: str | None,
+) -> Choice:
+    """The step at which the pilots of the runs keep the tolerance."""
+    if tolerance is None:
+        raise ValueError(
+            "`measure(...)` needs a step `h`, or a `tolerance` for which pilot runs choose it; got neither."
+        )
+    few = pilot_runs(p, x0)
+    how: Any = {"until": until, "every": every, "tolerance": tolerance, "seed": seed, "arithmetic": arithmetic}
+    return step_for(measured, p[few], x0[few], **how)
+
+
+def _rows(equation: Ode | Sampled, until: float, p: Array | None, x0: Array | None) -> tuple[Array, Array]:
+    """The rows (B, np) and (B, nx) of all runs; an equation without states has metrics to integrate all the same."""
+    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("measure(until=...)", until)
+    p = None if p is None else table_of("measure(p=...)", equation.parameters, p)
+    x0 = None if x0 is None else table_of("measure(x0=...)", equation.states, x0)
+    if not equation.states.size:
+        p = table_of("measure(p=...)", equation.parameters, p)
+        return p, np.empty((len(p), 0))
+    return rows_of("measure", equation.step(1) if isinstance(equation, Sampled) else rk4(equation, until), p, x0)

@@ -1,0 +1,247 @@
+"""The metrics by the names they have in the field, of any signal, in its unit.
+
+Without a signal a metric of an error is of the errors of what the loop follows, and one of an input of what acts on the
+plant where it is driven. With the name of a signal that follows a reference it is of the error of that signal, with any
+other of the signal itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics.contract import Integral
+from workbench.engine.metrics.signal_choice import Choice, product, work
+from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
+
+
+def _whole(integral: Array, horizon: float) -> Array:
+    return integral
+
+
+def _root_mean(integral: Array, horizon: float) -> Array:
+    return np.sqrt(np.maximum(integral, 0) / horizon)
+
+
+def _square(t: ca.SX, e: ca.SX) -> ca.SX:
+    return e**2
+
+
+def _named(name: str, signal: str | None) -> str:
+    return name if signal is None else f"{name} of {signal}"
+
+
+def _error(
+    name: str,
+    signal: str | None,
+    about: str,
+    g: Callable[[ca.SX, ca.SX], ca.SX],
+    finish: Callable[[Array, float], Array],
+    measure: Callable[[str], str] = str,
+) -> Integral:
+    """An integral of the error of a signal."""
+    return Integral(name, "", about, g, finish, signal=Choice("error", signal), measure=measure)
+
+
+def _over_time(order: int, seconds: int) -> Callable[[str], str]:
+    """The unit of an integral over time: powers of the units of the signal and of time, multiplied."""
+    return lambda unit: product((unit, order), ("s", seconds))
+
+
+@door
+def rmse(signal: str | None = None, name: str | None = None) -> Integral:
+    """sqrt(1/T integral of e^2 dt): the limit of (43) of the paper as its samples grow dense.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.rmse()], until=5.0, h=1e-3).score("RMSE").value.round(3)
+    array([0.122])
+    """
+    return _error(name or _named("RMSE", signal), signal, "root mean square of {}", _square, _root_mean)
+
+
+@door
+def sampled_rmse(sample: float, signal: str | None = None, name: str | None = None) -> SampledRms:
+    """sqrt(1/N sum of e(t_k)^2), equation (43) of the paper, on a grid of `sample` s that begins at t = 0."""
+    sample = seconds("sampled_rmse(sample=...)", sample)
+    about = f"root mean square of {{}} over samples every {1000 * sample:g} ms"
+    return SampledRms(name or _named("RMSE (43)", signal), "", about, Choice("error", signal), sample)
+
+
+@door
+def iae(signal: str | None = None) -> Integral:
+    """Integral of |e| dt."""
+    size = _over_time(1, 1)
+    return _error(_named("IAE", signal), signal, "integral of |{}|", lambda t, e: ca.fabs(e), _whole, size)
+
+
+@door
+def ise(signal: str | None = None) -> Integral:
+    """Integral of e^2 dt."""
+    return _error(_named("ISE", signal), signal, "integral of {}^2", _square, _whole, _over_time(2, 1))
+
+
+@door
+def itae(signal: str | None = None) -> Integral:
+    """Integral of t |e| dt."""
+    size = _over_time(1, 2)
+    return _error(_named("ITAE", signal), signal, "integral of t |{}|", lambda t, e: t * ca.fabs(e), _whole, size)
+
+
+@door
+def effort(signal: str | None = None) -> Integral:
+    """Root mean square of an input, as it acts on the plant unless a signal is named.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.effort("v")], until=5.0, h=1e-3).score("effort of v").value.round(3)
+    array([16.238])
+    """
+    about = "root mean square of {}"
+    return Integral(_named("effort", signal), "", about, _square, _root_mean, signal=Choice("input", signal))
+
+
+@door
+def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
+    """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
+
+    The product of the two signals is a power: torque and velocity of an arm, voltage and current of a motor.
+    """
+    u, v = power
+    about = f"integral of |{u} {v}|, nothing recovered"
+    name = "energy" if power == ("tau_applied", "qd") else f"energy of {u} {v}"
+    return Integral(name, "", about, lambda t, y: ca.fabs(y[u] * y[v]), _whole, power, measure=work)
+
+
+@door
+def observer_error(signal: str) -> Integral:
+    """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates."""
+    return rmse(signal, f"RMS {signal}")
+
+
+@door
+def peak_error(signal: str | None = None) -> Peak:
+    """Largest |e|.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.peak_error()], until=5.0, h=1e-3).score("peak error").value.round(3)
+    array([1.])
+    """
+    return Peak(_named("peak error", signal), "", "largest |{}|", Choice("error", signal))
+
+
+@door
+def late_error(after: float, signal: str | None = None) -> Peak:
+    """Largest |e| from `after` s on: the error of the steady state, after the transient."""
+    after = finite("late_error(after=...)", after, " of seconds", low=0)
+    return Peak(_named("late error", signal), "", f"largest |{{}}| from {after:g} s on", Choice("error", signal), after)
+
+
+@door
+def peak(signal: str | None = None) -> Peak:
+    """Largest absolute value of an input, as it acts on the plant unless a signal is named."""
+    return Peak(_named("peak", signal), "", "largest |{}|", Choice("input", signal))
+
+
+def peak_torque() -> Peak:
+    """Largest |tau| that acts on an arm."""
+    return Peak("peak torque", "", "largest |tau| applied", "tau_applied")
+
+
+@door
+def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
+    """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
+
+    A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
+    """
+    least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
+    sizes = {limit.size for limit in (least, most)} - {1}
+    if len(sizes) > 1 or not np.all(least < most) or np.isinf([*least, *most]).all():
+        raise ValueError(
+            "`violation(low=..., high=...)` must be numbers with room between them, at least one of them finite, and "
+            f"one for all or one for each number of the signal; got {described(low)} and {described(high)}."
+        )
+
+    def beyond(e: ca.SX) -> ca.SX:
+        for limit in (least, most):
+            vector("violation(low=..., high=...)", limit, limit.size if limit.size == 1 else e.numel(), "signal")
+        above, below = e - ca.DM(most), ca.DM(least) - e
+        return ca.if_else(above > below, above, below)
+
+    def outside(t: ca.SX, e: ca.SX) -> ca.SX:
+        far = beyond(e)
+        return ca.if_else(far > 0, 1, ca.if_else(far <= 0, 0, far))  # which is no number where e is none
+
+    of, ends = Choice("input", signal), (("below", low), ("above", high))
+    where = " or ".join(f"{side} {described(end)}" for side, end in ends if end is not None)
+    return (
+        Peak(f"violation of {signal}", "", f"how far {{}} is {where} at worst", of, size=beyond),
+        Integral(f"time of violation of {signal}", "s", f"time in which {{}} is {where}", outside, _whole, signal=of),
+    )
+
+
+def _limit(side: str, given: Any, none: float) -> Array:
+    return np.atleast_1d(numbers(f"violation({side}=...)", none if given is None else given).squeeze())
+
+
+@door
+def total_variation(sample: float, signal: str | None = None, after: float = 0.0) -> TotalVariation:
+    """Total variation per second, on a grid of `sample` s, of an input, as it acts on the plant unless one is named.
+
+    With `after` it is that from `after` s on, when the transient is over, and its name is 'late TV'.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.total_variation(1e-3)], until=5.0, h=1e-3).score("TV").value.round(3)
+    array([34.388])
+    """
+    sample = seconds("total_variation(sample=...)", sample)
+    after = finite("total_variation(after=...)", after, " of seconds", low=0)
+    late, since = ("late TV", f" from {after:g} s on") if after else ("TV", "")
+    about = f"total variation of {{}} per second{since}, sampled every {1000 * sample:g} ms"
+    return TotalVariation(_named(late, signal), "", about, Choice("input", signal), sample, after)
+
+
+@door
+def overshoot(signal: str | None = None) -> Overshoot:
+    """Largest excursion beyond the new level after a jump of the reference, in percent of the jump.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.overshoot()], until=5.0, h=1e-3).score("overshoot").value.round(3)
+    array([30.491])
+    """
+    about = "largest excursion beyond a new level, in percent of the jump"
+    return Overshoot(_named("overshoot", signal), "%", about, Choice("level", signal))
+
+
+@door
+def settling_time(signal: str | None = None, band: float = 0.02) -> SettlingTime:
+    """Longest time after a jump of the reference until the error stays within `band` of the jump.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.settling_time()], until=5.0, h=1e-3).score("settling time").value.round(3)
+    array([0.774])
+    """
+    band = positive("settling_time(band=...)", band)
+    about = f"longest time after a jump until the error stays within {100 * band:g} % of the jump"
+    return SettlingTime(_named("settling time", signal), "s", about, band, Choice("level", signal))

@@ -1,0 +1,283 @@
+"""The value of a metric as a program: a list of operations with which another machine finds the same bits.
+
+A program has only operations whose result IEEE 754 fixes to the last bit. It is found by calling the metric's `value`
+with arrays that write down what is done with them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
+
+from workbench.core import Layout, Step
+from workbench.core.validation.refusals import Array, raised, seconds
+from workbench.core.validation.signatures import door
+from workbench.engine.metrics.contract import AbstractMetric, as_written
+from workbench.engine.metrics.measured_equation import accumulators_in
+
+Places = np.ndarray[Any, np.dtype[np.intp]]
+Node = tuple[Any, ...]  # an operation and the numbers of its operands, or "const" and a number
+
+RESHAPED = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
+JOINED = (np.concatenate, np.hstack, np.stack, np.column_stack)
+
+
+def _zeros_in_order(larger: Any, of_zeros: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
+    """The larger or the smaller of two numbers, where NaN passes on, and -0 is below 0, which NumPy leaves open."""
+    return lambda a, b: np.where((a == 0) & (b == 0), of_zeros(a, b), larger(a, b))
+
+
+OPERATIONS: Mapping[str, Callable[..., Any]] = {
+    "add": np.add,
+    "sub": np.subtract,
+    "mul": np.multiply,
+    "div": np.divide,
+    "sqrt": np.sqrt,
+    "neg": np.negative,
+    "abs": np.absolute,
+    "max": _zeros_in_order(np.maximum, lambda a, b: a + b),
+    "min": _zeros_in_order(np.minimum, lambda a, b: -(-a - b)),
+    "floor": np.floor,
+    "lt": np.less,
+    "le": np.less_equal,
+    "gt": np.greater,
+    "ge": np.greater_equal,
+    "eq": np.equal,
+    "ne": np.not_equal,
+    "and": np.logical_and,
+    "or": np.logical_or,
+    "not": np.logical_not,
+    "isnan": np.isnan,
+    "select": lambda truth, a, b: np.where(truth != 0, a, b),
+}
+OF_TRUTHS = ("and", "or", "not")
+TO_TRUTHS = ("lt", "le", "gt", "ge", "eq", "ne", "isnan", *OF_TRUTHS)
+OF_NUMPY = {f.__name__: name for name, f in OPERATIONS.items() if isinstance(f, np.ufunc)}
+OF_NUMPY |= {"fabs": "abs", "maximum": "max", "minimum": "min"}
+OF_NUMPY |= {"bitwise_and": "and", "bitwise_or": "or", "invert": "not"}
+
+
+@dataclass(frozen=True)
+@door
+class Program:
+    """The k numbers of a metric from places in the states of a step.
+
+    Node i is input i; behind the inputs come the `nodes`, whose operands are nodes before them. A truth is 1 or 0.
+
+    Attributes
+    ----------
+    inputs
+        ("x", place) of the states at the horizon, or ("z", place) of the states one step later.
+    results
+        The nodes that are the numbers of the metric.
+    """
+
+    inputs: tuple[tuple[str, int], ...]
+    nodes: tuple[tuple[Any, ...], ...]
+    results: tuple[int, ...]
+
+    @door
+    def evaluate(self, x: Array, z: Array) -> Array:
+        """The numbers (B, k) of the metric from states (B, nx) at the horizon, x, and one step later, z."""
+        rows = {"x": x, "z": z}
+        values: list[Any] = [rows[name][:, place] for name, place in self.inputs]
+        with np.errstate(all="ignore"):
+            for operation, *operands in self.nodes:
+                if operation == "const":
+                    values.append(np.full(len(x), operands[0]))
+                else:
+                    found = OPERATIONS[operation](*(values[i] for i in operands))
+                    values.append(np.asarray(found, dtype=float))
+        return np.stack([values[i] for i in self.results], axis=1)
+
+    def plain(self) -> dict[str, Any]:
+        """The program as lists, texts and numbers for JSON, where a number that is not finite is a text."""
+        return {
+            "inputs": [list(place) for place in self.inputs],
+            "nodes": [[node[0], *map(_plain, node[1:])] for node in self.nodes],
+            "results": list(self.results),
+        }
+
+
+def _plain(number: float) -> float | str:
+    return number if math.isfinite(number) else {math.inf: "Infinity", -math.inf: "-Infinity"}.get(number, "NaN")
+
+
+@door
+def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
+    """The program of a metric of a measured step, with the bits of its `value` at a horizon in s.
+
+    Of two zeros with unlike signs, NumPy's larger one differs from machine to machine; that of a program is +0.
+
+    Raises
+    ------
+    ValueError
+        If the value of the metric needs an operation that a program does not have, or branches on a number.
+    """
+    horizon, tape = seconds("program_of(horizon=...)", horizon), _Tape({})
+    held, name = accumulators_in(step, [metric]), f"integral of {metric.name}"
+    parts = {entry: _inputs(tape, step.states, entry, "x" if entry == name else "z") for entry in held.names}
+    integral = parts.pop(name, _Traced(tape, np.zeros((1, 0), dtype=np.intp)))
+    z = {entry.removeprefix(f"{metric.name}."): part for entry, part in parts.items()}
+    try:
+        with np.errstate(all="ignore"):
+            answer = tape.of(as_written(metric.value)(integral, z, horizon))
+        if answer.truth or answer.places.ndim != 2 or len(answer) != 1 or not answer.places.size:
+            raise _UntraceableError(f"an answer of shape {answer.shape}")
+    except Exception as error:  # a metric of the user's may raise anything when it meets other things than arrays
+        cause = error.__cause__ or error
+        why = str(cause) if isinstance(cause, _UntraceableError) else f"an operation that raised {raised(error)}"
+        raise ValueError(
+            f"The value of the metric '{metric.name}' cannot be written as a program: it needs {why}. A program knows "
+            f"{', '.join(OPERATIONS)}, of numbers one by one."
+        ) from error
+    return tape.program(answer.places[0].tolist())
+
+
+def _inputs(tape: _Tape, states: Layout, name: str, of: str) -> _Traced:
+    """A quantity of a single run, (1, ...), as inputs of a program."""
+    places = states.unpack(np.arange(states.size, dtype=float)[np.newaxis])[name]
+    return _Traced(tape, _each(lambda place: tape.node(of, int(place)), places))
+
+
+def _each(function: Callable[..., int], *arrays: Any) -> Places:
+    """A whole number for each place of some arrays, which are broadcast."""
+    alike = np.broadcast_arrays(*arrays)
+    numbers = [function(*(array[i] for array in alike)) for i in np.ndindex(alike[0].shape)]
+    return np.array(numbers, dtype=np.intp).reshape(alike[0].shape)
+
+
+class _UntraceableError(Exception):
+    """The error of an operation that a program does not have; its text is the operation."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Tape:
+    """The nodes written so far, each once, with their numbers."""
+
+    numbers: dict[Node, int]
+
+    def node(self, *node: Any) -> int:
+        """The number of a node."""
+        return self.numbers.setdefault(node, len(self.numbers))
+
+    def of(self, given: Any) -> _Traced:
+        """An array of nodes, or numbers as constants."""
+        if isinstance(given, np.ndarray) and given.dtype == object and given.ndim == 0:
+            given = given[()]  # made by `np.asarray`
+        if isinstance(given, _Traced):
+            return given
+        array = np.asarray(given)
+        if array.dtype.kind not in "biuf" or array.dtype.itemsize > 8:
+            raise _UntraceableError(f"numbers of kind {array.dtype}")
+        places = _each(lambda number: self.node("const", float(number).hex()), array.astype(np.float64))
+        return _Traced(self, places, array.dtype.kind == "b")
+
+    def program(self, results: Sequence[int]) -> Program:
+        """The program of what the results need, inputs first."""
+        nodes, needed = list(self.numbers), set(results)
+        for i in reversed(range(len(nodes))):
+            if i in needed and nodes[i][0] in OPERATIONS:
+                needed.update(nodes[i][1:])
+        inputs = [i for i in sorted(needed) if nodes[i][0] in ("x", "z")]
+        others = [i for i in sorted(needed) if i not in inputs]
+        place = {i: new for new, i in enumerate([*inputs, *others])}
+
+        def moved(operation: str, *operands: Any) -> Node:
+            if operation == "const":
+                return operation, float.fromhex(operands[0])
+            return operation, *(place[i] for i in operands)
+
+        return Program(
+            tuple(nodes[i] for i in inputs), tuple(moved(*nodes[i]) for i in others), tuple(place[i] for i in results)
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Traced(NDArrayOperatorsMixin):
+    """An array of nodes, which writes down the operations that NumPy is asked to do with it."""
+
+    tape: _Tape
+    places: Places
+    truth: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        shape: tuple[int, ...] = self.places.shape
+        return shape
+
+    @property
+    def ndim(self) -> int:
+        return self.places.ndim
+
+    def __len__(self) -> int:
+        return len(self.places)
+
+    def __getitem__(self, key: Any) -> _Traced:
+        return replace(self, places=np.asarray(self.places[key]))
+
+    def reshape(self, *shape: Any) -> _Traced:
+        return replace(self, places=self.places.reshape(*shape))
+
+    def __bool__(self) -> bool:
+        raise _UntraceableError("a branch on a number of the run")
+
+    def __float__(self) -> float:
+        raise _UntraceableError("a number of the run as a `float`")
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> np.ndarray[Any, Any]:
+        whole = np.empty((), dtype=object)
+        whole[()] = self
+        return whole
+
+    def __pow__(self, power: Any) -> _Traced:
+        if not isinstance(power, int | float) or power not in (2, 0.5):
+            raise _UntraceableError(f"a power of {power if isinstance(power, int | float) else 'a changing number'}")
+        return self._done("multiply", self, self) if power == 2 else self._done("sqrt", self)
+
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> _Traced:
+        if method != "__call__" or options:
+            called = "" if method == "__call__" else f".{method}"
+            raise _UntraceableError(f"`np.{ufunc.__name__}{called}`{''.join(f' with `{name}`' for name in options)}")
+        return self._done(ufunc.__name__, *map(self.tape.of, inputs))
+
+    def __array_function__(self, function: Any, types: Any, given: tuple[Any, ...], options: Any) -> _Traced:
+        if function is np.where and len(given) == 3:
+            return self._select(*map(self.tape.of, given))
+        if function in RESHAPED:
+            return replace(self, places=function(self.places, *given[1:], **options))
+        if function in JOINED:
+            parts = [self.tape.of(part) for part in given[0]]
+            if len({part.truth for part in parts}) == 1:
+                return replace(parts[0], places=function([part.places for part in parts], *given[1:], **options))
+        raise _UntraceableError(f"`np.{function.__name__}`")
+
+    def _done(self, name: str, *operands: _Traced) -> _Traced:
+        """An operation by NumPy's name."""
+        match name:
+            case "square":
+                return self._done("multiply", *operands, *operands)
+            case "positive":
+                return operands[0]
+            case "isfinite" | "isinf":
+                size = self._done("absolute", *operands)
+                return self._done("less" if name == "isfinite" else "equal", size, self.tape.of(np.inf))
+        operation, truths = OF_NUMPY.get(name), [operand.truth for operand in operands]
+        # of truths alone NumPy's arithmetic has rules of its own
+        if operation is None or (not all(truths) if operation in OF_TRUTHS else all(truths)):
+            raise _UntraceableError(f"`np.{name}`" + (" of truths" if all(truths) else ""))
+        return self._written(operation, *operands, truth=operation in TO_TRUTHS)
+
+    def _select(self, truth: _Traced, a: _Traced, b: _Traced) -> _Traced:
+        if not truth.truth:
+            raise _UntraceableError("`np.where` of a number that is not a comparison")
+        return self._written("select", truth, a, b, truth=a.truth and b.truth)
+
+    def _written(self, operation: str, *operands: _Traced, truth: bool) -> _Traced:
+        places = _each(lambda *nodes: self.tape.node(operation, *map(int, nodes)), *(of.places for of in operands))
+        return _Traced(self.tape, places, truth)

@@ -1,0 +1,229 @@
+"""One run by variable steps, every switching instant located, with its own error estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Layout, Ode
+from workbench.core.validation.permission import refuse_in_pages
+from workbench.core.validation.refusals import Array, as_array, one_of, raised, refusal, vector, whole
+from workbench.core.validation.signatures import door
+from workbench.engine.reference.continuation import Modes
+from workbench.engine.reference.smooth_pieces import Numeric
+from workbench.engine.reference.surfaces import Switched
+from workbench.engine.reference.switched_run import Event, Run, follow
+from workbench.engine.reference.variable_step import Effort, Flow, Rule, StoppedError, travel
+
+METHODS = ("auto", "explicit", "implicit")
+TIGHTEST = 3e-13  # what double precision resolves, with room for a tighter run
+TIGHTER = 0.01
+ROUNDING = 3e-14  # the smallest relative tolerance of any run
+MOST_STEPS = 200_000
+GROWN = 1e6  # a state this many times larger than it began, where no step is short enough, escapes
+
+
+@dataclass(frozen=True, eq=False)
+@door
+class Reference:
+    """One solution at N times, and its certificate.
+
+    `x` is from a run at a hundredth of the tolerances, and `error` how far the run at the tolerances is from it: above
+    the error of x itself, as long as errors fall with the tolerance.
+    """
+
+    t: Array  # (N,) in s
+    x: Array  # (N, nx)
+    error: Array  # (N, nx)
+    events: tuple[Event, ...]
+    event_error: float  # s, the largest change of an event's time between the runs; NaN if they met different events
+    slid: tuple[tuple[float, float, tuple[str, ...]], ...]  # begin, end and surfaces of sliding, as Filippov defines it
+    steps: int  # of the tighter run
+    evaluations: int
+    method: str  # "explicit" (Dormand and Prince, order 8) or "implicit" (Radau IIA, order 5)
+
+
+@door
+def reference(
+    ode: Ode,
+    p: Array | None = None,
+    x0: Array | None = None,
+    *,
+    times: Array | Sequence[float],
+    rtol: float = 1e-10,
+    atol: float | Array = 1e-12,
+    method: str = "auto",
+    most_steps: int = MOST_STEPS,
+) -> Reference:
+    """The solution of x' = f(t, x, p) from time 0, smooth piece by smooth piece.
+
+    The arguments of sign, fabs, fmin, fmax, floor, ceil, comparisons and if_else are switching functions. No step
+    crosses one: its zero is located to rounding, and the solution goes on from there, across or along it. Along it the
+    sides are those that keep it there (Filippov; Utkin's equivalent control). Refused, not followed: twisting where its
+    switchings accumulate, and x' = -sqrt|x| sign x, say, beyond its end at rest.
+
+    Parameters
+    ----------
+    p, x0
+        (np,) and (nx,), the defaults of the `Ode` unless given.
+    times
+        (N,), increasing, from 0 on, in s.
+    rtol, atol
+        Tolerances of the run whose error is estimated; what is handed back is a run at a hundredth of them.
+    method
+        "explicit", "implicit" with the exact Jacobian, or "auto": implicit once stability, not accuracy, bounds the
+        steps, and thousands are left.
+    most_steps
+        After how many steps to give up.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as above; if the rate switches by an operation that has no surface, or is not finite; if
+        the solution escapes, is not unique, cannot continue from a surface, switches infinitely often with no sliding
+        motion after it, or needs too many steps. The message names the time reached.
+
+    References
+    ----------
+    Filippov (1988), Differential Equations with Discontinuous Righthand Sides, section 4; Utkin (1992), Sliding Modes
+    in Control and Optimization, chapter 2; Hairer, Norsett and Wanner (1993), section II.10.
+    """
+    start, when = _values("x0", x0, ode.states), _times("reference", times)
+    ode.refuse_beyond("reference(times=...)", float(when[-1]))
+    rule = _rule("reference", rtol, atol, method, most_steps, ode.states.size)
+    run = _switched(ode, _values("p", p, ode.parameters), start, when)
+    return _certified("reference(ode=...)", ode.states.labels, when, start, rule, run)
+
+
+def _switched(ode: Ode, p: Array, start: Array, when: Array) -> Callable[[Rule], Run]:
+    """The run of an `Ode` by a rule; its pieces are made once for all rules."""
+    modes = Modes(Switched.of(ode, p))
+    rate = Numeric(ca.Function("rate", [ode.t, ode.x], [ca.substitute(ode.rate, ode.p, p)], {"cse": True}))
+
+    def valid(t: float, x: Array) -> bool:
+        return bool(np.isfinite(rate(t, x)).all())
+
+    def run(rule: Rule) -> Run:
+        if not valid(0.0, start):
+            raise StoppedError(0.0, start, "rate")
+        return follow(modes, valid, start, when, rule)
+
+    return run
+
+
+@door
+def reference_of_function(
+    f: Callable[[float, Array], object],
+    x0: Array | Sequence[float],
+    *,
+    times: Array | Sequence[float],
+    rtol: float = 1e-10,
+    atol: float | Array = 1e-12,
+    method: str = "auto",
+    most_steps: int = MOST_STEPS,
+) -> Reference:
+    """The solution of x' = f(t, x) from time 0 for a smooth Python function f that is only evaluated.
+
+    As `reference`, without surfaces; "auto" is explicit, and the Jacobian of "implicit" a difference.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as it must be, f raises, or the solution escapes, is not finite, or needs too many steps.
+    """
+    name, call = "reference_of_function", "reference_of_function(f=...)"
+    start = vector(f"{name}(x0=...)", x0, max(np.size(x0), 1), "states")
+    when, rule = _times(name, times), _rule(name, rtol, atol, method, most_steps, len(start))
+
+    def field(t: float, x: Array) -> Array:
+        try:
+            given = f(t, x)
+            rate = given if type(given) is np.ndarray and given.dtype == np.float64 else as_array(given)
+        except Exception as error:  # whatever a foreign function raises
+            raise StoppedError(t, x, f"the function raised {raised(error)}") from error
+        if rate is None or rate.size != len(start):
+            raise refusal(call, f"a function that gives a rate for each of the {len(start)} states", given)
+        return rate.ravel()
+
+    flow = Flow(len(start), field, None, lambda t, x: True)
+
+    def run(rule: Rule) -> Run:
+        effort = Effort()
+        begun = [start] if when[0] == 0 else []
+        ahead = when[len(begun) :]
+        if len(ahead) == 0:
+            return Run(np.array(begun), (), (), effort)
+        leg = travel(flow, 0.0, start, when[-1], ahead, rule, effort)
+        if leg.stalled:
+            raise StoppedError(leg.t, leg.x, "step")
+        return Run(np.array([*begun, *leg.states]), (), (), effort)
+
+    return _certified(call, [f"x[{i}]" for i in range(len(start))], when, start, rule, run)
+
+
+def _certified(
+    call: str, labels: Sequence[str], times: Array, start: Array, rule: Rule, run: Callable[[Rule], Run]
+) -> Reference:
+    """The run at a hundredth of the tolerances, and how far it is from the one at the tolerances."""
+    refuse_in_pages(call)
+    finer = replace(rule, rtol=max(TIGHTER * rule.rtol, ROUNDING), atol=TIGHTER * rule.atol)
+    with np.errstate(all="ignore"):
+        try:
+            coarse, fine = run(rule), run(finer)
+        except StoppedError as stopped:
+            raise ValueError(f"`{call}` {_explained(stopped, labels, start, rule)}") from stopped.__cause__
+    same = [(e.what, e.surface) for e in coarse.events] == [(e.what, e.surface) for e in fine.events]
+    moved = [abs(a.t - b.t) for a, b in zip(coarse.events, fine.events, strict=False)]
+    return Reference(
+        times,
+        fine.states,
+        np.abs(fine.states - coarse.states),
+        fine.events,
+        max(moved, default=0.0) if same else np.nan,
+        fine.slid,
+        fine.effort.steps,
+        fine.effort.evaluations,
+        "implicit" if fine.effort.implicit else "explicit",
+    )
+
+
+def _explained(stopped: StoppedError, labels: Sequence[str], start: Array, rule: Rule) -> str:
+    at = f"stops at t = {stopped.t:.12g} s"
+    worst = int(np.argmax(np.abs(stopped.x)))
+    size = f"'{labels[worst]}' = {stopped.x[worst]:g}"
+    if stopped.why == "steps":
+        return f"{at}, after {rule.most} steps: allow more with `most_steps`, or looser tolerances."
+    if stopped.why not in ("rate", "state", "step"):
+        return f"{at}, where {stopped.why}."
+    if np.abs(stopped.x).max() > GROWN * (1 + np.abs(start).max()):
+        return f"{at}, where the solution grows without bound ({size}): a finite escape. Ask for earlier times."
+    if stopped.why == "rate":
+        return f"{at}, where the rate is not finite, at a state with {size}."
+    return f"{at}, where no step is short enough, at a state with {size}: the rate is singular there, or jumps unseen."
+
+
+def _values(name: str, given: Array | None, layout: Layout) -> Array:
+    what = "parameters" if name == "p" else "states"
+    value = layout.default if given is None else vector(f"reference({name}=...)", given, layout.size, what)
+    layout.check(value[np.newaxis])
+    return value
+
+
+def _times(call: str, times: Array | Sequence[float]) -> Array:
+    when = np.atleast_1d(np.array(times))
+    if when.ndim != 1 or len(when) == 0 or not np.isfinite(when).all() or when[0] < 0 or (when[1:] <= when[:-1]).any():
+        raise refusal(f"{call}(times=...)", "finite numbers of seconds that increase, from 0 on", when.tolist())
+    return when
+
+
+def _rule(call: str, rtol: float, atol: float | Array, method: str, most: int, states: int) -> Rule:
+    if not TIGHTEST <= rtol < 1:
+        must = f"a number from {TIGHTEST:g}, which double precision resolves, to below 1"
+        raise refusal(f"{call}(rtol=...)", must, rtol)
+    floor = vector(f"{call}(atol=...)", np.full(states, atol) if np.ndim(atol) == 0 else atol, states, "states")
+    if not (np.isfinite(floor) & (floor > 0)).all():
+        raise refusal(f"{call}(atol=...)", "positive and finite", atol)
+    return Rule(rtol, floor, one_of(f"{call}(method=...)", method, METHODS), whole(f"{call}(most_steps=...)", most))

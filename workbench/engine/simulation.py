@@ -1,0 +1,123 @@
+"""The simulation of a loop or of a step: many runs, at a step that is named, or chosen for a tolerance."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+from workbench.core import Ode, Sampled, Step, rk4
+from workbench.core.equations import LOOP, Loop, equations_of, is_loop
+from workbench.core.methods import RK4
+from workbench.core.validation import refusals
+from workbench.core.validation.refusals import Array, Integers
+from workbench.core.validation.signatures import door
+from workbench.engine.batch import progress_of, rows_of, run_step
+from workbench.engine.job import Progress
+from workbench.engine.pilots import pilot_runs
+from workbench.engine.state_changes import state_change
+from workbench.engine.step_choice import Make, Pilots, search_step
+from workbench.engine.trajectories import Trajectories
+
+TOLERANCE = 1e-3  # for which a step is chosen
+NAMED_TOLERANCE = 1e-2  # against which one that the user names is held
+TIMES = 1000  # that are kept of an `Ode`, unless `every` is given
+
+
+@door
+def simulate(
+    step: Step | Ode | Sampled | Loop,
+    p: Array | None = None,
+    x0: Array | None = None,
+    *,
+    until: float,
+    every: float | None = None,
+    tolerance: float | None = None,
+    seed: int = 0,
+    runs: Integers | None = None,
+    progress: Progress | None = None,
+    arithmetic: str | None = None,
+    engine: str | None = None,
+) -> Trajectories:
+    """Run B copies of a loop from time 0 to `until`, each with its own parameters and initial state.
+
+    A run depends on its own rows of p and x0, its key in `runs`, seed, arithmetic and step alone, not on its company.
+    `Trajectories.warnings` says where the step is beyond its stability limit, or changes the result.
+
+    Parameters
+    ----------
+    step
+        A `Step`, or a loop, an `Ode` or a `Sampled`, whose step is then chosen by pilot runs.
+    p, x0
+        (B, np) and (B, nx), as `pack` of their layouts makes them; one row serves all. More than 64 MB are not copied.
+    until, every
+        Horizon and distance of the kept times in s. Without `every` each step is kept, or 1000 times of an `Ode`.
+    tolerance
+        Of the change of a state to half the step, relative to its largest value: 0.001 to choose a step, 0.01 for a
+        `Step`, unless given.
+    seed, runs
+        The keys of the noise: a whole number, and (B,) that name the runs, 0, 1, 2, ... if not given.
+    arithmetic, engine
+        As `workbench.engine.arithmetic` has them; without names what runs the step fastest.
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of its bounds, a time no multiple of the step, no step keeps the tolerance, or the runs
+        take too much memory or time. A run that diverges is only marked.
+
+    Examples
+    --------
+    >>> motor = wb.open_loop(wb.DCMotor())
+    >>> p = motor.parameters.pack({"v": np.array([1.0, 2.0, 3.0])})
+    >>> runs = wb.simulate(motor, p, until=5.0)
+    >>> runs["omega"].shape, runs["omega"][:, -1].round(3)
+    ((3, 1001), array([0.1, 0.2, 0.3]))
+    >>> wb.simulate(wb.rk4(motor, 1e-3), p, until=5.0)
+    <3 runs of 'plant' at 5001 times to 5 s>
+    """
+    how: Any = {"until": until, "seed": seed, "runs": runs, "progress": progress}
+    how |= {"arithmetic": arithmetic, "engine": engine}
+    if tolerance is not None:
+        tolerance = refusals.positive("simulate(tolerance=...)", tolerance)
+    if isinstance(step, Step):
+        return replace(run_step(step, p, x0, every=every, **how), tolerance=tolerance or NAMED_TOLERANCE)
+    if not is_loop(step):
+        raise refusals.refusal("simulate(step=...)", f"a `Step`, {LOOP}", step)
+    return _at_chosen_step(equations_of(step, "loop"), p, x0, every, tolerance or TOLERANCE, how)
+
+
+def _at_chosen_step(
+    equation: Ode | Sampled, p: Array | None, x0: Array | None, every: float | None, tolerance: float, how: Any
+) -> Trajectories:
+    until = refusals.seconds("simulate(until=...)", how["until"])
+    (equation.flow if isinstance(equation, Sampled) else equation).refuse_beyond("simulate(until=...)", until)
+    kept = _kept(equation, until, every)
+    unit = equation.period if isinstance(equation, Sampled) else kept
+    p_rows, x_rows = rows_of("simulate", _step(equation, unit), p, x0)
+    progress_of("simulate", how["progress"])  # one that fails costs no pilot
+    few = pilot_runs(p_rows, x_rows)
+    make: Make = cache(lambda h, method: _step(equation, h))
+    asked: Any = {"seed": how["seed"], "arithmetic": how["arithmetic"], "methods": (RK4.name,)}  # as that of a page
+    pilots = Pilots(equation, make, state_change, p_rows[few], x_rows[few], until, unit, **asked)
+    made = run_step(make(search_step(pilots, tolerance).h, RK4.name), p, x0, every=kept, **how)
+    return replace(made, tolerance=tolerance, chosen=True)
+
+
+def _step(equation: Ode | Sampled, h: float) -> Step:
+    """The step of length h [s] of an equation; of a sampled loop its period in substeps of that length."""
+    return equation.step(equation.substeps(h)) if isinstance(equation, Sampled) else rk4(equation, h)
+
+
+def _kept(equation: Ode | Sampled, until: float, every: float | None) -> float:
+    """The distance of the kept times in s, of which the horizon is a multiple."""
+    unit = equation.period if isinstance(equation, Sampled) else None
+    if unit is not None:
+        refusals.multiple("simulate(until=...)", until, unit, "the sampling period")
+    if every is None:
+        return until / TIMES if unit is None else unit
+    every = refusals.seconds("simulate(every=...)", every)
+    refusals.multiple("simulate(until=...)", until, every, "`every`,")
+    if unit is not None:
+        refusals.multiple("simulate(every=...)", every, unit, "the sampling period")
+    return every

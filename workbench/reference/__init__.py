@@ -1,9 +1,0 @@
-"""One run of an equation by variable steps with every switch located, against which the simulator is tested.
-
-The room knows one `Ode` or one function and its surfaces, follows sliding motion along them, and gives each number with
-its error; it knows no batch and no step. Read `solution.py` first, then `switched_run.py` and `smooth_pieces.py`.
-"""
-
-from workbench.reference.solution import Reference, reference, reference_of_function
-
-__all__ = ["Reference", "reference", "reference_of_function"]

@@ -1,0 +1,22 @@
+"""Pictures of the results of many runs: indices, effects, quantiles, standings, fronts.
+
+The room knows results and makes figures of them as data, each with a caption that ends with its note (runs, failed
+runs, seed, step error); it knows nothing of how they are drawn. Read `captions` first.
+"""
+
+from workbench.report.pictures.law_pictures import budget_curves, pareto_fronts, quantile_bands
+from workbench.report.pictures.screening_pictures import morris_plane, tornado_figure
+from workbench.report.pictures.sobol_pictures import indices_over_time, sobol_bars
+from workbench.report.pictures.standings_pictures import rank_figure, standings_figure
+
+__all__ = [
+    "budget_curves",
+    "indices_over_time",
+    "morris_plane",
+    "pareto_fronts",
+    "quantile_bands",
+    "rank_figure",
+    "sobol_bars",
+    "standings_figure",
+    "tornado_figure",
+]

@@ -1,0 +1,152 @@
+"""Knob: a number of the loops of a study that a reader of its page can turn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar, Literal
+
+import numpy as np
+
+from workbench.core import Layout, Step
+from workbench.core.validation.refusals import Array, nearest
+from workbench.core.validation.signatures import door
+from workbench.study.provenance import Mark
+from workbench.study.uncertainty.distributions import LogUniform, Uniform
+from workbench.study.uncertainty.factors import Factor, Space
+
+TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
+
+
+@dataclass(frozen=True)
+@door
+class Knob:
+    """A number that a reader of the page can turn, from `low` to `high`, in as many loops as have its path.
+
+    Attributes
+    ----------
+    path
+        A parameter or an initial state, as `controller.phi`, or a single number of one, as `controller.K[0]`; several
+        as a tuple, of which each loop moves those that it has. A vector takes the same value at each of its places.
+    log
+        True for a scale of equal ratios.
+    origin
+        Where the loop's own number comes from; '' where nobody says.
+    share
+        True if the knob is a share of the loop's own numbers, which keep their proportions; it stands at 1.
+
+    Raises
+    ------
+    ValueError
+        If there is no name or no path, or low is not below high, or a scale of ratios begins at zero or below.
+
+    Examples
+    --------
+    >>> wb.Knob("friction", "plant.b", 0.01, 1.0, log=True).paths
+    ('plant.b',)
+    """
+
+    name: str
+    path: str | tuple[str, ...]
+    low: float
+    high: float
+    log: bool = False
+    origin: Mark | Literal[""] = "assumed"
+    share: bool = False
+
+    WAYS: ClassVar[Mapping[str, str]] = {"str": 'write `Knob("phi", "controller.phi", low, high)`'}
+
+    def __post_init__(self) -> None:
+        if not -np.inf < self.low < self.high < np.inf or (self.log and self.low <= 0):
+            least = "0 < " if self.log else ""
+            raise ValueError(
+                f"`Knob({self.name!r}, low=..., high=...)` must be a range, {least}low < high; got {self.low:g} and "
+                f"{self.high:g}."
+            )
+        _ = self.factor
+
+    @staticmethod
+    @door
+    def of(factor: Factor) -> Knob:
+        """The knob of a factor of a sweep, over the range of its distribution."""
+        low, high = factor.distribution.reach()
+        ends = factor.distribution.quantile(np.array(TAILS))
+        low, high = (float(end if np.isfinite(end) else tail) for end, tail in zip((low, high), ends, strict=True))
+        log = isinstance(factor.distribution, LogUniform)
+        return Knob(factor.name, factor.paths, low, high, log, factor.origin, factor.share)
+
+    @door
+    def together(self, other: Knob) -> Knob:
+        """One knob with the paths and the ranges of two of one name."""
+        paths = tuple(dict.fromkeys((*other.paths, *self.paths)))
+        return replace(self, path=paths, low=min(self.low, other.low), high=max(self.high, other.high))
+
+    @property
+    def paths(self) -> tuple[str, ...]:
+        """Its paths."""
+        return (self.path,) if isinstance(self.path, str) else self.path
+
+    @cached_property
+    def factor(self) -> Factor:
+        """The same as a factor, spread over the range."""
+        spread = LogUniform(self.low, self.high) if self.log else Uniform(self.low, self.high)
+        return Factor(self.name, self.paths, spread, self.origin or "assumed", self.share)
+
+    @door
+    def places(self, step: Step) -> tuple[int, ...]:
+        """The places that it moves in a row of parameters, then states, of those of its paths that a loop has.
+
+        Raises
+        ------
+        ValueError
+            If its range leads beyond the bounds of a number.
+        """
+        if not (there := tuple(path for path in self.paths if has(step, path))):
+            return ()
+        space = Space((replace(self.factor, paths=there),), step.parameters, step.states)
+        return tuple(int(place) for place in space.places[0])
+
+    @door
+    def value(self, step: Step, p: Array, x0: Array) -> float:
+        """The number of a loop with parameters p and initial states x0 at which it stands, unturned; of a share 1."""
+        return 1.0 if self.share else float(np.concatenate([p, x0])[self.places(step)[0]])
+
+    @door
+    def unit(self, step: Step) -> str:
+        """The unit of the numbers that it moves; that of a share is 1."""
+        entries = (*step.parameters.entries, *step.states.entries)
+        units = [unit for entry in entries for unit in entry.units]
+        return "1" if self.share else ", ".join(dict.fromkeys(units[place] for place in self.places(step)))
+
+
+def check(knobs: tuple[Knob, ...], steps: Mapping[str, Step]) -> None:
+    """Refuse two knobs of one name, and a path that no loop has.
+
+    Raises
+    ------
+    ValueError
+        If two knobs have one name.
+    LookupError
+        If no loop has any path of a knob; the message names the nearest.
+    """
+    names = [knob.name for knob in knobs]
+    if len(set(names)) < len(names):
+        raise ValueError(f"`Study(live=...)` needs knobs of distinct names; got {names}.")
+    known = {name for step in steps.values() for name in _names(step)}
+    for knob in knobs:
+        if not known & {*knob.paths}:
+            raise LookupError(
+                f"`Study(live=...)`: there is no '{knob.paths[0]}', which the knob '{knob.name}' turns, in any of the "
+                f"{len(steps)} live loops.{nearest(knob.paths[0], sorted(known))}"
+            )
+
+
+def has(step: Step, path: str) -> bool:
+    """True if a loop has a parameter or a state of this path."""
+    return path in _names(step)
+
+
+def _names(step: Step) -> set[str]:
+    layouts: tuple[Layout, ...] = (step.parameters, step.states)
+    return {name for layout in layouts for name in (*layout.names, *layout.labels)}
