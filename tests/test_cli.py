@@ -10,9 +10,9 @@ from compilers import needs_llvmlite
 from stops import stopped
 
 from workbench import __version__, study
+from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
-from workbench.handover import FORMS
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 

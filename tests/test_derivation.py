@@ -10,11 +10,11 @@ import pytest
 import typst
 from arms import random_arm
 
+from workbench.arms.code import FORMS
 from workbench.arms.code.arm_equations import in_numbers
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, urdf
 from workbench.arms.mechanics.arm_catalogue import planar
-from workbench.handover import FORMS
 
 PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
 INDENT = 11.0  # pt: lines after the first stand by one quad to the right

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from arms import random_arm
 
+from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, paper_arm
 from workbench.arms.mechanics.arm_catalogue import planar
-from workbench.handover import FORMS
 
 # The bar: 1e-15 of the largest entry. The operations are the model's own, so in truth no bit differs.
 SCALED = 1e-15

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
+from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import CATALOGUE, named
-from workbench.handover import FORMS
 
 RIGHT = """# the arm of section 5
 M[1,1] = m_1*l_1^2 + m_2*(l_1^2 + l_2^2 + 2*l_1*l_2*cos(q_2))

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from equations import decay
 
+from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
 from workbench.arms.printed.arm_letters import narrowed
@@ -14,7 +15,6 @@ from workbench.arms.printed.printed_equations import read_sheet
 from workbench.cli.verification import findings
 from workbench.core import Claim
 from workbench.core.claim import Declared
-from workbench.handover import FORMS
 from workbench.proofs.bounds import enclose, extreme_eigenvalue, largest_norm, shown
 from workbench.proofs.claim_ledger import Ledger, Ruling
 from workbench.proofs.claim_margins import Box, SignalsOf, slope_of, watching

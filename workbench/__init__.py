@@ -15,42 +15,46 @@ __version__ = "0.1.0"
 
 _ROOMS = {
     "core": "Layout Ode Sampled SampledLaw Signals block initial layout option parameter rk4 runge_kutta_step",
-    "loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
+    "blocks.laws": "Cascade LinearLaw PID2 Regulator",
+    "blocks.loop": "ClosedLoop Controller DigitalLoop GaussMarkov Instruments Observer Plant RandomWalk Reference "
     "SecondOrderNoise open_loop",
-    "robots": "base_parameters named paper_arm regressor",
-    "robots.urdf": "read_urdf",
-    "plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
-    "LinearPlant Manipulator OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit Saturation "
-    "SingleTrackVehicle StirredTank TwoMasses",
-    "controllers": "Cascade LinearLaw PID PID2 Regulator SlidingMode StateFeedback",
-    "observers": "ExtendedKalmanFilter ExtendedStateObserver FullState LinearObserver SteadyKalmanFilter "
-    "UnscentedKalmanFilter",
-    "signals": "Chirp Hold PulseTrain Ramp Sines Step Table Together Trapezoid WayPoints",
-    "simulate": "simulate",
-    "metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
+    "blocks.observers": "ExtendedKalmanFilter LinearObserver SteadyKalmanFilter UnscentedKalmanFilter",
+    "blocks.plants": "Backlash BuckConverter CartPole DCMotor DeadZone Disturbed Equipped FirstOrder FurutaPendulum "
+    "LinearPlant OdePlant PadeDelay PlanarQuadrotor Quadrotor QuadrupleTank Quantiser RateLimit "
+    "Saturation SingleTrackVehicle StirredTank TwoMasses",
+    "blocks.signals": "Chirp Hold PulseTrain Ramp Sines Step Table Together Trapezoid WayPoints",
+    "arms.laws": "PID SlidingMode StateFeedback",
+    "arms.manipulator": "Manipulator",
+    "arms.mechanics": "base_parameters named paper_arm regressor",
+    "arms.mechanics.urdf": "read_urdf",
+    "arms.observers": "ExtendedStateObserver FullState",
+    "engine": "simulate",
+    "engine.metrics": "effort measure overshoot peak_error rmse settling_time total_variation",
     "design": "linearize",
     "design.frequency": "bandwidth c2d condition_number h2_norm hinf_norm pole_zero_structure relative_gains "
     "stability_margins",
     "design.linear": "equilibria lead_lag place",
     "design.linear_loop": "linear_loop",
-    "design.step_response": "step_info",
     "design.riccati": "lqg lqr steady_kalman",
-    "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform Variation "
-    "Work side_by_side sobol sobol_bars",
+    "design.step_response": "step_info",
+    "study": "Case Factor Finding Knob LogUniform Page Paragraph Run Section SobolDesign Study Sweep Uniform "
+    "Variation Work side_by_side sobol",
+    "study.document.frequency_curves": "FrequencyCurve",
+    "study.document.gain_bounds": "GainBound",
     "study.evidence": "LoopLimits largest_setting",
-    "study.live.turned": "turned turned_linear",
-    "study.pictures.loop_gain_pictures": "loop_gain_pictures",
-    "cli.script": "load",
+    "study.specifications": "Specification",
+    "report.live.turned": "turned turned_linear",
+    "report.loop_page": "live",
+    "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
+    "report.object_plots": "plot",
+    "report.pictures": "sobol_bars",
+    "report.pictures.loop_gain_pictures": "loop_gain_pictures",
     "handover.c99.c_code": "c_code",
     "handover.fmi.archive": "fmu",
     "handover.law_export": "export",
     "handover.recording": "record",
     "handover.replays": "replay",
-    "report.loop_page": "live",
-    "report.object_plots": "plot",
-    "report.loop_plots": "bode nichols nyquist pole_zero_map root_locus singular_values step_response",
-    "study.loop_pictures": "FrequencyCurve GainBound",
-    "study.specifications": "Specification",
+    "cli.script": "load",
 }
 _HOMES = {name: room for room, names in _ROOMS.items() for name in names.split()}
 _THERE = {  # the names that a room calls otherwise

@@ -10,7 +10,8 @@ from studies.b3_any_plant.settings import Setting
 from workbench.design.frequency import StabilityMargins
 from workbench.report.loop_pictures import bode_figure, nyquist_figure
 from workbench.report.loop_pictures.margin_words import ROUNDED
-from workbench.study import Results, Table, loop_gain_pictures
+from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.study import Results, Table
 from workbench.study.document.document import Block, Cell, Column, Missing, Paragraph
 from workbench.study.document.frequency_curves import FrequencyCurve
 

@@ -15,8 +15,9 @@ from studies.b3_any_plant.settings import HARD, SETTINGS, Setting
 from studies.b3_any_plant.tank_findings import tanks_table
 from studies.b3_any_plant.tanks import SIDES
 from workbench.blocks.loop import roles
+from workbench.report.pictures import sobol_bars
 from workbench.report.pictures.traces import Window, curve
-from workbench.study import Figure, Page, Results, Section, Table, sobol_bars
+from workbench.study import Figure, Page, Results, Section, Table
 from workbench.study.document.document import Block, Cell, Column, Panel, Series
 from workbench.study.marks import cell
 

@@ -7,7 +7,9 @@ from studies.d0_frequency import figures, tables
 from studies.d0_frequency.findings import answer, findings
 from studies.d0_frequency.loops import CARD, DRAWN, step_of_reference
 from workbench.engine.metrics import rmse, settling_time, total_variation
-from workbench.study import Case, Page, Results, Run, Section, Window, loop_gain_pictures, traces
+from workbench.report.pictures.loop_gain_pictures import loop_gain_pictures
+from workbench.report.pictures.traces import Window, traces
+from workbench.study import Case, Page, Results, Run, Section
 from workbench.study.document.document import Paragraph
 from workbench.study.knob import Knob
 

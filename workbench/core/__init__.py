@@ -4,7 +4,6 @@ They know names, units, expressions of CasADi and their numbers, but no robot, n
 functions that draw objects, which `report` enters. Read `layout` first, then `block` and `lift`, then `ode` and `step`.
 """
 
-from workbench.arms.dynamics import AbstractArm, Dynamics
 from workbench.core.block import block, initial, option, parameter
 from workbench.core.claim import Claim
 from workbench.core.layout import Entry, Layout
@@ -18,11 +17,9 @@ from workbench.core.shapes import Circle, Drawing, Line, Word
 from workbench.core.step import Rule, Step, rk4, runge_kutta_step
 
 __all__ = [
-    "AbstractArm",
     "Circle",
     "Claim",
     "Drawing",
-    "Dynamics",
     "Entry",
     "Layout",
     "Lifted",

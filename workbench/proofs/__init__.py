@@ -1,5 +1,6 @@
-"""Proofs by computer: interval and rational arithmetic, certified extremes and eigenvalues over boxes.
+"""Proofs by computer, and claims about closed loops with their verdicts.
 
-The room knows expressions of CasADi and boxes of their symbols, and nothing of loops or papers. Read `interval` first,
-then `bounds`.
+Interval and rational arithmetic bound expressions and eigenvalues over boxes; a claim is searched within stated bounds
+for a run that breaks it. The room knows equations, and nothing of arms or papers. Read `interval.py` first, then
+`bounds.py` and `falsify.py`.
 """

@@ -13,11 +13,8 @@ _FILES = {
     "contract": "Run Sweep",
     "document.document": "Column Figure Finding Itemize Page Panel Paragraph Section Table Variation Verdict",
     "evidence.law_tables": "side_by_side",
-    "live.knob": "Knob",
+    "knob": "Knob",
     "marks": "bars cell points",
-    "pictures": "morris_plane quantile_bands sobol_bars tornado_figure",
-    "pictures.loop_gain_pictures": "loop_gain_pictures",
-    "pictures.traces": "Window components curve traces",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",
     "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign least_base morris quantiles sobol "

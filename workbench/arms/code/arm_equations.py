@@ -18,6 +18,7 @@ import numpy as np
 from workbench.arms.dynamics import AbstractArm, Dynamics
 from workbench.core.layout import letters
 from workbench.core.notation import latex, mathml, text, typst_math
+from workbench.core.notation.comments import harmless
 from workbench.core.notation.formula import Matrix, Symbol, System, equations
 from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_forms
 from workbench.core.notation.reader import MOST_NODES_OF_TEXTBOOKS, equations_of
@@ -87,13 +88,6 @@ class Letter(NamedTuple):
     path: str
     value: float
     unit: str
-
-
-def harmless(text: str) -> str:
-    """Text from outside as it may stand in any comment: one line of ASCII that ends no comment and no string."""
-    printable = "".join(c if " " <= c <= "~" else "?" for c in text)
-    printable = printable.replace("??", "? ?").replace("??", "? ?")  # which begins a trigraph in C
-    return printable.replace("\\", "|").replace('"', "'").replace("*/", "*|").replace("/*", "|*")
 
 
 def title(dynamics: Dynamics) -> str:

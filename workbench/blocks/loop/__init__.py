@@ -1,10 +1,9 @@
 """The closed loop: the contracts of its blocks, their ports, and how they become one `Ode` or one `Sampled`.
 
-The room knows plants, observers, laws and references by their contracts alone, and of arms only their ports; it knows
-no simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
+The room knows plants, observers, laws and references by their contracts alone; it knows no
+simulation and no design. Read `closed_loop.py` first, then `contracts.py`.
 """
 
-from workbench.arms.arm_ports import AbstractArmController, AbstractArmObserver
 from workbench.blocks.loop.closed_loop import ClosedLoop, open_loop
 from workbench.blocks.loop.coloured_noise import AbstractNoise, GaussMarkov, RandomWalk, SecondOrderNoise
 from workbench.blocks.loop.contracts import (
@@ -30,8 +29,6 @@ from workbench.blocks.loop.surroundings import (
 )
 
 __all__ = [
-    "AbstractArmController",
-    "AbstractArmObserver",
     "AbstractController",
     "AbstractDisturbance",
     "AbstractInstruments",

@@ -1,10 +1,9 @@
-"""Plants: the arm and ten others, each with the source of its numbers, and their actuators and sensors.
+"""Plants of any kind, each with the source of its numbers, and what is put before and behind them.
 
 The room knows a plant's equations, its actuators, sensors and disturbances; it knows no law, no observer and no
-simulation. Read `dc_motor.py` first; `manipulator.py` is the arm, `ode_plant.py` makes a plant of functions.
+simulation. Read `dc_motor.py` first; `ode_plant.py` makes a plant of functions.
 """
 
-from workbench.arms.manipulator import AbstractActuator, DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.blocks.loop.linear_blocks import LinearPlant
 from workbench.blocks.plants.buck_converter import BuckConverter
 from workbench.blocks.plants.dc_motor import DCMotor
@@ -18,22 +17,17 @@ from workbench.blocks.plants.tanks import QuadrupleTank, StirredTank
 from workbench.blocks.plants.vehicles import PlanarQuadrotor, Quadrotor, SingleTrackVehicle
 
 __all__ = [
-    "AbstractActuator",
     "AbstractElement",
     "Backlash",
     "BuckConverter",
     "CartPole",
     "DCMotor",
     "DeadZone",
-    "DirectDrive",
     "Disturbed",
     "Equipped",
     "FirstOrder",
-    "FirstOrderLag",
-    "Friction",
     "FurutaPendulum",
     "LinearPlant",
-    "Manipulator",
     "OdePlant",
     "PadeDelay",
     "PlanarQuadrotor",

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 import casadi as ca
 
-from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Layout
+from workbench.core.notation.comments import harmless
 from workbench.core.notation.program import CALLED, Dialect, straight_line
 from workbench.core.sampled_law import SYMBOLS, SampledLaw
 from workbench.core.validation.signatures import door

@@ -10,10 +10,10 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench.arms.code.arm_equations import harmless
 from workbench.core.expressions import evaluated
 from workbench.core.layout import Entry, Layout
 from workbench.core.linear import LinearSystem
+from workbench.core.notation.comments import harmless
 from workbench.core.notation.program import NAMES
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation.refusals import Array, one_of

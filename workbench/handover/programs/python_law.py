@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
+from workbench.core.notation.comments import harmless
 from workbench.core.sampled_law import SampledLaw
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door

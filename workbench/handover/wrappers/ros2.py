@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
 
-from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
+from workbench.core.notation.comments import harmless
 from workbench.core.validation.refusals import described, known, require
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from string import Template
 
-from workbench.arms.code.arm_equations import harmless
 from workbench.core.layout import Entry, Layout
+from workbench.core.notation.comments import harmless
 from workbench.core.validation.refusals import require
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode

@@ -1,0 +1,5 @@
+"""The wing of manipulators: from the description of an arm to M, C and G, and to its plant, laws and observers.
+
+Joints, torques and q are named here and in no other room; only `cli`, the studies and the face of the package import
+it. Read `mechanics` first, then `manipulator.py` and `laws`; `printed` compares the equations of a paper with an arm.
+"""

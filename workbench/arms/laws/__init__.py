@@ -1,0 +1,50 @@
+"""Control laws for arms, one a file; each opens with the equations of its book, and the code repeats them by letter.
+
+A law knows estimates, references and the model that its designer believes in; it does not know the arm that is
+simulated. `sliding_surface.py` holds what the sliding mode laws share. Read `sliding_mode.py` first.
+"""
+
+from workbench.arms.laws.adaptive_sliding_mode import (
+    AbstractAdaptation,
+    AdaptiveSlidingMode,
+    DeadZone,
+    Frozen,
+    Leakage,
+    Plain,
+)
+from workbench.arms.laws.aosmc_rgs import AosmcRgs
+from workbench.arms.laws.compensation import WithCompensation
+from workbench.arms.laws.computed_torque import ComputedTorque
+from workbench.arms.laws.fuzzy_asmc import FuzzyAsmc, RuleBase
+from workbench.arms.laws.pid import PID
+from workbench.arms.laws.rbf_asmc import RbfAsmc
+from workbench.arms.laws.rise import Rise
+from workbench.arms.laws.scheduled_feedback import ScheduledFeedback
+from workbench.arms.laws.sdre import Sdre
+from workbench.arms.laws.sliding_mode import SlidingMode
+from workbench.arms.laws.state_feedback import StateFeedback
+from workbench.arms.laws.super_twisting import SuperTwisting
+from workbench.arms.laws.terminal_sliding_mode import NonsingularTerminalSlidingMode
+
+__all__ = [
+    "AbstractAdaptation",
+    "AdaptiveSlidingMode",
+    "DeadZone",
+    "Frozen",
+    "Leakage",
+    "Plain",
+    "AosmcRgs",
+    "WithCompensation",
+    "ComputedTorque",
+    "FuzzyAsmc",
+    "RuleBase",
+    "PID",
+    "RbfAsmc",
+    "Rise",
+    "ScheduledFeedback",
+    "Sdre",
+    "SlidingMode",
+    "StateFeedback",
+    "SuperTwisting",
+    "NonsingularTerminalSlidingMode",
+]

@@ -1,0 +1,31 @@
+"""Observers for arms: of positions and velocities, and of the disturbance.
+
+Each knows readings, commands and the arm that its designer believes in; it does not know the law, nor the command of
+the same instant. `model.py` holds what they share. Read `luenberger.py` first.
+"""
+
+from workbench.arms.observers.disturbance_observers import (
+    AbstractDisturbanceObserver,
+    MomentumObserver,
+    NonlinearDisturbanceObserver,
+    OracleFilter,
+    PrintedFilter,
+    WithDisturbance,
+)
+from workbench.arms.observers.extended_state_observer import ExtendedStateObserver
+from workbench.arms.observers.full_state import DirtyDerivative, FullState, VelocityFilter
+from workbench.arms.observers.luenberger import Luenberger
+
+__all__ = [
+    "AbstractDisturbanceObserver",
+    "MomentumObserver",
+    "NonlinearDisturbanceObserver",
+    "OracleFilter",
+    "PrintedFilter",
+    "WithDisturbance",
+    "ExtendedStateObserver",
+    "DirtyDerivative",
+    "FullState",
+    "VelocityFilter",
+    "Luenberger",
+]
