@@ -10,10 +10,10 @@ from studies.paper.printed_arm import PrintedArm
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.printed.entry_comparison import EntryVerdict, compare
+from workbench.arms.properties import PropertyVerdict, eigenvalues_along, positive_definite, skew, symmetric
 from workbench.core.notation.formula import Formula, Relation, entry_symbol, symbol
 from workbench.core.notation.reader import formula_of
 from workbench.proofs.bounds import shown
-from workbench.proofs.properties import PropertyVerdict, eigenvalues_along, positive_definite, skew, symmetric
 from workbench.study.document.document import (
     Equation,
     Figure,

@@ -4,7 +4,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from workbench.proofs.identity import judge_equal
+from workbench.proofs.equality import judge_equal
 
 x, y = ca.SX.sym("x"), ca.SX.sym("y")
 

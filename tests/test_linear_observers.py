@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm, solve_continuous_are, solve_discrete_are
 
 from workbench.arms.observers import ExtendedStateObserver
-from workbench.arms.observers.model import phi
 from workbench.blocks.loop import ClosedLoop, Instruments, open_loop
 from workbench.blocks.observers import ExtendedKalmanFilter, LinearObserver, SteadyKalmanFilter, UnscentedKalmanFilter
+from workbench.blocks.observers.model import phi
 from workbench.core import Signals, rk4
 from workbench.design.riccati import lqr, steady_kalman
 from workbench.engine import simulate

@@ -11,9 +11,9 @@ from arms import random_arm
 from studies.paper.printed_arm import PrintedArm
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named, paper_arm
+from workbench.arms.properties import eigenvalues, eigenvalues_along, positive_definite, skew, symmetric
 from workbench.core import Entry, Layout
 from workbench.proofs.bounds import extreme_eigenvalue
-from workbench.proofs.properties import eigenvalues, eigenvalues_along, positive_definite, skew, symmetric
 
 PAPER = Dynamics.of(PrintedArm())
 DERIVED = Dynamics.of(paper_arm())

@@ -6,6 +6,7 @@ import pytest
 
 from workbench.arms.code.arm_equations import as_latex
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import candidates
 from workbench.arms.mechanics import named, paper_arm, urdf
 from workbench.arms.printed.arm_letters import narrowed, symbols_of
 from workbench.arms.printed.entry_comparison import compare_sheet
@@ -15,7 +16,6 @@ from workbench.arms.printed.tokens import FormulaError
 from workbench.core.notation import latex, text
 from workbench.core.notation.formula import Matrix, Relation, equations, symbol
 from workbench.core.notation.normal_form import NormalForm, to_formula
-from workbench.proofs.identity import candidates
 
 PAPER = Dynamics.of(paper_arm())
 RODS = Dynamics.of(named("planar-2r"))

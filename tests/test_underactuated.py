@@ -9,12 +9,12 @@ from workbench.arms.laws import PID, ComputedTorque, Rise, SlidingMode, StateFee
 from workbench.arms.manipulator import DirectDrive, FirstOrderLag, Friction, Manipulator
 from workbench.arms.mechanics import Link, PlanarArm, SpatialArm, SpatialLink, named
 from workbench.arms.observers import FullState, Luenberger, MomentumObserver, WithDisturbance
+from workbench.arms.properties import positive_definite
 from workbench.blocks.loop import AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Sines
 from workbench.core import Signals, layout, lift
 from workbench.design.linear import equilibria, linearize
 from workbench.design.riccati import lqr
-from workbench.proofs.properties import positive_definite
 
 CART, POLE, HALF, INERTIA, DRAG, G = 0.5, 0.2, 0.3, 0.006, 0.1, 9.8
 

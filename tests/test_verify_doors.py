@@ -9,9 +9,11 @@ from equations import decay
 
 from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import candidates, judge_zero
 from workbench.arms.mechanics import named
 from workbench.arms.printed.arm_letters import narrowed
 from workbench.arms.printed.printed_equations import read_sheet
+from workbench.arms.properties import eigenvalues_along, symmetric
 from workbench.cli.verification import findings
 from workbench.core import Claim
 from workbench.core.claim import Declared
@@ -22,8 +24,6 @@ from workbench.proofs.counterexample import CounterExample
 from workbench.proofs.differential_evolution import Judged, evolve
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values
 from workbench.proofs.falsify import Budget, Hunt
-from workbench.proofs.identity import candidates, judge_zero
-from workbench.proofs.properties import eigenvalues_along, symmetric
 from workbench.proofs.rest_points import growing_modes, rest_point
 
 ARM, ODE = Dynamics.of(named("planar-1r")), decay()

@@ -9,11 +9,11 @@ from studies.a2_claims.checks import Checked, judges, literal, row
 from studies.a2_claims.searches import ASSUMPTION_4
 from studies.paper.card import CARD
 from studies.paper.laws import plant
+from workbench.arms.properties import PropertyVerdict
 from workbench.core import Claim
 from workbench.proofs.bounds import disturbance_bounds, shown
 from workbench.proofs.claim_ledger import Ruling
 from workbench.proofs.interval import guarantee
-from workbench.proofs.properties import PropertyVerdict
 
 PERIOD = 6.3  # s, just above 2 pi, the period of sines of 3 and 4 rad/s
 

@@ -19,7 +19,7 @@ from workbench.arms.manipulator import Manipulator
 from workbench.core import Claim, Entry, Layout, Signals, block
 from workbench.core.validation.refusals import Array
 from workbench.proofs.claim_ledger import Check, Ruling
-from workbench.proofs.identity import judge_equal
+from workbench.proofs.equality import judge_equal
 from workbench.study.provenance import written
 
 HORIZONS = f"horizons of {CARD['FS: horizon']:g} s (FS) and {CARD['SS: horizon']:g} s (SS)"

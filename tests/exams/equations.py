@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import judge_zero
 from workbench.arms.mechanics import Link, PlanarArm, lagrange
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.printed.entry_comparison import compare_sheet, judged
@@ -24,7 +25,6 @@ from workbench.arms.printed.entry_diagnosis import first_wrong
 from workbench.arms.printed.printed_equations import Sheet, read_sheet
 from workbench.arms.printed.statements import statements
 from workbench.core import Entry, Layout
-from workbench.proofs.identity import judge_zero
 
 from .graders import Grader, Loaded
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,6 +17,7 @@ from workbench.core.lift import Lifted, lift
 from workbench.core.notation import mathml
 from workbench.core.notation.formula import Formula, System
 from workbench.core.notation.reader import equations_of
+from workbench.core.probe import AbstractModel, Probe
 from workbench.core.shapes import Shape
 from workbench.core.validation.refusals import Array, refusal, vector
 from workbench.core.validation.signatures import door
@@ -24,7 +25,7 @@ from workbench.core.validation.signatures import door
 MOST_JOINTS = 1_000  # of a block; the equations of far fewer take minutes
 
 
-class AbstractArm(ABC):
+class AbstractArm(AbstractModel):
     """A block with a mass matrix, a Coriolis matrix and a gravity vector as expressions."""
 
     @property
@@ -53,6 +54,12 @@ class AbstractArm(ABC):
     @abstractmethod
     def gravity_vector(self, q: Column) -> ca.SX:
         """G(q), (n, 1), in N m where a joint turns, in N where it slides."""
+
+    def probe(self) -> Probe:
+        """An arm of as many joints whose M, C and G are symbols."""
+        n = self.dof
+        symbols = {"M": ca.SX.sym("M", n, n), "C": ca.SX.sym("C", n, n), "G": ca.SX.sym("G", n)}
+        return Probe(_Symbols(**symbols), symbols)
 
     def drawing(self, q: Column) -> tuple[Shape, ...] | None:
         """The picture of the arm, in m to the right and upward; None: no picture."""
@@ -88,6 +95,31 @@ class AbstractArm(ABC):
         bias = self.recursion(q, qd, ca.SX(self.dof, 1))
         net = tau - self.coriolis_matrix(q, qd) @ qd - self.gravity_vector(q) if bias is None else tau - bias
         return solve_definite(self.mass_matrix(q), net)
+
+
+@dataclass(frozen=True, eq=False)
+class _Symbols(AbstractArm):
+    """An arm whose matrices are symbols plus terms in their arguments, to find where equations have them."""
+
+    M: ca.SX
+    C: ca.SX
+    G: ca.SX
+
+    @property
+    def dof(self) -> int:
+        return int(self.G.numel())
+
+    def mass_matrix(self, q: Column) -> ca.SX:
+        return self.M + ca.sum1(q)
+
+    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
+        return self.C + ca.sum1(q) + ca.sum1(qd)
+
+    def gravity_vector(self, q: Column) -> ca.SX:
+        return self.G + ca.sum1(q)
+
+    def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
+        return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
 def solve_definite(S: ca.SX, b: ca.SX) -> ca.SX:

@@ -20,13 +20,13 @@ import numpy as np
 
 from workbench.arms.dynamics import Dynamics, solve_definite
 from workbench.arms.observer_gains.gains import Gains, Region
+from workbench.arms.properties import nominal
 from workbench.core.notation.normal_form import NotInClass, normal_forms
 from workbench.core.notation.program import Walk, walk
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, require
 from workbench.core.validation.signatures import door
 from workbench.proofs.interval import Interval, evaluate, jumps
-from workbench.proofs.properties import nominal
 
 MOST = 4  # joints
 # Bernstein's coefficients of s and s^2, of degree two, on [-1, 0] and [0, 1] together.

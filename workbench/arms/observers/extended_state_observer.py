@@ -4,8 +4,8 @@ from math import comb
 import casadi as ca
 import numpy as np
 
-from workbench.arms.observers.model import HAT, phi, with_hats
 from workbench.blocks.loop.contracts import AbstractObserver, Inputs, Parts, Reads
+from workbench.blocks.observers.model import HAT, phi, with_hats
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Number, Scalar
 from workbench.core.port import ANY

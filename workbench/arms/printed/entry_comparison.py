@@ -9,6 +9,7 @@ from typing import Literal
 import casadi as ca
 
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import Judgement, Witness, held, judge_zero, proved_or_searched
 from workbench.arms.printed.arm_letters import symbols_of
 from workbench.arms.printed.formula_values import CASADI, at_numbers, evaluate, normal_form
 from workbench.arms.printed.printed_equations import Place, Sheet, is_place
@@ -17,7 +18,7 @@ from workbench.core.notation.formula import letters, name_of
 from workbench.core.notation.normal_form import NormalForm
 from workbench.core.validation.refusals import described, known
 from workbench.core.validation.signatures import door
-from workbench.proofs.identity import Judgement, Kind, Witness, held, judge_zero, proved_or_searched
+from workbench.proofs.equality import Kind
 
 Sameness = Literal["same", "differs", "not refuted"]
 SAMENESS: dict[Kind, Sameness] = {"proved": "same", "refuted": "differs", "not refuted": "not refuted"}

@@ -10,18 +10,18 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import Witness, candidates
 from workbench.arms.printed.entry_comparison import EntryVerdict
 from workbench.arms.printed.entry_units import units_of
 from workbench.arms.printed.printed_equations import Place, Sheet
 from workbench.arms.printed.slips import LONGEST, RANKS, Editor, Slip
+from workbench.arms.properties import skew
 from workbench.core.notation import text
 from workbench.core.notation.build import parts, rebuilt
 from workbench.core.notation.formula import Formula, Number, Power, Sum, children
 from workbench.core.notation.normal_form import NormalForm, NotInClass
 from workbench.core.notation.reader import formula_of
 from workbench.core.validation.refusals import Array
-from workbench.proofs.identity import Witness, candidates
-from workbench.proofs.properties import skew
 
 STATES = 8  # two equations agree by chance at one, not at so many
 LONGEST_TO_EXPAND = 300  # operations of an entry; to multiply out a longer one takes seconds

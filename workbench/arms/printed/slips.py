@@ -15,6 +15,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import Witness
 from workbench.arms.printed.arm_letters import symbols_of
 from workbench.arms.printed.formula_values import NUMPY, evaluate
 from workbench.arms.printed.printed_equations import Place
@@ -22,7 +23,6 @@ from workbench.core.notation import build, text
 from workbench.core.notation.build import parts, substitute
 from workbench.core.notation.formula import Call, Formula, Number, Power, Product, Quotient, Sum, Symbol, letters
 from workbench.core.validation.refusals import Array
-from workbench.proofs.identity import Witness
 
 CLOSE = 1e-9  # of the larger value: far above rounding, far below what any edit changes
 LONGEST = 600  # parts of a formula; in a longer one the search would take seconds

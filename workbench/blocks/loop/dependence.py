@@ -4,48 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from copy import copy
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 import casadi as ca
 
-from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, is_recursion
 from workbench.blocks.loop.wiring import Blocks
 from workbench.core import Layout, Signals, lift
-from workbench.core.block import Column, is_block
+from workbench.core.block import is_block
 from workbench.core.port import Roles, Way
+from workbench.core.probe import AbstractModel, Probe
 from workbench.core.validation.refusals import refusal
 from workbench.core.validation.signatures import door
 
 SOCKETS = ("plant", "observer", "controller", "reference")
 PERIOD = 1.0  # s: a law that only a computer can run needs one; which does not matter here
 Edges = dict[str, set[str]]
-
-
-@dataclass(frozen=True, eq=False)
-class _Probe(AbstractArm):
-    """An arm whose matrices are symbols plus terms in their arguments, to find where a loop has them."""
-
-    M: ca.SX
-    C: ca.SX
-    G: ca.SX
-
-    @property
-    def dof(self) -> int:
-        return int(self.G.numel())
-
-    def mass_matrix(self, q: Column) -> ca.SX:
-        return self.M + ca.sum1(q)
-
-    def coriolis_matrix(self, q: Column, qd: Column) -> ca.SX:
-        return self.C + ca.sum1(q) + ca.sum1(qd)
-
-    def gravity_vector(self, q: Column) -> ca.SX:
-        return self.G + ca.sum1(q)
-
-    def acceleration(self, q: Column, qd: Column, tau: Column) -> ca.SX:
-        return self.mass_matrix(q) @ (tau + self.coriolis_matrix(q, qd) @ qd + self.gravity_vector(q))
 
 
 @door
@@ -64,12 +39,14 @@ def roles(loop: Any) -> Roles:
     closed = getattr(loop, "loop", loop)
     if not is_block(closed) or any(not hasattr(closed, socket) for socket in SOCKETS):
         raise refusal("roles(loop)", "a `ClosedLoop`, or what has one as its `loop`", loop)
-    models = dict(
-        (*_held(closed.observer, "observer", AbstractArm), *_held(closed.controller, "controller", AbstractArm))
+    models = (
+        *_held(closed.observer, "observer", AbstractModel),
+        *_held(closed.controller, "controller", AbstractModel),
     )
+    probes: dict[str, Probe] = {path: model.probe() for path, model in models}
     of_plants = (path for path, _ in _held(closed.observer, "observer", AbstractPlant))
-    plants = [path for path in of_plants if not any(arm.startswith(path) for arm in models)]
-    edges = _edges(closed, models)
+    plants = [path for path in of_plants if not any(model.startswith(path) for model in probes)]
+    edges = _edges(closed, probes)
     commands = {f"u.{name}" for name in closed.controller.drives.names}
     at_once, ever = _reached(edges, commands, but="observer."), _reached(edges, commands)
     outputs, truths = closed.plant.outputs.names, closed.plant.truths.names
@@ -78,7 +55,7 @@ def roles(loop: Any) -> Roles:
         _called(closed.observer),
         {name: tuple(_ways(name, edges, at_once, ever)) for name in outputs},
         tuple(f"{name}_ref" for name in closed.controller.follows.names if f"ref.{name}" in ever),
-        {path: tuple(matrix for matrix in "MCG" if f"{path}.{matrix}" in ever) for path in models}
+        {path: tuple(name for name in probe.symbols if f"{path}.{name}" in ever) for path, probe in probes.items()}
         | {path: ("f",) * any(node.startswith("observer.") for node in ever) for path in plants},
         tuple(name for name in truths if f"est.{name}" in ever and edges.get(f"est.{name}")),
         tuple(name for name in truths if f"y.{name}" in ever),
@@ -102,7 +79,7 @@ def _ways(name: str, edges: Edges, at_once: set[str], ever: set[str]) -> Iterato
 
 
 def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
-    """All models of a kind, an arm or a plant, that a block holds, by their paths."""
+    """All parts of a kind that a block holds, by their paths."""
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
         if isinstance(part, kind):
@@ -111,21 +88,20 @@ def _held(block: Any, path: str, kind: type) -> Iterator[tuple[str, Any]]:
             yield from _held(part, place, kind)
 
 
-def _probed(block: Any, path: str, probes: Mapping[str, _Probe]) -> Any:
+def _probed(block: Any, path: str, probes: Mapping[str, Probe]) -> Any:
     twin = copy(block)
     for field in fields(block):
         part, place = getattr(block, field.name), f"{path}.{field.name}"
         if place in probes:
-            object.__setattr__(twin, field.name, probes[place])
+            object.__setattr__(twin, field.name, probes[place].block)
         elif is_block(part):
             object.__setattr__(twin, field.name, _probed(part, place, probes))
     return twin
 
 
-def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
+def _edges(closed: Blocks, probes: Mapping[str, Probe]) -> Edges:
     """The direct dependencies of each command, each estimate and each state of observer and controller."""
     lifted, t = lift(closed), ca.SX.sym("t")
-    probes = {path: _probe(arm.dof) for path, arm in models.items()}
     observer = _probed(lifted.block.observer, "observer", probes)
     law = _probed(lifted.block.controller, "controller", probes).run_every(closed.controller.period or PERIOD)
     y, est, ref, told = map(_symbols, (observer.reads, observer.gives, law.follows, observer.inputs))
@@ -145,7 +121,7 @@ def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
         **{f"est.{name}": part for name, part in est.items()},
         **{f"ref.{name}": part for name, part in ref.items()},
         **{f"{socket}.{name}": part for socket, own in z.items() for name, part in own.items()},
-        **{f"{path}.{name}": getattr(probe, name) for path, probe in probes.items() for name in "MCG"},
+        **{f"{path}.{name}": symbol for path, probe in probes.items() for name, symbol in probe.symbols.items()},
     }
     numbers = ca.DM(lifted.layout.default)
     plain = {name: ca.substitute(ca.SX(part), lifted.symbols, numbers) for name, part in made.items()}
@@ -154,10 +130,6 @@ def _edges(closed: Blocks, models: Mapping[str, AbstractArm]) -> Edges:
 
 def _symbols(port: Layout) -> Signals:
     return Signals(port.view(port.symbols()))
-
-
-def _probe(n: int) -> _Probe:
-    return _Probe(ca.SX.sym("M", n, n), ca.SX.sym("C", n, n), ca.SX.sym("G", n))
 
 
 def _inputs_of(part: ca.SX, inputs: Mapping[str, ca.SX]) -> set[str]:

@@ -8,7 +8,8 @@ from functools import partial
 import casadi as ca
 import numpy as np
 
-from workbench.arms.observers.model import (
+from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
+from workbench.blocks.observers.model import (
     MOST_SUBSTEPS,
     AbstractModelObserver,
     jacobian,
@@ -16,7 +17,6 @@ from workbench.arms.observers.model import (
     stacked,
     with_hats,
 )
-from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Scalar
 from workbench.core.methods import runge_kutta

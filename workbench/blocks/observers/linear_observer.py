@@ -6,7 +6,8 @@ from typing import Any
 
 import casadi as ca
 
-from workbench.arms.observers.model import (
+from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
+from workbench.blocks.observers.model import (
     MOST_SUBSTEPS,
     AbstractModelObserver,
     jacobian,
@@ -16,7 +17,6 @@ from workbench.arms.observers.model import (
     stacked,
     started,
 )
-from workbench.blocks.loop.contracts import AbstractPlant, Inputs, Parts, Reads
 from workbench.core import Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.methods import runge_kutta

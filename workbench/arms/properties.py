@@ -8,10 +8,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms.dynamics import Dynamics
+from workbench.arms.identity import Witness, judge_zero
 from workbench.core.validation.refusals import Array, matrix, numbers
 from workbench.core.validation.signatures import door
 from workbench.proofs.bounds import box_of, by_intervals, extreme_eigenvalue, shown
-from workbench.proofs.identity import Kind, Witness, judge_zero
+from workbench.proofs.equality import Kind
 
 
 def nominal(dynamics: Dynamics) -> dict[str, float]:
