@@ -79,7 +79,18 @@ NO_NAMES = {
 NO_OPENINGS = ("What", "Who", "Whether", "How")
 
 # Rooms whose public names have doors; the others follow.
-ROOMS_WITH_DOORS = {"controllers", "core", "loop", "metrics", "observers", "plants", "robots", "simulate"}
+ROOMS_WITH_DOORS = {
+    "arms/laws",
+    "arms/mechanics",
+    "arms/observers",
+    "blocks/laws",
+    "blocks/loop",
+    "blocks/observers",
+    "blocks/plants",
+    "core",
+    "engine",
+    "engine/metrics",
+}
 
 Sources = Mapping[str, str]
 
@@ -289,7 +300,7 @@ def names_without_door(held: Sources) -> list[str]:
     """Public names of the rooms with doors, those in `__all__`, that have none."""
     breaches = []
     for path, node in _nodes(held):
-        if not path.endswith("/__init__.py") or path.split("/")[1] not in ROOMS_WITH_DOORS:
+        if path.removeprefix("workbench/").removesuffix("/__init__.py") not in ROOMS_WITH_DOORS:
             continue
         if not (isinstance(node, ast.Assign) and _dotted(node.targets[0]) == "__all__"):
             continue

@@ -39,14 +39,6 @@ def test_editors_and_mypy_see_the_names_of_the_face_and_no_others():
         assert getattr(wb, name) is getattr(import_module(room), there)
 
 
-def test_a_room_does_not_take_the_place_of_a_function():
-    code = (
-        "import workbench.engine.batch, workbench as wb; "
-        "assert wb.simulate is workbench.engine is sys.modules['workbench.engine'].simulate; "
-    )
-    subprocess.run([sys.executable, "-c", f"import sys; {code}"], check=True)
-
-
 def test_a_misspelt_name_is_answered_with_the_nearest():
     with pytest.raises(AttributeError, match="no attribute 'ClosedLop'. Did you mean 'ClosedLoop'?"):
         _ = wb.ClosedLop

@@ -6,9 +6,7 @@ for. `dir(wb)` lists them, and `help(wb.X)` tells of one, with its shapes, units
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
-from types import ModuleType
 from typing import Any
 
 __version__ = "0.1.0"
@@ -81,14 +79,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted({*globals(), *_HOMES})
-
-
-class _Face(ModuleType):
-    """The class of the package: it keeps `wb.simulate` the function when the room `workbench.engine` is imported."""
-
-    def __setattr__(self, name: str, value: object) -> None:
-        if not (name in _HOMES and isinstance(value, ModuleType)):
-            ModuleType.__setattr__(self, name, value)
-
-
-sys.modules[__name__].__class__ = _Face

@@ -7,11 +7,11 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.printed_arm import PrintedArm
+from workbench.arms import laws as arm_laws
 from workbench.arms.dynamics import AbstractArm
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics.planar_arm import PlanarArm, PointMass
 from workbench.arms.observers import FullState, Luenberger, OracleFilter, PrintedFilter, WithDisturbance
-from workbench.blocks import laws as controllers
 from workbench.blocks.loop import AbstractController, AbstractObserver, AbstractReference, ClosedLoop
 from workbench.blocks.signals import Sines, SineTorque, SquareWave
 
@@ -24,7 +24,7 @@ REFERENCES: Mapping[str, AbstractReference] = {
     "SS": SquareWave(CARD["SS: a1, a2"], CARD["SS: f"]),
 }
 
-RULES = controllers.RuleBase(
+RULES = arm_laws.RuleBase(
     sizes=CARD["Fuzzy-ASMC: centres of |s|"],
     size_width=CARD["Fuzzy-ASMC: width of |s|"],
     trends=CARD["Fuzzy-ASMC: centres of the trend"],
@@ -33,11 +33,11 @@ RULES = controllers.RuleBase(
 )
 
 RIVALS: Mapping[str, AbstractController] = {
-    "PID": controllers.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
-    "SMC": controllers.SlidingMode(**SURFACE, K=CARD["SMC: K"]),
-    "ASMC": controllers.AdaptiveSlidingMode(**SURFACE, **LEARNING),
-    "Fuzzy-ASMC": controllers.FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
-    "RBF-ASMC": controllers.RbfAsmc(
+    "PID": arm_laws.PID(CARD["PID: Kp"], CARD["PID: Ki"], CARD["PID: Kd"]),
+    "SMC": arm_laws.SlidingMode(**SURFACE, K=CARD["SMC: K"]),
+    "ASMC": arm_laws.AdaptiveSlidingMode(**SURFACE, **LEARNING),
+    "Fuzzy-ASMC": arm_laws.FuzzyAsmc(**SURFACE, **LEARNING, lag=CARD["Fuzzy-ASMC: lag"], rules=RULES),
+    "RBF-ASMC": arm_laws.RbfAsmc(
         **SURFACE,
         **LEARNING,
         Gamma=CARD["RBF-ASMC: Gamma"],
@@ -45,9 +45,7 @@ RIVALS: Mapping[str, AbstractController] = {
         centres=np.outer(CARD["RBF-ASMC: centres"], np.ones(4)),
         widths=CARD["RBF-ASMC: widths"],
     ),
-    "super-twisting": controllers.SuperTwisting(
-        **SURFACE, k1=CARD["super-twisting: k1"], k2=CARD["super-twisting: k2"]
-    ),
+    "super-twisting": arm_laws.SuperTwisting(**SURFACE, k1=CARD["super-twisting: k1"], k2=CARD["super-twisting: k2"]),
 }
 
 PRINTED_ARM = PrintedArm(ARM.links, ARM.gravity)
@@ -71,7 +69,7 @@ def rival(scenario: str, law: str) -> ClosedLoop:
 def proposed_as_printed(scenario: str, shape: str = "outer") -> ClosedLoop:
     """AOSMC-RGS letter by letter on the derived arm: (3) in model and observer, (24), (28) and the minus of (33)."""
     weights = {"Q": CARD["Q as printed"], "R": CARD["R as printed"]}
-    law = controllers.AosmcRgs(
+    law = arm_laws.AosmcRgs(
         **SURFACE | {"model": PRINTED_ARM}, K=CARD["K(0)"], P=CARD["P(0)"], **weights, gain_shape=shape
     )
     observer = WithDisturbance(paper_observer(PRINTED_ARM), PrintedFilter(2, CARD["l"]))
@@ -80,7 +78,7 @@ def proposed_as_printed(scenario: str, shape: str = "outer") -> ClosedLoop:
 
 def proposed_repaired(scenario: str, observer: AbstractObserver | None = None) -> ClosedLoop:
     """AOSMC-RGS with a repair of four slips: C right, qd_r in (28), a plus in (33), D_hat = eta in (24)."""
-    law = controllers.AosmcRgs(
+    law = arm_laws.AosmcRgs(
         **SURFACE,
         K=CARD["K(0)"],
         P=CARD["P(0)"],

@@ -26,11 +26,11 @@ def derive(robot: str, form: str, numbers: bool) -> None:
     and forward dynamics too.
     """
     with one_sentence():
-        from workbench import handover
+        from workbench.arms import code
         from workbench.arms.dynamics import Dynamics
 
         arm = arm_of(robot)
-        click.echo(printable_lines(handover.FORMS[form](handover.in_numbers(*arm) if numbers else Dynamics.of(*arm))))
+        click.echo(printable_lines(code.FORMS[form](code.in_numbers(*arm) if numbers else Dynamics.of(*arm))))
 
 
 def arm_of(robot: str) -> tuple[AbstractArm, str]:

@@ -6,12 +6,13 @@ from typing import Any
 import control
 import numpy as np
 
-from workbench.blocks import laws as controllers
+from workbench.arms import laws as arm_laws
+from workbench.blocks import laws
 from workbench.core import layout
 
 from ..parts import ARM, signals
 
-MODULES = ("workbench.blocks.laws",)
+MODULES = ("workbench.arms.laws", "workbench.blocks.laws")
 PORTS = (("q", "rad"), ("qd", "rad/s"), ("tau", "N m"))
 PORT, LINEAR = layout(x="m"), control.ss([[-1.0]], [[1.0]], [[2.0]], 0, inputs="omega", outputs="v")
 
@@ -21,42 +22,42 @@ def calls() -> dict[str, Any]:
     coefficients = np.ones((3, 2, 4))
     flat = np.ones((3, 4))
     angle, rate, torque = (layout(**{name: (unit, [0, 0])}) for name, unit in PORTS)
-    outer, inner = controllers.PID2(angle, rate, two), controllers.PID2(rate, torque, two, two)
-    learns = controllers.Leakage(0.1, two)
+    outer, inner = laws.PID2(angle, rate, two), laws.PID2(rate, torque, two, two)
+    learns = arm_laws.Leakage(0.1, two)
     return {
-        "Cascade": partial(controllers.Cascade, outer, inner, 3),
+        "Cascade": partial(laws.Cascade, outer, inner, 3),
         "PID2": partial(
-            controllers.PID2, angle, torque, two, two, two, two, two, two, [-1.0, -1.0], two, "back-calculation", 0.1
+            laws.PID2, angle, torque, two, two, two, two, two, two, [-1.0, -1.0], two, "back-calculation", 0.1
         ),
-        "PID": partial(controllers.PID, two, two, two, ARM),
-        "AbstractAdaptation": controllers.Plain(),
-        "AdaptiveSlidingMode": partial(controllers.AdaptiveSlidingMode, ARM, two, 0.1, 1.0, two, learns, "tanh"),
-        "AosmcRgs": partial(controllers.AosmcRgs, ARM, two, 0.1, K=eye, P=eye, Q=eye, R=eye),
-        "ComputedTorque": partial(controllers.ComputedTorque, ARM, two, two),
-        "DeadZone": partial(controllers.DeadZone, 0.1),
-        "Frozen": partial(controllers.Frozen),
-        "FuzzyAsmc": partial(controllers.FuzzyAsmc, ARM, two, 0.1, 1.0, 0.1, two),
-        "Leakage": partial(controllers.Leakage, 0.1, two),
+        "PID": partial(arm_laws.PID, two, two, two, ARM),
+        "AbstractAdaptation": arm_laws.Plain(),
+        "AdaptiveSlidingMode": partial(arm_laws.AdaptiveSlidingMode, ARM, two, 0.1, 1.0, two, learns, "tanh"),
+        "AosmcRgs": partial(arm_laws.AosmcRgs, ARM, two, 0.1, K=eye, P=eye, Q=eye, R=eye),
+        "ComputedTorque": partial(arm_laws.ComputedTorque, ARM, two, two),
+        "DeadZone": partial(arm_laws.DeadZone, 0.1),
+        "Frozen": partial(arm_laws.Frozen),
+        "FuzzyAsmc": partial(arm_laws.FuzzyAsmc, ARM, two, 0.1, 1.0, 0.1, two),
+        "Leakage": partial(arm_laws.Leakage, 0.1, two),
         "NonsingularTerminalSlidingMode": partial(
-            controllers.NonsingularTerminalSlidingMode, ARM, two, 1.5, two, two, 0.5, 0.1, "tanh"
+            arm_laws.NonsingularTerminalSlidingMode, ARM, two, 1.5, two, two, 0.5, 0.1, "tanh"
         ),
-        "Plain": partial(controllers.Plain),
+        "Plain": partial(arm_laws.Plain),
         "RbfAsmc": partial(
-            controllers.RbfAsmc, ARM, two, 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), two, learns, "clip"
+            arm_laws.RbfAsmc, ARM, two, 0.1, 1.0, 1.0, 0.1, np.ones((3, 4)), np.ones(4), two, learns, "clip"
         ),
-        "Rise": partial(controllers.Rise, two, two, two, two, 0.1, two, ARM, "clip"),
-        "RuleBase": partial(controllers.RuleBase, [0.0, 1.0], 0.1, [0.0, 1.0], 0.1, eye),
-        "ScheduledFeedback": partial(controllers.ScheduledFeedback, ARM, 1.0, flat, flat, "fourier"),
-        "ScheduledFeedback.of": partial(controllers.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
-        "LinearLaw": partial(controllers.LinearLaw, LINEAR, True, [1.0], [1.0]),
-        "Regulator": partial(controllers.Regulator, PORT, PORT, [[1.0]], [1.0], [1.0], ("x",)),
-        "Sdre": partial(controllers.Sdre, ARM, eye, eye, eye),
-        "SlidingMode": partial(controllers.SlidingMode, ARM, two, two, 0.1, "implicit"),
-        "SlidingMode clip": partial(controllers.SlidingMode, ARM, two, two, 0.1),
-        "StateFeedback": partial(controllers.StateFeedback, ARM, eye, eye),
-        "StateFeedback.of": partial(controllers.StateFeedback.of, ARM, np.ones((2, 4))),
-        "SuperTwisting": partial(controllers.SuperTwisting, ARM, two, two, two, 0.1, "sign"),
-        "WithCompensation": partial(controllers.WithCompensation, controllers.SlidingMode(ARM, two, two, 0.1)),
+        "Rise": partial(arm_laws.Rise, two, two, two, two, 0.1, two, ARM, "clip"),
+        "RuleBase": partial(arm_laws.RuleBase, [0.0, 1.0], 0.1, [0.0, 1.0], 0.1, eye),
+        "ScheduledFeedback": partial(arm_laws.ScheduledFeedback, ARM, 1.0, flat, flat, "fourier"),
+        "ScheduledFeedback.of": partial(arm_laws.ScheduledFeedback.of, ARM, coefficients, 1.0, "chebyshev"),
+        "LinearLaw": partial(laws.LinearLaw, LINEAR, True, [1.0], [1.0]),
+        "Regulator": partial(laws.Regulator, PORT, PORT, [[1.0]], [1.0], [1.0], ("x",)),
+        "Sdre": partial(arm_laws.Sdre, ARM, eye, eye, eye),
+        "SlidingMode": partial(arm_laws.SlidingMode, ARM, two, two, 0.1, "implicit"),
+        "SlidingMode clip": partial(arm_laws.SlidingMode, ARM, two, two, 0.1),
+        "StateFeedback": partial(arm_laws.StateFeedback, ARM, eye, eye),
+        "StateFeedback.of": partial(arm_laws.StateFeedback.of, ARM, np.ones((2, 4))),
+        "SuperTwisting": partial(arm_laws.SuperTwisting, ARM, two, two, two, 0.1, "sign"),
+        "WithCompensation": partial(arm_laws.WithCompensation, arm_laws.SlidingMode(ARM, two, two, 0.1)),
     }
 
 

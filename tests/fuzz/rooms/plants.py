@@ -5,6 +5,7 @@ from typing import Any
 
 import control
 
+from workbench.arms import manipulator
 from workbench.blocks import plants
 from workbench.blocks.loop import open_loop
 from workbench.blocks.signals import Sines, SineTorque
@@ -25,7 +26,7 @@ def _h(t: Any, x: Any, p: Any) -> Any:
 
 
 def calls() -> dict[str, Any]:
-    friction = plants.Friction([1.0, 1.0], [0.1, 0.1])
+    friction = manipulator.Friction([1.0, 1.0], [0.1, 0.1])
     disturbance = SineTorque([1.0, 1.0], [1.0, 1.0])
     x0 = [0.0, 0.0, 0.0]
     return {
@@ -46,7 +47,7 @@ def calls() -> dict[str, Any]:
         "SingleTrackVehicle": partial(plants.SingleTrackVehicle, 1573.0, 2873.0, 1.1, 1.58, 8e4, 8e4, 30.0, 0.1, 0.2),
         "StirredTank": partial(plants.StirredTank, 100.0, 100.0, 1000.0, 0.239, 5e4, 8750.0, 7.2e10, 5e4, 350.0, 1.0),
         "TwoMasses": partial(plants.TwoMasses, 1.0, 1.0, 1.0, 0.1, 0.2, 0.3, 0.4),
-        "AbstractActuator": plants.DirectDrive(),
+        "AbstractActuator": manipulator.DirectDrive(),
         "AbstractElement": plants.Saturation("v", -1.0, 1.0),
         "DeadZone": partial(plants.DeadZone, "v", -1.0, [1.0, 2.0]),
         "Equipped": partial(
@@ -57,13 +58,13 @@ def calls() -> dict[str, Any]:
         "Quantiser": partial(plants.Quantiser, "v", 0.1, "down"),
         "RateLimit": partial(plants.RateLimit, "v", -1.0, 1.0, 0.01, 0.0),
         "Saturation": partial(plants.Saturation, "v", [-1.0, -2.0], 1.0),
-        "DirectDrive": partial(plants.DirectDrive, [1.0, 2.0]),
+        "DirectDrive": partial(manipulator.DirectDrive, [1.0, 2.0]),
         "Disturbed": partial(plants.Disturbed, PLANT, Sines([1.0, 1.0], 1.0, signal="tau", unit="N m")),
-        "FirstOrderLag": partial(plants.FirstOrderLag, 0.1, [1.0, 2.0]),
-        "Friction": partial(plants.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
+        "FirstOrderLag": partial(manipulator.FirstOrderLag, 0.1, [1.0, 2.0]),
+        "Friction": partial(manipulator.Friction, [1.0, 1.0], [0.1, 0.1], 0.01),
         "LinearPlant": partial(plants.LinearPlant, LINEAR, [1.0]),
         "Manipulator": partial(
-            plants.Manipulator, ARM, [0.1, 0.2], [0.0, 0.0], disturbance, friction, plants.FirstOrderLag(0.1)
+            manipulator.Manipulator, ARM, [0.1, 0.2], [0.0, 0.0], disturbance, friction, manipulator.FirstOrderLag(0.1)
         ),
     }
 

@@ -9,7 +9,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from workbench import handover as derivation
+from workbench.arms import code as derivation
+from workbench.arms import identity, properties
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
 from workbench.arms.printed import (
@@ -27,11 +28,10 @@ from workbench.proofs import (
     claim_margins,
     counterexample,
     differential_evolution,
+    equality,
     exact_arithmetic,
     falsify,
-    identity,
     interval,
-    properties,
     rest_points,
 )
 from workbench.proofs import claim_ledger as claims
@@ -83,7 +83,7 @@ def calls() -> dict[str, Any]:
         "run": partial(counterexample.run, watched, violated, (), *row, 0.2, 0.05),
         "in_reference_mode": partial(counterexample.in_reference_mode, ODE, "y", row[0][0], row[1][0], [0.0, 0.1]),
         "hypotheses_kept": partial(counterexample.hypotheses_kept, ODE, [Declared(STAYS)], 0.2, 0.05),
-        "judge_equal": partial(identity.judge_equal, X, 2 * X),
+        "judge_equal": partial(equality.judge_equal, X, 2 * X),
         "Judged": partial(differential_evolution.Judged, np.ones(4), np.zeros(4)),
         "evolve": partial(
             differential_evolution.evolve,
