@@ -46,17 +46,10 @@ def decay(**more: Any) -> dict[str, Any]:
 def calls() -> dict[str, Any]:
     ode, rule = core.Ode(**decay()), core.rk4(ODE, 0.1).rule
     flow = core.rk4(ODE, 0.1)
-    dynamics = core.Dynamics.of(ARM)
     return {
-        "AbstractArm": ARM,
         "Claim": partial(core.Claim, "it holds", "x stays.", "a book", (core.Claim("a", "b", "c"),), lambda s: s["x"]),
         "Circle": partial(core.Circle, (X, 1.0), 0.1, "link"),
         "Drawing": partial(core.Drawing, X, ({"kind": "word", "tone": "body", "letters": "a", "points": [0, 0]},)),
-        "Dynamics": partial(
-            core.Dynamics, "arm", dynamics.q, dynamics.qd, dynamics.M, dynamics.C, dynamics.G, dynamics.p,
-            dynamics.symbols,
-        ),
-        "Dynamics.of": partial(core.Dynamics.of, ARM, "arm", True),
         "Entry": partial(core.Entry, "x", [1.0, 2.0], "m", Bounds(low=0), "x"),
         "Bounds": partial(Bounds, 0.0, 1.0, True, False, ""),
         "Layout": partial(core.Layout, (Entry("q", [1.0, 2.0]), Entry("K", np.eye(2), bounds=Bounds(symmetric=True)))),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from workbench.report import pictures
-from workbench.report.pictures import traces
+from workbench.report.pictures import loop_gain_pictures, traces
 from workbench.study.document import figure as marks
 from workbench.study.uncertainty import sobol
 
@@ -39,7 +39,9 @@ def calls() -> dict[str, Any]:
         "Window": partial(traces.Window, 0.0, 1.0, (0.0, 1.0)),
         "budget_curves": partial(pictures.budget_curves, "f", "c", {"a": (T, [T, T])}, NOTE, "y"),
         "components": partial(traces.components, "f", "c", outcomes()[0], [("e", "e", 0)], "e", [window]),
+        "curve": partial(traces.curve, outcomes()[0], "e", 0, None, "law", 1, look="steps", unit=(1e3, "m")),
         "indices_over_time": partial(pictures.indices_over_time, "f", "c", T, over_time, NOTE, labels=LABELS),
+        "loop_gain_pictures": partial(loop_gain_pictures.loop_gain_pictures, outcomes()[0], "gain", 0.6),
         "morris_plane": partial(pictures.morris_plane, "f", "c", EFFECTS, NOTE, "rad", labels=LABELS),
         "pareto_fronts": partial(pictures.pareto_fronts, "f", "c", {"a": [[1.0, 2.0], [2.0, 1.0]]}, NOTE, "x", "y"),
         "quantile_bands": partial(pictures.quantile_bands, "f", "c", T, {"a": QUANTILES}, NOTE, "y"),

@@ -22,8 +22,7 @@ from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
 # of these the other rooms hold a call
-IMPORTED = ("Panel", "Window", "components", "least_base", "morris", "morris_plane", "quantile_bands", "quantiles",
-            "sobol", "sobol_bars", "tornado", "tornado_figure", "traces")  # fmt: skip
+IMPORTED = ("Panel", "least_base", "morris", "quantiles", "sobol", "tornado")
 
 
 class Decay:
@@ -195,9 +194,7 @@ def calls() -> dict[str, Any]:
         "Sample": partial(sample),
         "bars": partial(study.bars, "ours", outcomes(), "IAE", 0, [0.5], 1, 0.35),
         "cell": partial(study.cell, outcomes()[0], "IAE", "e", 1e3, "ms"),
-        "curve": partial(study.curve, outcomes()[0], "e", 0, None, "law", 1, look="steps", unit=(1e3, "m")),
         "points": partial(study.points, "", outcomes(), "IAE", "ISE", 0, ("law",), 1),
-        "loop_gain_pictures": partial(study.loop_gain_pictures, outcomes()[0], "gain", 0.6),
         "side_by_side": partial(study.side_by_side, "t", "c", outcomes(), ["IAE"], 0, ["a note"], 0.02),
         "tune": partial(tuning.tune, TUNING),
         **functions(),

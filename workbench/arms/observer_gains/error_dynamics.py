@@ -22,7 +22,7 @@ from workbench.arms.observer_gains.mismatch import Mismatch, refuse_unfit
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, positive, vector, whole
 from workbench.core.validation.signatures import door
-from workbench.design.linear.feedback_loops import largest_gain
+from workbench.design.linear.feedback_loops import largest_state_gain
 from workbench.design.matrices import Refused, matrix
 from workbench.design.riccati import care, lqe, lyapunov
 from workbench.proofs.branch_and_bound import sequence
@@ -166,11 +166,9 @@ def tolerated(gains: Gains) -> tuple[float, Array]:
     ----------
     Rajamani (1998), Observers for Lipschitz nonlinear systems, IEEE Trans. Automatic Control 43.
     """
-    import control  # takes seconds, and only this function needs it
-
     n, A = gains.joints, gains.error_matrix()
     B = np.eye(2 * n)[:, n:]
-    most = 1 / largest_gain(control.ss(A, B, np.eye(2 * n), np.zeros((2 * n, n)))).above
+    most = 1 / largest_state_gain(A, B).above
     rho = (1 - 2 * ROOM) * most
     P = -care(A, B, -(((1 - ROOM) * most) ** 2) * np.eye(2 * n), np.eye(n)).X
     if not bears_mismatch(P, A, B, rho):

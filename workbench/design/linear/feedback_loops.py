@@ -160,6 +160,13 @@ def largest_gain(G: control.StateSpace, response: Callable[[Array], Complex] | N
     raise Refused("The largest gain over all frequencies was not found: the eigenvalues are too rough.")
 
 
+def largest_state_gain(A: Array, B: Array) -> Peak:
+    """The largest gain over all frequencies from u to x of the stable system x' = A x + B u."""
+    import control  # takes seconds
+
+    return largest_gain(control.ss(A, B, np.eye(len(A)), np.zeros_like(B)))
+
+
 def _highest(response: Callable[[Array], Complex], frequencies: Array) -> tuple[float, float]:
     sizes = np.linalg.norm(response(frequencies), 2, axis=(-2, -1))
     best = int(np.argmax(sizes))

@@ -9,11 +9,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.arms import mechanics as robots
+from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import Link, SpatialLink, urdf
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.mechanics.tree import Joint, Solid, arm_of
 
-from ..parts import TREE, signals
+from ..parts import ARM, TREE, signals
 
 MODULES = ("workbench.arms.mechanics", "workbench.arms.mechanics.urdf")
 
@@ -29,9 +30,22 @@ FILE.write_text(TEXT)
 
 def calls() -> dict[str, Any]:
     eye, zero = np.eye(3), np.zeros(3)
+    dynamics = Dynamics.of(ARM)
     body = (0.1, 0.0, 0.0, 0.1, 0.0, 0.1)
     return {
         "CATALOGUE": robots.CATALOGUE,
+        "Dynamics": partial(
+            Dynamics,
+            "arm",
+            dynamics.q,
+            dynamics.qd,
+            dynamics.M,
+            dynamics.C,
+            dynamics.G,
+            dynamics.p,
+            dynamics.symbols,
+        ),
+        "Dynamics.of": partial(Dynamics.of, ARM, "arm", True),
         "Link": partial(Link, 1.0, 1.0, 0.5, 0.0, 0.1),
         "PointMass": partial(PointMass, 1.0, 1.0),
         "PlanarArm": partial(robots.PlanarArm, (Link(1.0, 1.0, 0.5), PointMass(1.0, 1.0)), 9.81, "up"),
