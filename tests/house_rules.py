@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import ast
 import graphlib
+import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -76,6 +77,7 @@ NO_NAMES = {
         "written",
     ),
 }
+JOINT = re.compile(r"(?<![a-z])joint(?!s? distribution)", re.IGNORECASE)  # `isdisjoint` and `adjoint` are free
 NO_OPENINGS = ("What", "Who", "Whether", "How")
 
 # Rooms whose public names have doors; the others follow.
@@ -316,6 +318,17 @@ def names_without_door(held: Sources) -> list[str]:
                 if not _has_door(part, words)
             ]
     return breaches
+
+
+def words_of_arms(held: Sources) -> list[str]:
+    """Joints of an arm in a room that any plant needs."""
+    return [
+        f"{path}:{number}: a joint is a word of `arms`; say what any plant has."
+        for path, text in held.items()
+        if path.startswith("workbench/") and path.split("/")[1] not in {"arms", "cli", "__init__.py", "__init__.pyi"}
+        for number, line in enumerate(text.splitlines(), 1)
+        if JOINT.search(line)
+    ]
 
 
 def files_of_one_name(held: Sources) -> list[str]:

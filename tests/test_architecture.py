@@ -27,6 +27,7 @@ LAWS = [
     rules.mutable_dataclasses,
     rules.names_without_door,
     rules.files_of_one_name,
+    rules.words_of_arms,
     rules.participles,
     rules.question_openings,
 ]
@@ -95,6 +96,10 @@ def test_public_names_have_doors():
     holds(rules.names_without_door(HOUSE))
 
 
+def test_no_room_for_any_plant_speaks_of_joints():
+    holds(rules.words_of_arms(HOUSE))
+
+
 def test_no_two_files_share_a_name():
     holds(rules.files_of_one_name(HOUSE))
 
@@ -156,6 +161,8 @@ BAD = [
     (rules.cached_results, "studies/a.py", "@functools.lru_cache(maxsize=1)\ndef f(a, held: Results): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
+    (rules.words_of_arms, "workbench/engine/a.py", "x = 'the joint 1'", "a.py:1"),
+    (rules.words_of_arms, "workbench/study/a.py", "joints = 2", "any plant"),
     (rules.participles, "workbench/core/kept.py", "", "kept"),
     (rules.question_openings, "workbench/a.py", '"""What marches."""', "What"),
     (rules.question_openings, "workbench/a.py", 'x = 1\ndef f():\n    """Whether it holds."""', "Whether"),

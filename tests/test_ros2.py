@@ -177,7 +177,7 @@ def test_the_files_of_the_package_agree_in_its_name():
         ({"package": "Arm"}, ValueError, "small letters"),
         ({"package": "a__b"}, ValueError, "small letters"),
         ({"package": 3}, ValueError, "must be text"),
-        ({"interfaces": {"omega": "speed"}}, ValueError, "1 interface, each as 'joint1/position'"),
+        ({"interfaces": {"omega": "speed"}}, ValueError, "1 interface, each as 'axis1/position'"),
         ({"interfaces": {"omega": 'a/b", "c'}}, ValueError, "1 interface, each as"),
         ({"interfaces": {"omega": ("a/b", "a/c")}}, ValueError, "1 interface, each as"),
         ({"interfaces": {"omeha": "a/b"}}, LookupError, "omega"),

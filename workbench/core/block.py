@@ -22,7 +22,7 @@ from workbench.core.validation.signatures import door, fit_field
 Scalar = Any
 Vector = Any
 Matrix = Any
-# Arguments of a block's methods: one number, one number for each joint, the whole memory, all states.
+# Arguments of a block's methods: one number, a column of n numbers, the whole memory, all states.
 Number = Annotated[ca.SX, "1"]
 Column = Annotated[ca.SX, "n"]
 Memory = Annotated[Mapping[str, ca.SX], "memory"]

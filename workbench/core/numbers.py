@@ -100,7 +100,7 @@ def shaped(call: str, value: Array, axes: tuple[str, ...], sizes: dict[str, int]
         for axis, size in zip(axes, value.shape, strict=True):
             sizes.setdefault(axis, int(axis) if axis.isdigit() else size)
         if "n" in axes and sizes["n"] == 0:
-            raise ValueError(f"`{call}` needs at least one joint, and a number for each; got none.")
+            raise ValueError(f"`{call}` needs at least one number; got none.")
         if value.shape == tuple(sizes[axis] for axis in axes):
             return np.array(value)
     if axes == ("*",):

@@ -57,7 +57,7 @@ class Ode:
     drives: tuple[str, ...] = ()  # of a loop, the commands
     measures: tuple[str, ...] = ()  # of a loop, the outputs of its plant
     horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
-    counts: str = ""  # the thing that each number of a vector belongs to: 'joint' of an arm; empty where indices do
+    counts: str = ""  # the thing that each number of a vector belongs to, as 'tank'; empty where indices do
     drawing: Drawing | None = None  # of the plant, in t, x and p
 
     WAYS: ClassVar = {

@@ -3,7 +3,7 @@ r"""A symmetric matrix S(x) of expressions, enclosed over boxes |x - c| <= r, in
     | U' S(x) U  -  A  -  sum_k L_k (x_k - c_k) |  <=  R,     entry by entry,
 
 with A and L_k of doubles and R >= 0, which shrinks with r^2 where S is smooth. There are two ways to such
-a form: `Waves`, by Taylor's remainder of sines and cosines, for the matrices of jointed arms; and
+a form: `Waves`, by Taylor's remainder of sines and cosines, for the matrices of linked bodies; and
 `MeanValue`, by intervals of the exact Jacobian, for all else. R contains the rounding of A and L_k.
 """
 

@@ -54,7 +54,7 @@ def time_source(outcome: Outcome, rows: tuple[int, int] | None = None) -> Source
 
 @door
 def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
-    """The labels of the numbers of an output or state, a matrix row by row; 'joint 1' where the plant counts joints."""
+    """The labels of the numbers of an output or state, a matrix row by row, with what the plant counts by them."""
     entry, ode = _entry(outcome, name), outcome.ode if isinstance(outcome.ode, Ode) else outcome.ode.flow
     if entry.size == 1:
         return (name,)

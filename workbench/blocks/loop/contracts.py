@@ -45,7 +45,7 @@ class AbstractPlant(ABC):
     """
 
     update: Callable[..., Parts]
-    counts: str = ""  # the thing that the numbers of its vectors count: 'joint' of an arm
+    counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
     period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
     @property

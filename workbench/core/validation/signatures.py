@@ -200,7 +200,7 @@ def _refuse_port(call: str, of: str, port: Any, value: Mapping[str, ca.SX], size
 
 
 def _sizes(owner: object) -> dict[str, int]:
-    """The lengths of the axes that a block's number of joints, or its own numbers, give."""
+    """The lengths of the axes that a block's `dof`, or its own numbers, give."""
     sizes: dict[str, int] = {}
     for field in fields(owner) if is_dataclass(owner) else ():
         value, quantity = getattr(owner, field.name), field.metadata.get("quantity")

@@ -68,7 +68,7 @@ def lqr(A: Any, B: Any = None, Q: Any = None, R: Any = None, N: Any = None, disc
         A, B = A.A, A.B
     d = checked_data(call, A, B, Q, R, N)
     semidefinite(call, "Q", d.Q)
-    _check_joint(call, d.Q, d.S, d.R)
+    _check_weights(call, d.Q, d.S, d.R)
     answer = stabilising(call, d, discrete)
     return replace(answer, K=PointedGain.of(answer.K, point), point=point)
 
@@ -176,7 +176,7 @@ def is_discrete(system: Any) -> bool:
     return system.dt not in (0, None)
 
 
-def _check_joint(call: str, Q: Array, N: Array, R: Array) -> None:
+def _check_weights(call: str, Q: Array, N: Array, R: Array) -> None:
     # measured by the roots of the diagonals, in which the rounding of eigenvalues means something
     whole = np.block([[Q, N], [N.T, R]])
     root = np.sqrt(np.maximum(np.diag(whole), np.finfo(float).tiny))

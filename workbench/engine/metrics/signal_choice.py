@@ -150,7 +150,7 @@ def _units(metric: str, ode: Ode, names: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _labels(ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...]) -> tuple[str, ...]:
-    """The names of signals, with their numbers where they have several; 'joint 1' where the plant counts joints."""
+    """The names of signals, with their numbers where they have several, and with what the plant counts by them."""
     labels: list[str] = []
     for output, name in zip(outputs, called, strict=True):
         size = ode.outputs[output].size

@@ -37,7 +37,7 @@ def ros2(
     package
         The name of the package; that of the law in small letters, with '_controller', unless given.
     interfaces
-        The interface of each number of a reading or command, as {"q": ("joint1/position", "joint2/position")}; those
+        The interface of each number of a reading or command, as {"q": ("axis1/position", "axis2/position")}; those
         that are not named are NAME/signal_0, NAME/signal_1, ...
 
     Raises
@@ -97,7 +97,7 @@ def _interfaces(code: CCode, asked: Mapping[str, str | Sequence[str]]) -> dict[s
         if len(names) != entry.size or not all(isinstance(n, str) and INTERFACE.fullmatch(n) for n in names):
             raise ValueError(
                 f"`ros2(interfaces={{'{entry.name}': ...}})` must be {entry.size} interface"
-                f"{'s' if entry.size != 1 else ''}, each as 'joint1/position' is; got {described(words)}."
+                f"{'s' if entry.size != 1 else ''}, each as 'axis1/position' is; got {described(words)}."
             )
         named[entry.name] = names
     for port in (law.readings, law.commands):

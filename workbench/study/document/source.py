@@ -51,7 +51,7 @@ class Source:
 
     @property
     def words(self) -> str:
-        """The signal or metric in words, with its number: 'e of joint 1'."""
+        """The signal or metric in words, with its number."""
         if self.label.startswith(f"{self.name}["):
             return self.label
         named = not self.label or self.label == self.name or self.name.endswith(f" of {self.label}")

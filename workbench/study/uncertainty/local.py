@@ -51,7 +51,7 @@ class LocalSensitivities:
     Attributes
     ----------
     value, gradient
-        By metric, (k,) and (k, m) for its k joints: the derivatives of the very numbers that the run computes; NaN
+        By metric, (k,) and (k, m) for its k numbers: the derivatives of the very numbers that the run computes; NaN
         where they leave all bounds.
     slope, wide_slope
         By metric, (k, m): those of neighbouring runs, over changes of each number by 0.01 % and by 1 %.
