@@ -331,6 +331,27 @@ def words_of_arms(held: Sources) -> list[str]:
     ]
 
 
+def tests_that_import_tests(held: Sources) -> list[str]:
+    """Test files that take something from another test file."""
+    return [
+        f"{path}:{line}: `{module}` is a test file; what two tests share is in tests/support."
+        for path, text in held.items()
+        for line, module, _ in _imports(path, text)
+        if module.startswith("tests.") and module.rpartition(".")[2].startswith("test_")
+    ]
+
+
+def tests_in_other_folders(held: Sources) -> list[str]:
+    """Tests that are in no folder of a room, of the studies or of the house."""
+    rooms = {path.split("/")[1] for path in held if path.startswith("workbench/") and path.count("/") > 1}
+    return [
+        f"{path}: a test is in the folder of its room, in `studies` or in `house`."
+        for path in held
+        if path.startswith("tests/") and path.rpartition("/")[2].startswith("test_")
+        if path.split("/")[1] not in rooms | {"studies", "house"}
+    ]
+
+
 def files_of_one_name(held: Sources) -> list[str]:
     """Modules of the workbench that share a name, but `__init__` and a room's `contract`."""
     places: dict[str, list[str]] = {}

@@ -28,6 +28,8 @@ LAWS = [
     rules.names_without_door,
     rules.files_of_one_name,
     rules.words_of_arms,
+    rules.tests_that_import_tests,
+    rules.tests_in_other_folders,
     rules.participles,
     rules.question_openings,
 ]
@@ -100,6 +102,11 @@ def test_no_room_for_any_plant_speaks_of_joints():
     holds(rules.words_of_arms(HOUSE))
 
 
+def test_a_test_stands_in_the_folder_of_its_room_and_imports_no_other():
+    held = HOUSE | rules.sources("tests")
+    holds([*rules.tests_that_import_tests(held), *rules.tests_in_other_folders(held)])
+
+
 def test_no_two_files_share_a_name():
     holds(rules.files_of_one_name(HOUSE))
 
@@ -161,6 +168,8 @@ BAD = [
     (rules.cached_results, "studies/a.py", "@functools.lru_cache(maxsize=1)\ndef f(a, held: Results): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
     (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
+    (rules.tests_that_import_tests, "tests/core/test_a.py", "from tests.core.test_b import c", "tests/support"),
+    (rules.tests_in_other_folders, "tests/test_a.py", "", "folder of its room"),
     (rules.words_of_arms, "workbench/engine/a.py", "x = 'the joint 1'", "a.py:1"),
     (rules.words_of_arms, "workbench/study/a.py", "joints = 2", "any plant"),
     (rules.participles, "workbench/core/kept.py", "", "kept"),
