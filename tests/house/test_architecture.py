@@ -1,0 +1,260 @@
+"""The laws of the house: what DESIGN says of floors, doors, sizes and style, held by a machine.
+
+Each law is one test over all files; each is also shown a piece of bad code, to prove that it can fail.
+"""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.house import rules
+
+HOUSE = rules.sources("workbench", "studies")
+SHOWN = '    """It.\n\n    Examples\n    --------\n    >>> f()\n    """\n'  # three lines, the examples not counted
+
+LAWS = [
+    rules.open_side_doors,
+    rules.long_files,
+    rules.long_functions,
+    rules.import_cycles,
+    rules.banned_calls,
+    rules.global_seeds,
+    rules.pools_in_studies,
+    rules.cached_results,
+    rules.inherited_final_classes,
+    rules.mutable_dataclasses,
+    rules.names_without_door,
+    rules.files_of_one_name,
+    rules.words_of_arms,
+    rules.tests_that_import_tests,
+    rules.tests_in_other_folders,
+    rules.participles,
+    rules.question_openings,
+]
+
+
+def holds(breaches):
+    if breaches:
+        pytest.fail("\n".join(breaches), pytrace=False)
+
+
+def test_the_floors_and_the_hourglass_hold():
+    done = lint_imports(rules.ROOT)
+    if done.returncode:
+        pytest.fail(done.stdout + done.stderr, pytrace=False)
+
+
+def test_each_library_has_one_door():
+    holds(rules.open_side_doors(HOUSE))
+
+
+def test_no_file_is_longer_than_its_budget():
+    holds(rules.long_files(HOUSE))
+
+
+def test_no_function_is_longer_than_its_budget():
+    holds(rules.long_functions(HOUSE))
+
+
+def test_the_examples_of_a_docstring_do_not_count_as_lines_of_its_function():
+    assert not rules.long_functions({"workbench/a.py": f"def f():\n{SHOWN}" + "    x = 1\n" * 47})
+
+
+def test_no_modules_import_each_other():
+    holds(rules.import_cycles(HOUSE))
+
+
+def test_nothing_prints_executes_text_or_calls_super():
+    holds(rules.banned_calls(HOUSE))
+
+
+def test_no_random_number_comes_from_a_hidden_state():
+    holds(rules.global_seeds(HOUSE))
+
+
+def test_no_study_has_a_pool_of_threads_or_processes():
+    holds(rules.pools_in_studies(HOUSE))
+
+
+def test_no_study_keeps_in_a_cache_what_it_computes_from_its_results():
+    holds(rules.cached_results(HOUSE))
+
+
+def test_every_folder_of_modules_is_a_package():
+    holds(rules.folders_without_init([path for path in HOUSE if path.startswith("workbench/")]))
+
+
+def test_a_class_is_abstract_or_final():
+    holds(rules.inherited_final_classes(HOUSE))
+
+
+def test_every_dataclass_is_frozen():
+    holds(rules.mutable_dataclasses(HOUSE))
+
+
+def test_public_names_have_doors():
+    holds(rules.names_without_door(HOUSE))
+
+
+def test_no_room_for_any_plant_speaks_of_joints():
+    holds(rules.words_of_arms(HOUSE))
+
+
+def test_a_test_stands_in_the_folder_of_its_room_and_imports_no_other():
+    held = HOUSE | rules.sources("tests")
+    holds([*rules.tests_that_import_tests(held), *rules.tests_in_other_folders(held)])
+
+
+def test_no_two_files_share_a_name():
+    holds(rules.files_of_one_name(HOUSE))
+
+
+def test_two_files_of_one_name_are_found():
+    (breach,) = rules.files_of_one_name({"workbench/a/x.py": "", "workbench/b/x.py": "", "studies/x.py": ""})
+    assert "workbench/b/x.py" in breach
+
+
+def test_no_file_is_named_by_a_participle():
+    holds(rules.participles(HOUSE))
+
+
+def test_no_docstring_opens_with_a_question_word():
+    holds(rules.question_openings(HOUSE))
+
+
+@pytest.mark.parametrize("text", ["def f(x): ...", "@dataclass(frozen=True)\nclass f: ..."])
+def test_a_public_name_without_a_door_is_found(text):
+    room = {"workbench/core/__init__.py": "__all__ = ['f']", "workbench/core/a.py": text}
+    (breach,) = rules.names_without_door(room)
+    assert "workbench/core/a.py:" in breach
+    assert not rules.names_without_door(room | {"workbench/core/a.py": f"@door\n{text}"})
+    assert not rules.names_without_door(room | {"workbench/core/a.py": "def f(): ..."})
+
+
+def test_the_laws_see_the_whole_house():
+    assert len(HOUSE) > 50
+    assert {"workbench/core/ode.py", "workbench/cli/command.py", "studies/a1_paper_tables/study.py"} <= HOUSE.keys()
+
+
+# Every law can fail: its function, a file, what stands in it, and a word of the message.
+BAD = [
+    (rules.open_side_doors, "workbench/study/study.py", "import control", "one door"),
+    (rules.open_side_doors, "workbench/study/study.py", "def f():\n    from control import ss", "study.py:2:"),
+    (rules.open_side_doors, "workbench/report/html_page.py", "import matplotlib.pyplot as plt", "figures/"),
+    (rules.open_side_doors, "studies/a9.py", "from rich.progress import Progress", "cli/progress.py"),
+    (rules.open_side_doors, "workbench/design/x.py", "import SALib", "uncertainty/indices.py"),
+    (rules.long_files, "workbench/a.py", "x = 1\n" * 301, "301"),
+    (rules.long_functions, "workbench/a.py", "def f():\n" + "    x = 1\n" * 50, "51"),
+    (rules.long_functions, "workbench/a.py", f"def f():\n{SHOWN}" + "    x = 1\n" * 48, "51"),
+    (rules.banned_calls, "workbench/a.py", "class A(B):\n    def f(self): super().f()", "a.py:2: no `super"),
+    (rules.banned_calls, "workbench/a.py", "print('x')", "print"),
+    (rules.banned_calls, "workbench/a.py", "eval('x')", "eval"),
+    (rules.banned_calls, "workbench/a.py", "exec('x')", "exec"),
+    (rules.banned_calls, "workbench/a.py", "import pickle", "pickle"),
+    (rules.banned_calls, "workbench/a.py", "from pickle import loads", "pickle"),
+    (rules.banned_calls, "workbench/a.py", "def f():\n    import random", "a.py:2:"),
+    (rules.banned_calls, "workbench/a.py", "import sympy\nsympy.sympify('x')", "sympify"),
+    (rules.banned_calls, "workbench/a.py", "from sympy import sympify", "sympify"),
+    (rules.banned_calls, "workbench/a.py", "import yaml\nyaml.load(f)", "safe_load"),
+    (rules.global_seeds, "workbench/a.py", "import numpy as np\nnp.random.seed(0)", "a.py:2:"),
+    (rules.global_seeds, "workbench/a.py", "import numpy as np\nnp.random.rand(3)", "hidden"),
+    (rules.global_seeds, "workbench/a.py", "import numpy\nnumpy.random.normal()", "hidden"),
+    (rules.global_seeds, "workbench/a.py", "rng = np.random.default_rng()", "cannot be repeated"),
+    (rules.pools_in_studies, "studies/a.py", "from concurrent.futures import ThreadPoolExecutor", "works"),
+    (rules.pools_in_studies, "studies/a.py", "def f():\n    import threading", "a.py:2:"),
+    (rules.cached_results, "studies/a.py", "@cache\ndef f(results: Results): ...", "works"),
+    (rules.cached_results, "studies/a.py", "@functools.lru_cache(maxsize=1)\ndef f(a, held: Results): ...", "a.py:2:"),
+    (rules.inherited_final_classes, "workbench/a.py", "class A: ...\nclass B(A): ...", "a.py:2:"),
+    (rules.inherited_final_classes, "workbench/a.py", "class A(Generic[T]): ...\nclass B(A[int]): ...", "final"),
+    (rules.tests_that_import_tests, "tests/core/test_a.py", "from tests.core.test_b import c", "tests/support"),
+    (rules.tests_in_other_folders, "tests/test_a.py", "", "folder of its room"),
+    (rules.words_of_arms, "workbench/engine/a.py", "x = 'the joint 1'", "a.py:1"),
+    (rules.words_of_arms, "workbench/study/a.py", "joints = 2", "any plant"),
+    (rules.participles, "workbench/core/kept.py", "", "kept"),
+    (rules.question_openings, "workbench/a.py", '"""What marches."""', "What"),
+    (rules.question_openings, "workbench/a.py", 'x = 1\ndef f():\n    """Whether it holds."""', "Whether"),
+    (rules.mutable_dataclasses, "workbench/a.py", "@dataclass\nclass A: ...", "frozen"),
+    (rules.mutable_dataclasses, "workbench/a.py", "@dataclasses.dataclass(eq=False)\nclass A: ...", "frozen"),
+]
+
+
+@pytest.mark.parametrize(("law", "path", "text", "word"), BAD)
+def test_every_law_can_fail(law, path, text, word):
+    (breach,) = law({path: text})
+    assert breach.startswith(f"{path}:")
+    assert word in breach
+
+
+@pytest.mark.parametrize(
+    "import_back",
+    [
+        "from workbench.a import x",
+        "def f():\n    import workbench.a",
+        "if TYPE_CHECKING:\n    from workbench import a",
+        "from . import a",
+        "from .a import x",
+    ],
+)
+def test_a_cycle_is_found_through_any_kind_of_import(import_back):
+    (breach,) = rules.import_cycles({"workbench/a.py": "from workbench.b import y", "workbench/b.py": import_back})
+    assert "workbench.a" in breach
+    assert "workbench.b" in breach
+
+
+def test_a_folder_without_init_is_found():
+    (breach,) = rules.folders_without_init(["workbench/__init__.py", "workbench/new/law.py"])
+    assert breach.startswith("workbench/new/:")
+
+
+GOOD = [
+    "class AbstractA(ABC): ...\nclass B(AbstractA): ...",
+    "class P(Protocol): ...\nclass B(P): ...",
+    "class T(NamedTuple): ...\nclass B(T): ...",
+    "class Refused(ValueError): ...\nclass Misspelt(Refused): ...",
+    "@dataclass(frozen=True, eq=False)\nclass A: ...",
+    "rng = np.random.default_rng(7)\nx: np.random.Generator = rng",
+    "import control_of_something\nfunction.eval(x)\nre.compile('x')",
+    "def f():\n" + "    x = 1\n" * 49,
+]
+
+
+@pytest.mark.parametrize("text", GOOD)
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.__name__)
+def test_no_law_forbids_what_the_house_allows(law, text):
+    assert law({"workbench/a.py": text}) == []
+
+
+# The contracts of import-linter, each broken in a copy of the house.
+BROKEN = [
+    ("core/ode.py", "import workbench.blocks.loop", "Floors"),
+    ("core/ode.py", "def f():\n    import workbench.study.study", "Floors"),
+    ("report/html_page.py", "import workbench.cli.command", "Floors"),
+    ("engine/batch.py", "from workbench.arms.mechanics import paper_arm", "The wing"),
+    ("study/case_runs.py", "def f():\n    from workbench.blocks import signals", "Hourglass"),
+    ("engine/metrics/score.py", "from workbench.blocks.plants import DCMotor", "Hourglass"),
+    ("study/case_runs.py", "from workbench.arms.mechanics import paper_arm", "The wing"),
+    ("arms/laws/pid.py", "from workbench.engine import simulate", "makers of equations never see"),
+    ("new_room.py", "", "exhaustive"),
+]
+
+
+@pytest.mark.parametrize(("file", "text", "word"), BROKEN)
+def test_every_contract_can_fail(tmp_path, file, text, word):
+    shutil.copytree(rules.ROOT / "workbench", tmp_path / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(rules.ROOT / "pyproject.toml", tmp_path)
+    with (tmp_path / "workbench" / file).open("a", encoding="utf-8") as handle:
+        handle.write(f"\n{text}\n")
+    done = lint_imports(tmp_path)
+    assert done.returncode == 1
+    assert word in done.stdout
+
+
+def lint_imports(folder: Path) -> subprocess.CompletedProcess[str]:
+    """Check the contracts of the house that stands in `folder`."""
+    call = [sys.executable, "-m", "importlinter.cli", "lint-imports"]
+    script = "import sys; sys.path.insert(0, ''); from importlinter.cli import lint_imports_command as c; c()"
+    call = [sys.executable, "-c", script, "--no-cache", "--no-logo"]
+    return subprocess.run(call, cwd=folder, capture_output=True, text=True, check=False)

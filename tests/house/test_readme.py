@@ -1,0 +1,90 @@
+"""The walk of the README: its blocks are the files in `studies/`, and all of them run as they stand."""
+
+import os
+import re
+import runpy
+from pathlib import Path
+
+import pytest
+
+import workbench as wb
+from tests.support.forks import run_all
+
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+WALK = ("first", "own_plant", "own_law", "own_study")
+
+
+def walk(name):
+    return (ROOT / "studies" / f"{name}.py").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", WALK)
+def test_the_readme_shows_each_file_of_the_walk_as_it_stands(name):
+    assert walk(name) in BLOCKS
+    assert f"studies/{name}.py" in README
+    assert len(walk(name).splitlines()) <= (10 if name == "first" else 40)
+
+
+@pytest.fixture(scope="module")
+def done(tmp_path_factory):
+    """How each block that is no study ended."""
+    blocks = {block: block for block in BLOCKS if "wb.Study(" not in block}
+    return run_all(blocks, tmp_path_factory.mktemp("blocks"), os.environ | {"PYTHONPATH": str(ROOT)})
+
+
+@pytest.mark.parametrize("block", [block for block in BLOCKS if "wb.Study(" not in block])
+def test_a_block_that_is_no_study_runs(block, done):
+    folder, *ended, stdout, stderr = done[block]
+    assert (*ended, stderr) == (0, "")
+    for picture in re.findall(r"savefig\('(.*?)'\)", block.replace('"', "'")):
+        assert (folder / picture).read_bytes().startswith(b"\x89PNG")
+    for printed in re.findall(r"# (-70.7107 .*?);", block):  # the gain of the tutorials, beside the line that prints it
+        computed = re.findall(r"\[\[(.*?)\]\]", stdout)[0].split()
+        assert [f"{float(number):.4f}" for number in computed] == printed.split()
+
+
+def test_the_first_picture_is_small_and_there():
+    first = re.search(r"!\[(.+?)\]\((.+?)\)", README)
+    assert README.index(first[0]) < README.index("make paper")
+    assert first[2] == "docs/pictures/live.png"
+    assert (ROOT / first[2]).stat().st_size < 150_000
+
+
+def test_the_first_loop_has_the_bode_plot_and_the_margins_that_the_walk_shows(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    loop = runpy.run_path(str(ROOT / "studies" / "first.py"))["loop"]
+    assert (tmp_path / "first_loop.png").read_bytes().startswith(b"\x89PNG")
+    margins = wb.linear_loop(loop).margins()["v"].margins
+    assert f"a phase margin of {margins.phase_margin.value:.1f} degrees" in README
+    assert f"Ms = {margins.Ms.gain.value:.2f}," in README
+
+
+@pytest.mark.parametrize("name", ["first_loop", "first_live"])
+def test_the_pictures_of_the_first_walk_are_small_and_there(name):
+    place = f"docs/pictures/{name}.png"
+    assert README.index("## A first loop") < README.index(place) < README.index("## A plant of your own")
+    assert (ROOT / place).stat().st_size < 150_000
+
+
+def test_the_first_loop_has_a_live_page_as_the_walk_says(command, tmp_path):
+    (tmp_path / "first.py").write_text(walk("first"), encoding="utf-8")
+    done = command("live", "first.py")
+    assert (done.exit_code, done.stderr) == (0, "'loop' until 2 s, at steps of 0.001 s.\n")
+    assert 'id="live"' in (tmp_path / "first.html").read_text(encoding="utf-8")
+
+
+def test_the_laws_of_the_walk_stand_side_by_side(command, tmp_path):
+    (tmp_path / "own_law.py").write_text(walk("own_law"), encoding="utf-8")
+    done = command("run", "own_law.py")
+    assert (done.exit_code, done.stderr) == (0, "")
+    table = (tmp_path / "reports" / "own_law" / "tables" / "speed.csv").read_text(encoding="utf-8")
+    assert [line.split(",")[0] for line in table.splitlines()] == ["law", "PI", "lead"]
+
+
+def test_the_study_of_the_readers_own_runs(command, tmp_path):
+    (tmp_path / "own_study.py").write_text(walk("own_study"), encoding="utf-8")
+    done = command("run", "own_study.py")
+    assert done.exit_code == 0
+    assert "1,280 runs" in (tmp_path / "reports" / "own_study" / "index.html").read_text(encoding="utf-8")

@@ -1,0 +1,355 @@
+"""Tuning: the search finds what a Riccati equation knows, within its budget, and says where it is in doubt."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.linalg import solve_continuous_are
+
+from tests.support.samples import with_measurement
+from tests.support.sweeps import Explosion
+from tests.support.tunings import GAINS, DoubleIntegrator, quadratic, tuning
+from workbench.core import Entry, Layout, Ode
+from workbench.engine.metrics import effort, iae, ise, total_variation
+from workbench.study import cost
+from workbench.study.contract import Run
+from workbench.study.tuning import Trial, equal_budget, tune
+from workbench.study.tuning.convergence import reasons_of
+from workbench.study.tuning.search import compile_tuning, here
+from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
+from workbench.study.uncertainty.factors import Factor
+
+METRICS = (ise(), effort())
+
+
+@pytest.fixture(scope="module")
+def found():
+    """What two searches of forty generations find."""
+    return tune(tuning(evaluations=640, population=16, seeds=(0, 1)))
+
+
+class Bomb:
+    """x' = rate x^2 from x(0) = 1: infinite at t = 1 / rate."""
+
+    def ode(self, name="loop"):
+        """The equation."""
+        states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("rate", np.array(1.0)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        return Ode.of(name, states, parameters, (t, x, p), {"x": p * x**2}, {"e": x})
+
+
+def bomb(low, high, **changes):
+    """A search for the rate at which the integral of |x| comes to 1."""
+    declared = {
+        "name": "bomb",
+        "trials": (Trial("long", Run(Bomb(), (iae(),), 1.0, h=0.005)),),
+        "factors": (Factor("rate", ("rate",), Uniform(low, high)),),
+        "objective": lambda runs: (runs["long"].score("IAE").value - 1.0) ** 2 + 1.0,
+    }
+    return tuning(**(declared | changes))
+
+
+def test_the_best_gains_of_a_double_integrator_are_those_of_its_riccati_equation(found):
+    P = solve_continuous_are(np.array([[0.0, 1], [0, 0]]), np.array([[0.0], [1]]), np.diag([1.0, 0]), np.eye(1))
+    assert found.objective == pytest.approx(P[0, 0], rel=1e-5)  # from above: nothing is better
+    assert found.objective >= P[0, 0] * (1 - 1e-9)  # what RK4 at 10 ms and the end after 20 s leave out
+    # the objective is flat there: 1e-5 of it are some 3e-3 of the gains
+    assert [found.best["Kp"], found.best["Kd"]] == pytest.approx(P[1], rel=1e-2)
+    assert (found.failed, found.at_edge, found.settled, found.warnings) == (0, (), (True, True), ())
+
+
+def test_every_search_looks_at_exactly_as_many_points_as_its_budget_has(found):
+    assert found.points.shape == (1280, 2)
+    assert {len(one) for one in found.samples.values()} == {1280}
+    assert [one.seed for one in found.searches] == [0, 1]
+    for one in found.searches:
+        assert one.spent.tolist() == list(range(16, 641, 16))
+        assert (np.diff(one.bests) <= 0).all()
+    assert found.bests.min() == found.objectives.min() == min(one.bests[-1] for one in found.searches)
+    assert not np.array_equal(found.points[:16], found.points[640:656])
+
+
+def test_the_objectives_are_those_of_the_runs_that_are_kept(found):
+    np.testing.assert_array_equal(found.objectives, quadratic(found.samples))
+    np.testing.assert_array_equal(found.finals[:, 0], quadratic(found.final_samples))
+    np.testing.assert_array_equal(found.finals[:, 0], found.objectives[found.finalists])
+    np.testing.assert_array_equal(found.samples["step"].drawn, found.numbers)
+
+
+def test_the_same_seed_gives_the_same_bits_and_whoever_computes_them():
+    alone = tune(tuning(), lambda sweeps, first, last: [_one_by_one(one, first, last) for one in sweeps])
+    again = tune(tuning())
+    assert alone.points.tobytes() == again.points.tobytes()
+    assert alone.objectives.tobytes() == again.objectives.tobytes()
+    assert alone.best == again.best
+    assert tune(tuning(seeds=(1,))).best != again.best
+
+
+def _one_by_one(one, first, last):
+    """The runs of a chunk, each in a march of its own."""
+    from workbench.study.ledger.chunk import chunk_of
+
+    parts = [one.chunk(i, i + 1).arrays() for i in range(first, last)]
+    return chunk_of(one.name(first, last), {key: np.concatenate([part[key] for part in parts]) for key in parts[0]})
+
+
+def test_the_best_numbers_go_into_any_loop_that_has_their_places(found):
+    other = found.adjusted(DoubleIntegrator(start=2.0))
+    assert dict(zip(other.parameters.names, other.parameters.default, strict=True)) == found.best
+    assert other.states.default.tolist() == [2.0, 0.0]
+    with pytest.raises(LookupError, match="There is no 'Kp', which 'Kp' varies"):
+        found.adjusted(Explosion())
+
+
+def test_shares_are_those_of_the_numbers_of_each_loop():
+    share = Factor("gains", ("Kp", "Kd"), Uniform(1.0, 4.0), share=True)
+    found = tune(tuning(factors=(share,)))
+    expected = 0.5 * found.best["gains"]
+    assert found.adjusted(DoubleIntegrator()).parameters.default.tolist() == [expected, expected]
+
+
+def test_all_trials_have_their_say():
+    trials = tuple(
+        Trial(name, Run(DoubleIntegrator(start), METRICS, 20.0, h=0.01)) for name, start in (("a", 1), ("b", 3))
+    )
+    found = tune(tuning(trials=trials))
+    # the loop is linear: the cost of the second is nine times that of the first, to rounding
+    np.testing.assert_allclose(
+        found.samples["b"].score("ISE").value, 9 * found.samples["a"].score("ISE").value, rtol=1e-12
+    )
+    np.testing.assert_allclose(found.objectives, 10 * quadratic({"a": found.samples["a"]}), rtol=1e-12)
+
+
+def test_a_point_whose_run_diverges_is_counted_and_never_the_best():
+    found = tune(bomb(0.5, 1.5, evaluations=160))
+    diverged = found.numbers[:, 0] > 1
+    assert (
+        0 < found.failed == diverged.sum() == reasons_of(found.objectives, found.samples)["the run in 'long' diverged"]
+    )
+    np.testing.assert_array_equal(np.isinf(found.objectives), diverged)
+    # -log(1 - rate) / rate, which is at least 1.38 here: the least rate is the best, and lies at the edge
+    assert found.best["rate"] == pytest.approx(0.5, abs=1e-3)
+    assert found.at_edge == ("rate",)
+    assert "The best 'rate' lies at the low end of its range." in found.warnings
+    assert len(found.measures(lambda runs: runs["long"].score("IAE").value)) == (~diverged).sum()
+
+
+class LastLook:
+    """x' = 0 from x(0) = 1, with an output that is no number at the horizon where the gain is above 1."""
+
+    def ode(self, name="loop"):
+        """The equation."""
+        states, parameters = Layout((Entry("x", np.ones(1)),)), Layout((Entry("gain", np.array(1.0)),))
+        t, x, p = ca.SX.sym("t"), states.symbols(), parameters.symbols()
+        root = ca.sqrt(1 - p * (t > 0.99))
+        return Ode.of(name, states, parameters, (t, x, p), {"x": 0 * x}, {"e": x, "tau_applied": root})
+
+
+def test_a_point_whose_metric_is_no_number_is_counted_though_its_run_is_finite():
+    trial = Trial("flat", Run(LastLook(), (iae(), total_variation(0.25)), 1.0, h=0.025))
+    gain = Factor("gain", ("gain",), LogUniform(0.01, 100.0))
+    found = tune(tuning(trials=(trial,), factors=(gain,), objective=lambda runs: -runs["flat"].drawn[:, 0]))
+    assert reasons_of(found.objectives, found.samples)["the run in 'flat' diverged"] == 0
+    assert (
+        reasons_of(found.objectives, found.samples)["a metric in 'flat' is no number"]
+        == found.failed
+        == (found.numbers > 1).sum()
+        > 0
+    )
+    assert 0.9 < found.best["gain"] <= 1
+
+
+def test_points_beyond_a_limit_of_the_objective_are_not_admissible():
+    def limited(runs):
+        cost = quadratic(runs)
+        return np.where(runs["step"].score("effort").value > 0.1, np.inf, cost)
+
+    free, found = tune(tuning()), tune(tuning(objective=limited))
+    assert found.samples["step"].score("effort").value[found.place] <= 0.1
+    assert free.samples["step"].score("effort").value[free.place] > 0.1
+    reasons = ("the run in 'step' diverged", "a metric in 'step' is no number", "the objective is infinite")
+    assert reasons_of(found.objectives, found.samples) == dict(zip(reasons, (0, 0, found.failed), strict=True))
+    assert found.failed > 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "reason"),
+    [
+        (bomb(1.5, 2.0), "the run in 'long' diverged in 80"),
+        (tuning(objective=lambda runs: np.full(len(runs["step"]), np.inf)), "the objective is infinite in 80"),
+    ],
+)
+def test_a_search_without_an_admissible_point_is_refused_with_the_reason(asked, reason):
+    with pytest.raises(ValueError, match=rf"no admissible point among 80 at the step of 0.0.* s \({reason}\)"):
+        tune(asked)
+
+
+def test_a_point_that_only_a_long_step_keeps_finite_is_no_winner():
+    # the pole is at 1 / rate; RK4 goes past it while rate < 1.012 at 5 ms, and while rate < 1.006 at 2.5 ms
+    found = tune(bomb(1.0, 1.015, objective=lambda runs: -runs["long"].drawn[:, 0], evaluations=8))
+    first = found.numbers[found.finalists[0], 0]
+    assert 1.006 < first < 1.012
+    assert np.isinf(found.halved[0, 0])
+    assert found.best["rate"] < 1.006
+    assert found.objective == -found.best["rate"]
+
+
+def test_a_search_whose_best_points_all_live_by_the_step_alone_is_refused():
+    asked = bomb(1.007, 1.0135, objective=lambda runs: -runs["long"].drawn[:, 0])
+    with pytest.raises(ValueError, match=r"at half the step, 0.0025 s, .*finite at the step \(the run in 'long' div"):
+        tune(asked)
+
+
+def test_measures_are_of_all_points_that_were_looked_at(found):
+    error, torque = (lambda runs: runs["step"].score("ISE").value), (lambda runs: runs["step"].score("effort").value)
+    runs = found.samples["step"]
+    np.testing.assert_array_equal(
+        found.measures(error, torque).T, [runs.score("ISE").value, runs.score("effort").value]
+    )
+    with pytest.raises(ValueError, match="needs at least one measure"):
+        found.measures()
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"evaluations": 81}, "must be a multiple of the population, 8, so that every law gets the same"),
+        ({"evaluations": 81}, "got 81: take 80 or 88."),
+        ({"name": "a" * 80}, "_half' of 90 letters"),
+        ({"evaluations": 3}, "got 3: take 8."),
+        ({"population": 3}, "at least 4, which make a new point; got 3"),
+        ({"evaluations": 0}, "positive whole number"),
+        ({"seeds": ()}, "at least one seed"),
+        ({"seeds": (1, 1)}, "each once"),
+        ({"seeds": (-1,)}, "2^64"),
+        ({"seeds": 3}, "a tuple of `int`; got 3: one alone is written `(...,)`"),
+        ({"trials": ()}, "at least one trial"),
+        ({"factors": ()}, "at least one factor"),
+        ({"factors": (GAINS[0], GAINS[0])}, "each of another name"),
+        ({"factors": (Factor("Kp", ("Kp",), Normal(1.0, 0.1)),)}, "two ends"),
+        ({"objective": 3.0}, "must be a function; got 3.0"),
+        ({"name": "P D"}, "a-z, 0-9 and _"),
+    ],
+)
+def test_a_tuning_that_makes_no_sense_is_refused(changes, said):
+    with pytest.raises(ValueError) as refusal:
+        tuning(**changes)
+    assert said in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"h": 0.0}, "`Run(h=...)` must be a positive"),
+        ({"until": 0.055}, "must be a multiple of `h`, 0.01 s; got 0.055 s"),
+        ({"metrics": (3,)}, "`Run(metrics=...)` must be a tuple of `AbstractMetric`; got 3"),
+        ({"name": "a/b"}, "`Trial(name)` must be made of a-z"),
+    ],
+)
+def test_a_trial_that_makes_no_sense_is_refused(changes, said):
+    run = {"loop": DoubleIntegrator(), "metrics": METRICS, "h": 0.01, "until": 20.0} | changes
+    name = run.pop("name", "step")
+    with pytest.raises(ValueError) as refusal:
+        Trial(name, Run(**run))
+    assert said in str(refusal.value)
+
+
+def test_a_factor_that_one_trial_lacks_is_refused_with_the_trial():
+    trials = (*tuning().trials, Trial("bomb", Run(Bomb(), (iae(),), 1.0, h=0.01)))
+    with pytest.raises(LookupError, match=r"in the trial 'bomb': There is no 'Kp', which 'Kp' varies"):
+        tune(tuning(trials=trials))
+
+
+@pytest.mark.parametrize(
+    ("objective", "said"),
+    [
+        (lambda runs: 1.0, "(8,), one number for each of the points; got ()"),
+        (lambda runs: runs["step"].values[:, -1], "(8,), one number for each of the points; got (8, 2)"),
+        (lambda runs: np.full(8, np.nan), "got nan at Kp = "),
+        (lambda runs: np.full(8, -np.inf), "got -inf at Kp = "),
+        (lambda runs: "good", "must be a vector of numbers; got 'good'"),
+        (lambda runs: quadratic(runs) / quadratic(runs).mean(), "must judge each point by its own runs; among all 80"),
+    ],
+)
+def test_an_objective_that_says_nothing_of_a_point_is_named(objective, said):
+    with pytest.raises(ValueError) as refusal:
+        tune(tuning(objective=objective))
+    assert str(refusal.value).startswith("`Tuning('pd', objective=...)` must ")
+    assert said in str(refusal.value)
+
+
+def test_short_searches_that_end_apart_are_said_to():
+    found = tune(tuning(evaluations=4, population=4, seeds=(0, 1)))
+    assert not any(found.settled)
+    assert any("too short to tell" in said for said in found.warnings)
+    assert any("The bests of the 2 searches differ by" in said for said in found.warnings)
+
+
+def test_a_search_that_finds_nothing_is_said_beside_one_that_does():
+    found = tune(bomb(0.9, 6.0, evaluations=16, population=4, seeds=(0, 2)))
+    assert np.isinf(found.bests).tolist() == [False, True]
+    assert "The search of seed 2 found an admissible point in its last quarter only, or none." in found.warnings
+    assert not found.settled[1]
+
+
+def test_a_coarse_step_is_said_beside_the_best():
+    found = tune(tuning(trials=(Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=1.0)),)))
+    assert found.step_error > 0.01 * found.objective
+    assert any("has an error of" in said and "by the step" in said for said in found.warnings)
+    assert "error of the best objective" in found.note
+
+
+def test_a_step_beyond_the_stability_limit_of_the_best_is_said():
+    # RK4 takes steps up to 2.785 over the fastest rate, which is 8 1/s at the least here
+    fast = (Factor("Kp", ("Kp",), Uniform(64.0, 65.0)), Factor("Kd", ("Kd",), Uniform(16.1, 16.4)))
+    found = tune(tuning(trials=(Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=0.4)),), factors=fast))
+    Kp, Kd = found.best.values()
+    fastest = (Kd + np.sqrt(Kd**2 - 4 * Kp)) / 2
+    assert found.stable_steps["step"] == pytest.approx(2.785293563 / fastest, rel=1e-4)  # of a grid of the region
+    assert any("0.4 s is beyond the stability limit 0.3" in said for said in found.warnings)
+    unknown = replace(
+        found, final_samples={"step": with_measurement(found.final_samples["step"], limits=np.full(8, np.nan))}
+    )
+    assert "The stability limit of the step is not known along the best run in 'step'." in unknown.warnings
+
+
+def test_within_the_stability_limit_nothing_is_said_of_it(found):
+    assert found.stable_steps["step"] > 0.02
+    assert not any("stability" in said for said in found.warnings)
+
+
+def test_what_is_said_of_a_search_is_in_plain_numbers(found):
+    assert found.note == (
+        "640 evaluations a search, 320 a number; 0 of 1,280 not admissible; seeds 0, 1; step 0.01 s, error of the "
+        "best objective less than 0.01 %"
+    )
+    off = replace(found, halved=1.275 * found.halved)
+    assert "The objective of the best has an error of 55 % by the step." in off.warnings
+
+
+def test_all_laws_get_the_same_budget_or_are_refused():
+    trial = tuning().trials[0]
+    slower = Trial("step", Run(DoubleIntegrator(), METRICS, 20.0, h=0.005))
+    budget = {"evaluations": 80, "population": 8, "seeds": (0, 1)}
+    first, second = equal_budget({"a": ((trial,), GAINS), "b": ((trial,), GAINS[:1])}, quadratic, **budget)
+    assert (first.size, first.objective, first.seeds) == (second.size, second.objective, second.seeds)
+    with pytest.raises(ValueError, match=r"the same trials for every law; 'b' has 'step' .* h = 0.01 s"):
+        equal_budget({"a": ((trial,), GAINS), "b": ((slower,), GAINS)}, quadratic, **budget)
+    with pytest.raises(ValueError, match="'b' has 'step' .*; 'long' .*, and 'a' has 'step'"):
+        equal_budget({"a": ((trial,), GAINS), "b": ((trial, bomb(0, 1).trials[0]), GAINS)}, quadratic, **budget)
+
+
+def test_what_a_search_takes_is_known_before_it_begins():
+    made = compile_tuning(tuning(evaluations=800, seeds=(0, 1)))
+    needed = cost.cost_of([*made.trials, *made.finals], workers=2)
+    assert needed.runs == 1600 + 2 * 8
+    asked = []
+    tune(made, lambda sweeps, first, last: asked.append(last - first) or here(sweeps, first, last))
+    assert sum(asked) == needed.runs
+
+
+def test_a_logarithmic_range_is_searched_by_its_logarithm():
+    given = compile_tuning(tuning()).trials[0].space.values(np.array([[0.5, 0.0]]))
+    assert given[0] == pytest.approx([1.0, 0.1])
+    assert isinstance(GAINS[0].distribution, LogUniform)

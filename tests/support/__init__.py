@@ -1,0 +1,1 @@
+"""What tests share: oracles, small models, compilers, browsers and machines."""

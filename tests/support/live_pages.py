@@ -1,0 +1,209 @@
+"""Live pages for tests: the data of a few short runs, and a page that holds them and little else."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from workbench.core import Entry, Layout, Step
+from workbench.engine import metrics, simulate
+from workbench.engine.kernel.plan import Plan
+from workbench.engine.metrics.measured_equation import MeasuredEquation
+from workbench.report.live_page import WORKER
+
+TEMPLATES = Path(__file__).parents[2] / "workbench" / "report" / "templates"
+SCRIPTS = (
+    *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
+    *("handles", "crossover_handle", "pole_handles", "page"),
+)
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "
+    "script-src 'unsafe-inline' 'wasm-unsafe-eval' blob:; worker-src blob:"
+)
+STAND_INS = {  # for other files of a page, as far as these tests need them: they keep what they are told
+    "figures": """
+        const shown = {};
+        function openFigure(svg) {
+          return {
+            show(curves) {
+              if (!curves.length) { this.clear(); return; }
+              shown[svg.id] = curves; lines(svg, curves); window.paintedAt = performance.now(); },
+            clear() { delete shown[svg.id]; svg.replaceChildren(); },
+            cursor() {},
+          };
+        }
+        function lines(svg, curves) {
+          svg.replaceChildren(...curves.map(({x, y}) => {
+            const line = document.createElementNS("http://www.w3.org/2000/svg", "polyline");
+            const points = [...x].flatMap((t, i) => (Number.isFinite(y[i]) ? [60 * t, 80 - 30 * y[i]] : []));
+            line.setAttribute("points", points.join(" "));
+            line.setAttribute("style", "fill: none; stroke: #0067a8");
+            return line;
+          }));
+        }""",
+    "animation": """
+        function openAnimation(element, drawing) {
+          const stood = {
+            load(frames, before, times, divergedAt) { Object.assign(stood, {frames, before, times, divergedAt}); },
+            pause() {},
+          };
+          return (window.animation = stood);
+        }""",
+    "tables": """
+        const scored = new Map();
+        function openTables() {
+          return {
+            show(place, scores) { scored.set(place, scores); },
+            showLinear() {},
+            clear(place) { scored.delete(place); },
+          };
+        }
+        function scoresOf(loop, whole, half = whole) {
+          const value = (ends, place) => (ends ? Math.sqrt(ends.x[place] / loop.until) : NaN);
+          return loop.metrics.map(({ program }) => program.results.map((_, i) => {
+            const [, place] = program.inputs[i];
+            return [value(whole, place), 2 * Math.abs(value(whole, place) - value(half, place))];
+          }));
+        }""",
+}
+
+
+def data_of(loops: dict[tuple[str, str], Any], h: float, until: float, every: float, knobs: Any, seed: int = 0) -> Any:
+    """The data of equations by scenario and law: steps h and h / 2, knobs as (name, unit, path, low, high, log)."""
+    modules: dict[str, int] = {}
+    made, curves, found = [], [], {}
+    for number, ((scenario, law), equation) in enumerate(loops.items()):
+        measured = MeasuredEquation.of(equation, [metrics.rmse()])
+        steps, scores = measured.step, measured.metrics
+        whole, half = steps(h), steps(h / 2)
+        outputs = min(whole.outputs.size, 3)
+        moves = []
+        for place, (name, _, path, *_) in enumerate(knobs):
+            if path in whole.parameters.names:
+                spot = whole.parameters.slice(path)
+                moves.append({"knob": place, "p": list(range(spot.start, spot.stop)), "x": []})
+                found[name] = float(whole.parameters.default[spot][0])
+        run = simulate(whole, until=until, every=every, seed=seed, arithmetic="portable")
+        rows = len(run.t) - 1
+        squares = whole.states.slice("integral of RMSE")
+        integrals = range(squares.start, squares.stop)
+        made.append(
+            {
+                "scenario": scenario,
+                "law": law,
+                "label": law,
+                "until": until,
+                "every": every,
+                "rows": rows,
+                "p": whole.parameters.default.tolist(),
+                "x0": whole.states.default.tolist(),
+                "moves": moves,
+                "seed": str(seed),
+                "normals": whole.noises,
+                "whole": _march(whole, round(every / whole.h), modules),
+                "half": _march(half, round(every / half.h), modules),
+                "outputs": _march(_watched(whole, outputs), 1, modules),
+                "metrics": [
+                    {
+                        "name": "RMSE",
+                        "unit": scores[0].unit,
+                        "units": list(scores[0].units),
+                        "labels": list(scores[0].labels),
+                        "time": False,
+                        "program": {"inputs": [["x", i] for i in integrals], "nodes": [], "results": [*integrals]},
+                    }
+                ],
+                "scores": [[[float(np.sqrt(run.x[0, -1, i] / until)), 0.0] for i in integrals]],
+            }
+        )
+        curves += [
+            {"figure": f"figure_{panel}", "panel": 0, "series": number, "loop": number, "x": "t", "y": ["y", panel],
+             "rows": [0, rows + 1], "scales": [1, 1]}
+            for panel in range(outputs)
+        ]  # fmt: skip
+    turned = [
+        {"name": name, "unit": unit, "low": low, "high": high, "log": log, "value": found[name], "origin": "assumed",
+         "paths": [path], "share": False}
+        for name, unit, path, low, high, log in knobs
+    ]  # fmt: skip
+    return {
+        "format": 2,
+        "study": "small",
+        "knobs": turned,
+        "loops": made,
+        "modules": list(modules),
+        "curves": curves,
+        "cells": [],
+        "marks": [],
+        "plates": {curve["figure"]: {} for curve in curves},
+        "python": "import workbench as wb\nrun({case}, {values}, {seed})\n",
+    }
+
+
+def _march(step: Step, stride: int, modules: dict[str, int]) -> dict[str, Any]:
+    from workbench.engine.kernel import webassembly  # with llvmlite, which not every machine has
+
+    plan = Plan.of_step(step, ())
+    squeeze = zlib.compressobj(9, wbits=-15)
+    packed = squeeze.compress(webassembly.compiled(plan)) + squeeze.flush()
+    return {
+        "module": modules.setdefault(base64.b64encode(packed).decode(), len(modules)),
+        "h": step.h,
+        "stride": stride,
+        "states": step.states.size,
+        "parameters": list(plan.parameters),
+        "constants": list(plan.constants(step.h)),
+        "lanes": len(plan.lanes),
+        "table": len(plan.table),
+    }
+
+
+def _watched(step: Step, count: int) -> Step:
+    """The step that leaves the states as they are and puts the first outputs behind them."""
+    rule, y = step.rule, ca.SX.sym("y", count)
+    update = ca.vertcat(rule.x, ca.densify(rule.output[:count]))
+    held = replace(rule, x=ca.vertcat(rule.x, y), rate=ca.SX(0, 1), update=update, output=ca.SX(0, 1))
+    states = step.states + Layout(tuple(Entry(f"watched {i}", 0.0) for i in range(count)))
+    return replace(step, states=states, outputs=Layout(), rule=held)
+
+
+def script() -> str:
+    """All scripts of a page in their order, with stand-ins for those that are not there."""
+    return "\n".join(_script(name) for name in SCRIPTS)
+
+
+def _script(name: str) -> str:
+    if name in STAND_INS:
+        return STAND_INS[name]
+    return (TEMPLATES / "live" / f"{name}.js").read_text("utf-8")
+
+
+def write_page(folder: Path, data: Any, body: str = "") -> Path:
+    """A page with the data, and an empty drawing for each figure."""
+    style = "\n".join((TEMPLATES / name).read_text("utf-8") for name in ("style.css", "live/live.css"))
+    style = style[style.index(":root") :]  # without the font
+    drawings = "".join(
+        f'<figure class="drawing" data-figure="{name}"><div><svg id="{name}" viewBox="0 0 600 160"></svg></div>'
+        "</figure>"
+        for name in data["plates"]
+    )
+    worker = "\n".join((TEMPLATES / "live" / f"{name}.js").read_text("utf-8") for name in WORKER)
+    text = json.dumps(data).replace("<", "\\u003c")
+    path = folder / "live.html"
+    path.write_text(
+        f'<!DOCTYPE html><html lang="en"><head><meta charset="utf-8"><title>Small</title>'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}"><style>{style}</style></head>'
+        f"<body><h1>A small page</h1>{body}{drawings}"
+        f'<script type="application/json" id="live">{text}</script>'
+        f'<script type="text/plain" id="live-worker">{worker}</script><script>{script()}</script></body></html>',
+        "utf-8",
+    )
+    return path
