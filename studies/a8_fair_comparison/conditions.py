@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ from workbench.metrics import AbstractMetric, effort, rmse, total_variation
 from workbench.metrics.contract import Integral
 from workbench.plants import Friction, Manipulator
 from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.signals import Hold, Sines, SineTorque, SquareWave
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -70,6 +70,11 @@ class Scenario:
             disturbance=disturbance,
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
+
+    @property
+    def at_rest(self) -> Scenario:
+        """The same arm and computer with the arm held where it starts, without disturbance and noise."""
+        return replace(self, reference=Hold(self.start), push=0.0, noise=0.0)
 
     def loop(self, observer: AbstractObserver, controller: AbstractController) -> DigitalLoop:
         closed = ClosedLoop(self.plant, observer, controller, self.reference)

@@ -80,8 +80,13 @@ def spans(every: Sequence[Sequence[Row]]) -> tuple[str, str]:
 
 def smallest(rows: Sequence[Row]) -> str:
     """The verdict on exact cycles."""
-    count, total = met(rows).split(" of ")
-    return "all" if count == total else met(rows)
+    return "all" if all_or(met(rows)).startswith("all ") else met(rows)
+
+
+def all_or(part: str) -> str:
+    """A count such as '7 of 8' as it stands, and '8 of 8' as 'all 8'."""
+    count, total = part.split(" of ")
+    return f"all {total}" if count == total else part
 
 
 def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
@@ -135,8 +140,8 @@ def cycle_finding(every: Sequence[Sequence[Row]]) -> Finding:
     regular = sum(r.cycle is not None for r in rows)
     return Finding(
         name="exact_cycle",
-        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {met(rows)} of these half the swing of s is "
-        "that of the exact cycle at the simulated switching period.",
+        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(met(rows))} of these half the "
+        "swing of s is that of the exact cycle at the simulated switching period.",
         evidence="An exact cycle may keep an offset of s, which raises its peak only; half of the swing is free of "
         f"it. From other starts: {', '.join(map(met, every[1:]))}.",
         statistic=f"Half of the highest minus the lowest s, to {100 * (NEARLY - 1):.1g} %, where the oscillation "
