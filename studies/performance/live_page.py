@@ -27,11 +27,12 @@ from workbench.simulate.job import Job
 from workbench.simulate.kernel import native
 from workbench.study import case_runs, writeup
 from workbench.study.contract import Run
+from workbench.study.document.document import Section
 from workbench.study.live.knob import Knob
 from workbench.study.live.live_data import live_data
 from workbench.study.live.loop_study import loop_study
 from workbench.study.pictures.traces import loops_section
-from workbench.study.study import Case, Study
+from workbench.study.study import Case, Results, Study
 from workbench.validation.refusals import Array
 
 EVERY = 0.01  # s, between two points of a curve
@@ -42,35 +43,52 @@ SCRIPT = Path(__file__).with_name("live_page.js")
 
 def live_rows(effort: Effort) -> tuple[Row, ...]:
     """The rows of live pages; without Chromium they are not measured."""
-    w, laws = "one loop of W", "the seven laws of a1"
-    wanted = ((f"a turned knob, {w}", 40.0, "ms"), (f"a turned knob, {w}, 95th percentile", 80.0, "ms"))
-    wanted += ((f"a turned knob, {LINEAR}", 40.0, "ms"), (f"a turned knob, {LINEAR}, 95th percentile", 80.0, "ms"))
-    wanted += ((f"a turned knob, {laws}", 150.0, "ms"), ("kernel of W in a browser, beside the native one", 1.5, "x"))
+    names = ("one loop of W", LINEAR, "the seven laws of a1")
     if program() is None:
-        return tuple(Row(name, bar, unit=unit, at_most=True, note="no Chromium here") for name, bar, unit in wanted)
+        return tuple(
+            Row(name, bar, unit=unit, at_most=True, note="no Chromium here") for name, bar, unit in _bars(names)
+        )
+    w, linear, laws = names
     with opened(page_of_w(), "phi") as page:
         spans = turned(page, "phi", 0.002, 0.1, TURNS[w])
         ours, theirs = kernels(page, effort)
     with opened(page_of_laws(), "mass") as page:
         seven = turned(page, "mass", 0.5, 2.0, TURNS[laws])
     with opened(page_at_rest(), "phi") as page:
-        linear = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
+        answers = turned(page, "phi", 0.002, 0.1, TURNS[linear])
         painted = median(page.value("painted"))
     with opened(page_at_rest(linear=False), "phi") as page:
-        without = turned(page, "phi", 0.002, 0.1, TURNS[LINEAR])
+        without = median(turned(page, "phi", 0.002, 0.1, TURNS[linear]))
     said = f"median of {TURNS[w]} turns, until the pictures of all {HORIZON:g} s at {1e3 * H:g} ms are drawn"
-    kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
     ratio = (
-        f"{median(linear) / median(without):.2f} times as long as the same bench without them, {median(without):.3g} ms; "
-        f"Chromium without a graphics card has painted them after {painted:.3g} ms"
+        f"{median(answers) / without:.2f} times as long as the same bench without them, {without:.3g} ms; "
+        f"Chromium, without a graphics card, has painted them after {painted:.3g} ms"
     )
-    found = (median(spans), float(np.percentile(spans, 95)), median(linear), float(np.percentile(linear, 95)))
+    kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
     notes = (said, "", f"{said}; {ratio}", "", said.replace(f"{TURNS[w]}", f"{TURNS[laws]}"), kernel)
-    found += (median(seven), ours / theirs)
+    found = (*_middle_and_late(spans), *_middle_and_late(answers), median(seven), ours / theirs)
     return tuple(
         Row(name, bar, value, unit, at_most=True, note=note)
-        for (name, bar, unit), value, note in zip(wanted, found, notes, strict=True)
+        for (name, bar, unit), value, note in zip(_bars(names), found, notes, strict=True)
     )
+
+
+def _bars(names: tuple[str, str, str]) -> tuple[tuple[str, float, str], ...]:
+    """The name, the bar and the unit of each row."""
+    w, linear, laws = (f"a turned knob, {name}" for name in names)
+    return (
+        (w, 40.0, "ms"),
+        (f"{w}, 95th percentile", 80.0, "ms"),
+        (linear, 40.0, "ms"),
+        (f"{linear}, 95th percentile", 80.0, "ms"),
+        (laws, 150.0, "ms"),
+        ("kernel of W in a browser, beside the native one", 1.5, "x"),
+    )
+
+
+def _middle_and_late(spans: list[float]) -> tuple[float, float]:
+    """The median of some times, and their 95th percentile."""
+    return median(spans), float(np.percentile(spans, 95))
 
 
 def page_of_w() -> str:
@@ -93,9 +111,13 @@ def page_at_rest(linear: bool = True) -> str:
     """The bench of the repaired law of the paper at rest, cut at the torques, with or without its linear pictures."""
     knob = Knob("phi", "controller.phi", 0.002, 0.1, log=True)
     bench = loop_study(still(PROPOSED, POSES[LEVEL]), HORIZON, H, (rmse(),), (knob,))
-    if linear:
-        return page_of_study(bench, bench=True)
-    return page_of_study(replace(bench, sections=lambda results: bench.sections(results)[:1]), bench=True)
+
+    def without(results: Results) -> list[Section]:
+        sections = bench.sections(results)
+        assert isinstance(sections, tuple)
+        return [sections[0]]
+
+    return page_of_study(bench if linear else replace(bench, sections=without), bench=True)
 
 
 def page_of(cases: tuple[Case, ...], knob: Knob, signal: str) -> str:

@@ -19,7 +19,7 @@ from workbench.design.linear_loop.loop_point import LoopPoint, point_models, str
 from workbench.design.linear_loop.point_model import Instant
 from workbench.design.linear_loop.rest_state import find_rest, motion_of, resting_states, start_of, unrest
 from workbench.design.matrices import Refused
-from workbench.validation.refusals import finite, whole
+from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
 
 CALL = "linear_loop"
@@ -83,16 +83,15 @@ def linear_loop(
     array([0.03, 3.01])
     """
     equations = LoopEquations.of(CALL, loop, (at,) if isinstance(at, str) else at, delays or {}, freeze)
-    instant = Instant.of(CALL, equations.closed, finite(f"{CALL}(t=...)", t, " of seconds"))
-    point = rest_point(equations, instant, values or {}, at_rest, side, substeps)
-    others = {"at": at, "t": t, "freeze": freeze, "delays": delays}
-    return about(replace(point, arguments=_arguments({**others, "at_rest": at_rest, "side": side, "substeps": substeps})))
+    point = rest_point(equations, Instant.of(CALL, equations.closed, t), values or {}, at_rest, side, substeps)
+    given = {"at": at, "t": t, "freeze": freeze, "delays": delays, "at_rest": at_rest, "side": side}
+    return about(replace(point, arguments=_arguments({**given, "substeps": substeps})))
 
 
 def _arguments(given: Mapping[str, Any]) -> str:
     """The arguments that differ from the defaults of `linear_loop`, as Python writes them in a call."""
-    defaults = signature(linear_loop).parameters
-    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name].default))
+    defaults = {name: one.default for name, one in signature(linear_loop).parameters.items()}
+    return "".join(f", {name}={value!r}" for name, value in given.items() if repr(value) != repr(defaults[name]))
 
 
 def rest_point(

@@ -26,7 +26,7 @@ from workbench.design.linear_loop.loop_equations import Equations, flow_of, inst
 from workbench.design.linear_loop.loop_model import LoopModel, lifted
 from workbench.notation.program import walk
 from workbench.proofs.interval import jumps
-from workbench.validation.refusals import Array
+from workbench.validation.refusals import Array, finite
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +37,9 @@ class Instant:
     count: int = 1
 
     @staticmethod
-    def of(call: str, equations: Equations, t: float) -> Instant:
-        """The instant at the time t; the first that is like all later ones, where a computer begins otherwise."""
+    def of(call: str, equations: Equations, t: object) -> Instant:
+        """The instant at the time t in s; the first that is like all later ones, where a computer begins otherwise."""
+        t = finite(f"{call}(t=...)", t, " of seconds")
         if not isinstance(equations, Sampled):
             return Instant(t)
         count, _ = instants_of(equations)
