@@ -208,7 +208,7 @@ def rest(results: Results) -> Section:
     """The linear pictures of the proposed law, which the factors of the sweeps move."""
     knobs = (
         "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them, "
-        "and l moves a pole alone."
+        "and l moves one pole alone."
     )
     return rest_section(results[REST, PROPOSED], results[SCENARIO, PROPOSED], "It is repaired as in a1.", knobs)
 

@@ -96,8 +96,8 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
     nearest = 100 * min(abs(r.layer[0].least_phi / PHI - 1) for r in rows)
     return Finding(
         name="layer_ends_chattering",
-        statement=f"Harmonic balance predicts in {agreed} of {len(rows)} pairs of lag and period whether the layer "
-        f"of {PHI:g} rad/s ends the chattering of joint 1.",
+        statement=f"Harmonic balance predicts in {all_or(f'{agreed} of {len(rows)}')} pairs of lag and period "
+        f"whether the layer of {PHI:g} rad/s ends the chattering of joint 1.",
         evidence=f"In {thin} pairs the layer is thinner than the least width of the balance: there the arm should "
         "oscillate, and come to rest in all others. The least width is that below which the linear loop in the layer "
         f"is unstable. No pair is a close case: it is {np.floor(nearest):.0f} % or more off {PHI:g} rad/s in each.",

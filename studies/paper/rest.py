@@ -14,7 +14,7 @@ POSE = tuple(map(float, CARD["FS: q(0)"]))  # both links stand upright or hang, 
 UNTIL, SHOWN = 0.1, 0.01  # s: nothing moves
 WHY = (
     "The runs above track a moving reference, and a loop gain exists only about a state of rest. These pictures are "
-    f"therefore of {PROPOSED} holding the arm still where the paper's first scenario starts, without disturbance."
+    f"therefore of {PROPOSED} as it holds the arm still where the paper's first scenario starts, without disturbance."
 )
 ELSEWHERE = "Report d0 has the loop gains of six laws at several poses."
 
@@ -37,8 +37,8 @@ def rest_section(outcome: Outcome, moving: Outcome, law: str, knobs: str) -> Sec
 def growth(moving: Outcome) -> str:
     """The diagonal of K at the start and at the end of a run."""
     K = moving.measurement.trajectories["controller.K"][0]
-    first, last = (", ".join(f"{entry:.3g}" for entry in k.diagonal()) for k in (K[0], K[-1]))
+    first, last = (" and ".join(f"{entry:.3g}" for entry in k.diagonal()) for k in (K[0], K[-1]))
     return (
-        f"Its gain K is held at K(0), whose diagonal is {first} N m; when scenario '{moving.case.scenario}' ends, the "
-        f"diagonal of K is {last} N m."
+        f"Its gain K is held at K(0), which has {first} N m on its diagonal. At the end of the run in scenario "
+        f"'{moving.case.scenario}' these are {last} N m."
     )
