@@ -139,8 +139,8 @@ def trust_section(results: Results) -> Section:
 def rest(results: Results) -> Section:
     """The linear pictures of the proposed law, which the knobs move."""
     knobs = (
-        "On the HTML page the knobs move these pictures together with the runs, and the knob of the first gain K "
-        "reaches such gains. Q, R, the reference and the disturbance have no part in them, and l moves one pole alone."
+        "On the HTML page the knobs move these pictures together with the runs. The knob of the first gain K reaches "
+        "such gains. Q, R, the reference and the disturbance have no part in the pictures; l moves its own pole alone."
     )
     return rest_section(results[REST, PROPOSED], results["FS", PROPOSED], "It has the four repairs.", knobs)
 

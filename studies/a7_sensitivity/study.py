@@ -207,8 +207,8 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
 def rest(results: Results) -> Section:
     """The linear pictures of the proposed law, which the factors of the sweeps move."""
     knobs = (
-        "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them, "
-        "and l moves one pole alone."
+        "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them; "
+        "l moves its own pole alone."
     )
     return rest_section(results[REST, PROPOSED], results[SCENARIO, PROPOSED], "It is repaired as in a1.", knobs)
 

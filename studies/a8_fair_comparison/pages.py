@@ -68,7 +68,7 @@ def rest(results: Results) -> Section:
     """The linear pictures of the proposed law in its computer, which the knobs move."""
     knobs = (
         "This law was taken because the page judges each of its parts. On the HTML page the knobs of masses, lengths "
-        "and friction move these pictures together with the runs; disturbance, phases and starts have no part in them."
+        "and friction move these pictures together with the runs. Disturbance, phases and starts have no part in them."
     )
     law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
     return rest_section(results[REST, PROPOSED], results[HELD_OUT[0].name, PROPOSED], law, knobs)
