@@ -59,10 +59,13 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     modules, refused, live_places = Modules(), dict[str, str](), dict[int, int]()
     loops: list[dict[str, Any]] = []
     live_curves: list[Curve] = []
+    moving = {link.loop for link in found if isinstance(link, Curve | LiveCell | LiveMark)}
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
             made, shown = _loop(outcome, knobs, mine, modules, _is_linear(found, k))
+            if moving and k not in moving:  # beside the runs of each scenario, and not to be watched
+                made |= {"everywhere": True, "drawing": None}
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
             return None
         except ValueError as error:
