@@ -59,20 +59,17 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     modules, refused, live_places = Modules(), dict[str, str](), dict[int, int]()
     loops: list[dict[str, Any]] = []
     live_curves: list[Curve] = []
-    moving = {link.loop for link in found if isinstance(link, Curve | LiveCell | LiveMark)}
     for k, outcome in zip(used, outcomes, strict=True):
         mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
         try:
             made, shown = _loop(outcome, knobs, mine, modules, _is_linear(found, k))
-            if moving and k not in moving:  # beside the runs of each scenario, and not to be watched
-                made |= {"everywhere": True, "drawing": None}
         except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
             return None
         except ValueError as error:
             refused[outcome.case.name] = str(error)
             continue
         live_places[k] = len(loops)
-        loops.append(made)
+        loops.append(made | _everywhere(found, k))
         live_curves += shown
     return {
         "format": FORMAT,
@@ -99,6 +96,15 @@ def _lines(study: Study, script: str) -> dict[str, str]:
 def _is_linear(found: Sequence[object], loop: int) -> bool:
     """True if a page shows linear answers of a loop."""
     return any(isinstance(link, LinearMark | LinearCell) and link.loop == loop for link in found)
+
+
+def _everywhere(found: Sequence[object], loop: int) -> dict[str, Any]:
+    """The marks of a loop of which a page shows linear answers alone, beside the runs of others; else none.
+
+    It belongs to each scenario, and there is nothing to watch.
+    """
+    moving = {link.loop for link in found if isinstance(link, Curve | LiveCell | LiveMark)}
+    return {"everywhere": True, "drawing": None} if moving and loop not in moving else {}
 
 
 def _told_links(found: Sequence[object], places: Mapping[int, int]) -> dict[str, Any]:
