@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from workbench.design.frequency.axis_loop import refuse_odd_loop
 from workbench.design.frequency.certified_values import INFINITE, ZERO, CertifiedValue, of_fractions
-from workbench.design.frequency.stable_ratios import StableRatio, stable_ratio
+from workbench.design.frequency.stable_ratios import ONE_CHANNEL, StableRatio, stable_ratio
 from workbench.design.matrices import Refused
 from workbench.design.step_response.piece_figures import Bounds, Top, first_reach, last_outside, supremum
 from workbench.design.step_response.response_modes import response_modes
@@ -92,6 +93,7 @@ def exact_figures(system: control.TransferFunction | control.StateSpace) -> Step
 
     They are None where `step_info` refuses them or knows a peak alone, and for more than 20 poles.
     """
+    refuse_odd_loop("exact_figures", system, "system", ONE_CHANNEL)
     if len(system.poles()) > MOST_POLES:
         return None
     try:
