@@ -56,18 +56,12 @@ class Scenario:
 
     @property
     def plant(self) -> Manipulator:
-        paper = "SS" if self.jumps else "FS"
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
-        disturbance = SineTorque(
-            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
-            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
-            CARD[f"{paper}: disturbance phase"],
-        )
         return Manipulator(
             PlanarArm(tuple(map(PointMass, masses, lengths)), CARD["gravity"]),
             q=self.start,
             qd=CARD["qd(0)"],
-            disturbance=disturbance,
+            disturbance=self.disturbance,
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
         )
 
@@ -75,6 +69,18 @@ class Scenario:
     def at_rest(self) -> Scenario:
         """The same arm and computer with the arm held where it starts, without disturbance and noise."""
         return replace(self, reference=Hold(self.start), push=0.0, noise=0.0)
+
+    @property
+    def disturbance(self) -> SineTorque | None:
+        """The paper's disturbance with other amplitudes and frequencies; None without amplitude."""
+        if not self.push:
+            return None
+        paper = "SS" if self.jumps else "FS"
+        return SineTorque(
+            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
+            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
+            CARD[f"{paper}: disturbance phase"],
+        )
 
     def loop(self, observer: AbstractObserver, controller: AbstractController) -> DigitalLoop:
         closed = ClosedLoop(self.plant, observer, controller, self.reference)
