@@ -43,10 +43,21 @@ study = Study(
 """
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_collection():
+    """Search for garbage only when all modules are loaded: what they make stays."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
+
+
 def pytest_collection_finish():
-    """Leave ten thousand tests and their modules out of every later search for garbage."""
+    """Leave ten thousand tests and their modules out of every later search for garbage, and search seldom."""
     gc.collect()
     gc.freeze()
+    gc.set_threshold(20_000, 20, 20)
 
 
 def pytest_collection_modifyitems(items):

@@ -22,7 +22,7 @@ from workbench.simulate.kernel.plan import Plan
 TEMPLATES = Path(__file__).parent.parent / "workbench" / "report" / "templates"
 SCRIPTS = (
     *("address", "knobs", "answers", "holds", "pictures", "figures", "tables", "animation", "pool", "motion"),
-    "page",
+    *("handles", "crossover_handle", "pole_handles", "page"),
 )
 POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; font-src data:; "

@@ -79,7 +79,10 @@ class Rows(HTMLParser):
 
 @pytest.fixture(scope="module")
 def results():
-    """What the page is made of. The laws of a1 are run once for the page, and for the witnesses that compare them."""
+    """What the page is made of: a minute of a core, for heavy tests alone.
+
+    The laws of a1 are run once for the page, and for the witnesses that compare them.
+    """
     study, laws = a2_claims.study, replay.compared()
     first, *others = study.cases
     assert [one.name for one in others] == [outcome.case.name for outcome in laws.outcomes]
@@ -195,6 +198,7 @@ def test_the_product_of_33_is_refused_as_its_row_says(rows, replayed):
     assert replayed["(33), shapes"] == "ValueError"  # NumPy's
 
 
+@pytest.mark.heavy
 def test_what_holds_is_proved_and_what_the_paper_prints_wrong_is_refuted_with_a_witness(ledger):
     for name in ("(2)", "(4)", "Assumption 2", "Assumption 3, derived C", "Assumption 4"):
         assert ledger[name].ruling.kind == "proved"
@@ -203,6 +207,7 @@ def test_what_holds_is_proved_and_what_the_paper_prints_wrong_is_refuted_with_a_
         assert ledger[name].ruling.witness
 
 
+@pytest.mark.heavy
 def test_no_claim_about_a_limit_is_proved_by_a_run(ledger):
     for line in ledger:
         if "rerun(" in line.ruling.witness:
@@ -244,17 +249,20 @@ def test_a_misspelt_name_of_an_identity_s_value_is_named():
         both("(31)", S=(1, 0))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["(33), gain", "(34), cost", "(40)", "(41), along (10)", "(41), along (35)", "(42)"])
 def test_a_witness_prints_the_weights_it_rests_on(name, ledger):
     rests_on = f"{ledger[name].ruling.under} {ledger[name].ruling.evidence}"
     assert all(f"{letter} = " in rests_on for letter in ("Q", "R"))
 
 
+@pytest.mark.heavy
 @pytest.mark.parametrize("name", ["(33), gain", "(34), cost"])
 def test_what_fails_for_some_weights_alone_depends_on_them(name, ledger):
     assert ledger[name].ruling.verdict == "depends on Q and R, which the paper does not state"
 
 
+@pytest.mark.heavy
 def test_no_claim_is_refuted_over_a_range_that_only_its_reader_chose(ledger):
     for line in ledger:
         if line.ruling.kind == "refuted":
@@ -267,17 +275,20 @@ def test_each_numbered_equation_is_judged_or_is_a_definition():
     assert {name for item in PRINTED for name in item.claims} >= set(QUANTIFIERS)
 
 
+@pytest.mark.heavy
 def test_each_printed_equation_has_a_line_of_the_ledger_with_its_words(ledger):
     for item in PRINTED:
         assert decisive(ledger, item).quote == item.quote
         assert item.claims[0] not in grouped(ledger)[OURS].names
 
 
+@pytest.mark.heavy
 def test_31_is_an_identity_and_its_replacement_is_what_fails(ledger):
     assert ledger["(31)"].ruling.kind == "proved"
     assert ledger["(31), replacement"].ruling.kind == "refuted"
 
 
+@pytest.mark.heavy
 def test_15_holds_under_its_condition_and_not_for_all_torques_at_once(ledger):
     assert ledger["(15)"].ruling.kind == "proved"
     assert ledger["(15), everywhere"].ruling.kind == "does not hold under"
@@ -358,6 +369,7 @@ def test_the_mismatch_is_quadratic_in_the_velocity(speed):
     assert replay.speed_ratio(speed) == pytest.approx(by_hand, rel=1e-12)
 
 
+@pytest.mark.heavy
 def test_every_finding_that_breaks_a_claim_keeps_the_hypotheses_it_names(ledger):
     with_margin = [line for line in ledger if line.ruling.kind in BROKEN and line.ruling.kept]
     assert {"(24)", "(40)", "(41), along (35)", "(41), along (10)", "(42)"} <= {line.claim.name for line in with_margin}
@@ -372,6 +384,7 @@ def test_the_start_that_goes_astray_is_robust():
     assert replay.share_astray(near) > 0.95
 
 
+@pytest.mark.heavy
 def test_a_claim_is_judged_as_published_and_under_the_numbers_of_a1(ledger):
     groups = grouped(ledger)
     published = [line for line in groups[PAPER] if line.ruling.kind == "not checkable as published"]
@@ -425,6 +438,7 @@ def test_the_replay_of_22_shows_a_rate_that_is_not_negative():
     assert there == pytest.approx(-back)  # odd in the velocity error
 
 
+@pytest.mark.heavy
 def test_the_bounds_of_the_disturbance_are_those_of_its_sines(ledger):
     # by hand: each scenario has one sine of 3 and one of 4 rad/s, so the norm of the amplitudes is not exceeded
     evidence = ledger["Assumption 4"].ruling.evidence
@@ -433,6 +447,7 @@ def test_the_bounds_of_the_disturbance_are_those_of_its_sines(ledger):
     assert all(0.5 < bound <= np.hypot(0.5, 0.4) * (1 + 1e-6) for bound in bounds)
 
 
+@pytest.mark.heavy
 def test_each_claim_is_counted_in_one_group(ledger):
     names = ledger.names
     lines = tuple(Line(Claim(name, "said", "here"), Ruling("proved", "seen")) for name in names)

@@ -8,6 +8,7 @@ from compilers import needs_llvmlite
 
 import workbench as wb
 from studies.performance.chromium import open_page
+from workbench.report.figures.style import SMALL_LETTERS
 
 pytestmark = [needs_chromium, needs_llvmlite]
 
@@ -61,6 +62,18 @@ def test_pictures_stand_at_the_top_beside_open_knobs_and_words_below(page):
     assert boxes[0]["right"] <= boxes[1]["left"]
     assert page.value(BOX % "dl.abstract")[1] >= bottom
     assert page.value("document.querySelectorAll('h1').length") == 1
+
+
+@pytest.mark.parametrize(("width", "height"), [(1300, 1000), (1900, 1200)])
+def test_all_pictures_are_on_the_first_screen_in_letters_that_can_be_read(path, browser, width, height):
+    with open_page(path, width=width, height=height, browser=browser) as page:
+        page.until("livePage.data && livePage.bench.knobs")
+        pictures = "[...document.querySelectorAll('.pictures-grid svg')].filter((one) => one.viewBox.baseVal)"
+        bottoms = page.value(f"{pictures}.map((one) => one.getBoundingClientRect().bottom)")
+        scales = page.value(f"{pictures}.map((one) => one.getBoundingClientRect().width / one.viewBox.baseVal.width)")
+    assert len(bottoms) == len(PICTURES)
+    assert max(bottoms) <= height
+    assert min(scales) * SMALL_LETTERS >= 9.0  # px
 
 
 def test_each_picture_can_be_hidden_and_comes_back(page):

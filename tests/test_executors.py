@@ -138,6 +138,7 @@ def test_workers_with_and_without_a_compiler_give_the_same_bits(cluster, tmp_pat
     assert len(done[0]) == 5
 
 
+@pytest.mark.heavy
 def test_a_worker_with_another_version_is_refused_with_both(cluster, tmp_path):
     address, worker, _ = cluster
     shutil.copytree(ROOT / "workbench", tmp_path / "old" / "workbench", ignore=shutil.ignore_patterns("__pycache__"))
@@ -158,6 +159,7 @@ def test_a_worker_that_comes_later_with_another_version_is_told_both(monkeypatch
         executors.compute(lambda: (), (0, 0, 8, "x"), ours)
 
 
+@pytest.mark.heavy
 @pytest.mark.skipif(os.name != "posix", reason="needs SIGKILL")
 def test_the_death_of_a_scheduler_is_said_in_one_sentence(cluster, tmp_path):
     address, worker, scheduler = cluster

@@ -95,6 +95,7 @@ def test_a_kill_at_any_step_leaves_the_earlier_page_or_the_new_one_and_the_next_
     assert min(steps) > 50  # a file each is opened, synced, put in place and, as the earlier one, spared and removed
 
 
+@pytest.mark.heavy
 def test_an_error_at_any_step_leaves_the_earlier_report_and_nothing_else(tmp_path):
     steps = broken_writes("fail", tmp_path)
     assert len(steps) == 8

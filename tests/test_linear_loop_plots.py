@@ -382,3 +382,39 @@ def test_a_parameter_that_is_not_there_is_answered_with_the_nearest():
         CART.plot("root_locus", over={"plant.mm": [1.0, 2.0]})
     with pytest.raises(LookupError, match="'omegaa'"):
         LINEAR.plot("step", outputs="omegaa")
+
+
+@wb.block
+class Hidden(wb.Plant):
+    """x' = -x + u beside h' = a h, which nothing reads."""
+
+    a: float = wb.parameter(default=0.5, unit="1/s")
+    x: float = wb.initial(default=0.0, unit="m")
+    h: float = wb.initial(default=0.0, unit="m")
+    inputs, outputs = wb.layout(u="m/s"), wb.layout(x="m")
+
+    def rate(self, t, x, u):
+        return {"x": u.u - x.x, "h": self.a * x.h}
+
+
+@wb.block
+class Minus(wb.Controller):
+    """u = -x."""
+
+    reads, drives = wb.layout(x="m"), wb.layout(u="m/s")
+
+    def command(self, t, z, est, ref):
+        return {"u": -est.x}
+
+
+def test_a_mode_that_grows_and_that_l_does_not_show_is_counted_among_its_unstable_poles():
+    linear = wb.linear_loop(wb.ClosedLoop(Hidden(), controller=Minus()))
+    assert not linear.stable
+    assert "With 1 unstable pole of L, the closed loop has 1 unstable pole." in plain(linear.plot("nyquist").caption)
+
+
+def test_an_option_that_a_picture_does_not_have_is_refused_by_its_name():
+    with pytest.raises(LookupError, match=r"no 'colour' among the 7 options of `LinearLoop.plot\('bode'\)`"):
+        LINEAR.plot("bode", colour=3)
+    with pytest.raises(LookupError, match=r"no 'until' among .* options of `LinearRows.plot\('bode'\)`"):
+        LINEAR.rows({}).plot("bode", until=3)

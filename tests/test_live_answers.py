@@ -11,8 +11,10 @@ from test_live_figures import NUMBERS, ROOM
 
 import workbench as wb
 from studies.paper.laws import rival
+from workbench.design.frequency import CertifiedValue
 from workbench.design.frequency.frequency_axis import phases
 from workbench.study.loop_pictures import FrequencyCurve, PoleZeroSet, nyquist_figure, pole_zero_map
+from workbench.study.loop_pictures.margin_words import fall_in_decibels
 from workbench.study.loop_pictures.pole_maps import _rings
 from workbench.study.pictures.loop_gain_table import least_damping
 from workbench.study.pictures.loop_gains import channel_gains
@@ -138,7 +140,7 @@ def test_the_lines_of_a_computers_map_lie_at_the_same_natural_frequency_and_damp
 def test_a_table_says_the_numbers_or_why_there_are_none(motor):
     cells = [
         {"quantity": name, "channel": 0}
-        for name in ("gain margin upwards", "phase margin", "Ms", "disk margin", "largest real part of a pole",
+        for name in ("gain margin", "phase margin", "Ms", "disk margin", "largest real part of a pole",
                      "least damping of a pole")
     ]  # fmt: skip
     body = "const a = answerOf(given[0]); return given[1].map((cell) => a.value(cell));"
@@ -149,6 +151,16 @@ def test_a_table_says_the_numbers_or_why_there_are_none(motor):
     assert told[1:] == pytest.approx([*numbers, least_damping(poles, None)])
     unstable = wb.linear_loop(motor_loop(Kp=-100.0))
     assert said(body, [given_of(unstable), cells])[:4] == ["unstable"] * 4
+
+
+def test_a_table_says_by_how_much_a_gain_may_fall_as_the_printed_one_does(motor):
+    body = """const a = answerOf(given); return [0.25, 0].map((low) => {
+      a.margins[0].gainMargin = {low, high: Infinity};
+      return a.value({quantity: "gain may fall by", channel: 0}); });"""
+    assert said(body, given_of(motor)) == [pytest.approx(20 * np.log10(4)), "no limit"]
+    printed = fall_in_decibels(CertifiedValue(0.25, 0.24, 0.26))
+    assert printed.value == pytest.approx(20 * np.log10(4))
+    assert printed.low < printed.value < printed.high
 
 
 def test_equal_axes_grow_together_and_hold_what_is_asked():

@@ -14,6 +14,7 @@ from studies.performance.chromium import open_page
 from workbench.report.html_page import html
 from workbench.study import case_runs, writeup
 from workbench.study.document.document import Section
+from workbench.study.live.linear_data import baseline_of
 from workbench.study.live.live_data import live_data
 from workbench.study.pictures.traces import loops_section
 
@@ -248,6 +249,30 @@ def test_python_gives_the_linear_loop_of_a_page_with_its_knobs_turned(pendulum):
     assert linear.x0[0] == pytest.approx(np.pi - np.arcsin(0.5), abs=1e-12)  # the rest that is nearer to that start
     with pytest.raises(ValueError, match="rests"):
         wb.turned_linear(study, "s: l", {"push": 9.5})
+
+
+@pytest.mark.parametrize("period", [None, 0.01])
+def test_a_law_that_saturates_where_the_loop_starts_rests_at_its_reference(period):
+    law = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0, low=-24.0, high=24.0)
+    loop = wb.ClosedLoop(MOTOR, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    data = LoopData.of(loop if period is None else wb.DigitalLoop(loop, period), 2e-3, 0.1)
+    assert data.linear["held"] == []
+    for values in ({}, {"controller__Kp": [300.0]}):
+        (answer,) = data.answers(data.turn(**values))
+        assert_same(answer, data.python(**values))
+        assert float(answer["x0"][0]) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(("time", "later"), [(0.0, ""), (0.123456, ", before the reference moves"), (3.0, "")])
+def test_the_rest_before_a_step_of_the_reference_says_that_it_moves_later(time, later):
+    case = wb.Case("s", "l", wb.Run(still_motor(time), (), until=0.5, h=1e-3))
+    study = wb.Study("live", "T", "Q?", "M.", lambda results: [], cases=(case,))
+    (outcome,) = case_runs.run(study).outcomes
+    assert baseline_of(outcome).sentence == f"At rest at the reference at t = 0 s{later}."
+
+
+def still_motor(time):
+    return wb.ClosedLoop(MOTOR, controller=LAW, reference=wb.Step("omega", "rad/s", 1.0, time=time))
 
 
 def test_what_cannot_be_cut_says_so_in_one_sentence():

@@ -103,8 +103,27 @@ def test_margins_are_marked_where_python_control_has_them():
 
 def test_a_caption_says_the_margins_or_that_there_are_none():
     words = caption(bode_figure("b", "Loops.", [curve(THIRD, "first"), curve(4 * THIRD, "second")]))
-    assert "first: gain margin 6.02 dB upwards, phase margin 27.1 degrees" in words
+    assert "first: gain margin 6.02 dB, phase margin 27.1 degrees" in words
     assert "second: the closed loop is not stable, so that it has no margins." in words
+
+
+def test_a_gain_that_may_fall_is_said_without_a_minus():
+    falls = 5 * control.tf([1, 1], [1]) ** 2 * control.tf([1], [1, 0, 0, 0]) * control.tf([1], [0.02, 1]) ** 2
+    margins = stability_margins(falls).margins
+    fall, rise = (20 * abs(np.log10(one.value)) for one in (margins.gain_low, margins.gain_high))
+    words = caption(bode_figure("b", "", [curve(falls)]))
+    assert words.startswith(f"Gain margin {rise:.3g} dB (the gain may also fall by {fall:.3g} dB), phase margin")
+    names = [
+        name for mark in bode_figure("b", "", [curve(falls)]).panels[0].series for name in getattr(mark, "names", ())
+    ]
+    assert any(plain(name).startswith(f"gain may fall by {fall:.3g} dB") for name in names)
+    alone = caption(bode_figure("b", "", [curve(control.tf([4], [1, -1]))]))
+    assert alone.startswith("The gain may fall by 12 dB and rise without limit; phase margin")
+
+
+def test_a_nichols_chart_holds_the_critical_point_of_a_loop_with_many_integrators():
+    (panel,) = nichols_figure("n", "", [curve(control.tf([5, 10, 5], [1, 0, 0, 0]))]).panels
+    assert panel.ylim[0] < -10 < 10 < panel.ylim[1] < 90
 
 
 def test_the_margins_of_one_channel_of_several_are_told_with_those_of_all():
@@ -239,7 +258,8 @@ def test_arrowheads_point_to_higher_frequencies():
 
 def test_a_curve_that_goes_to_infinity_is_cut_where_the_caption_says():
     figure = nyquist_figure("n", "", [curve(RESONANT)], reach=2.0)
-    assert "farther than 8 from zero" in caption(figure)
+    assert "The curve leaves the frame, for up to" in caption(figure)
+    assert "frame" not in caption(nyquist_figure("n", "", [curve(THIRD)]))
     drawn = [mark for mark in series(figure.panels[0]) if mark.style == 0]
     assert max(np.hypot(mark.x, mark.y).max() for mark in drawn) <= 8.0
 

@@ -5,9 +5,11 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.design.linear.system_answers import system_answers
+from workbench.design.frequency import stability_margins
+from workbench.design.linear.system_answers import system_answers, system_roots
+from workbench.report.table_text import plain
 from workbench.study.document.plane_marks import Area
-from workbench.study.loop_pictures import Disk
+from workbench.study.loop_pictures import Disk, FrequencyCurve, nyquist_figure
 
 s = control.tf("s")
 LOOP = 10 * (s + 1) / (s * (s + 5) * (s**2 + 0.04 * s + 4))
@@ -114,3 +116,32 @@ def test_turns_are_not_counted_where_the_frequencies_begin_above_a_slow_pole(fir
 def test_a_crossing_on_a_value_of_the_gain_is_seen():
     caption = wb.root_locus(control.tf([1], [1, -1]), np.linspace(0, 2, 201)).caption  # the pole is 1 - k
     assert "crosses the limit of stability at k = 1" in caption
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_an_integrator_that_rounding_moves_off_the_axis_is_none_of_the_unstable_poles(seed):
+    turn = np.random.default_rng(seed).normal(size=(3, 3))
+    space = control.ss(control.tf([1], [1, 3, 2, 0]))
+    turned = control.ss(np.linalg.solve(turn, space.A @ turn), np.linalg.solve(turn, space.B), space.C @ turn, 0)
+    roots = system_roots(turned)
+    assert roots.zeros.size == 0  # in truth there are none; those of python-control lie at 1e5 to 1e13 rad/s
+    assert roots.gain == pytest.approx(1.0)
+    assert "With no unstable poles of L, the closed loop has no unstable poles." in plain(wb.nyquist(turned).caption)
+
+
+def test_turns_that_contradict_the_certified_closed_loop_give_no_count_of_poles():
+    words = plain(nyquist_figure("n", "", [curve_of(4 / (control.tf("s") + 1) ** 3)], unstable_poles=1).caption)
+    assert "The closed loop is stable, which these turns do not show" in words
+
+
+def curve_of(system):
+    omega = np.geomspace(1e-3, 1e3, 800)
+    return FrequencyCurve("L", omega, system(1j * omega), margins=stability_margins(system))
+
+
+def test_a_plant_of_200_states_has_its_answers_from_one_schur_form():
+    A = np.diag(-np.linspace(0.1, 50, 200)) + np.diag(0.1 * np.ones(199), 1)
+    space = control.ss(A, np.ones((200, 1)), np.ones((1, 200)) / 200, 0)
+    found = system_answers(space)
+    some = slice(None, None, 200)
+    np.testing.assert_allclose(found.values[some, 0, 0], space(1j * found.frequencies[some]), rtol=1e-12)

@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 import control
+import numpy as np
 import pytest
 
 import workbench as wb
@@ -62,6 +63,35 @@ def test_each_name_of_ours_is_there(row):
         kinds = {"linear.plot": KINDS, "rows.plot": OF_ROWS}.get(head)
         if kinds and (kind := re.search(r'plot\("(\w+)"', code)):
             assert kind[1] in kinds
+
+
+OURS_TO_RUN = [(row[0], code) for row in ROWS for code in CODE.findall(row[3]) if "(" in code]
+OTHER_PORTS = {
+    "plant.m": "plant.J",
+    "i_load": "v_load",
+    '"z"': '"omega"',
+    '{"i": ': '{"v": ',
+}  # of the motor that is here
+
+
+@pytest.fixture(scope="module")
+def names():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    linear, values = wb.linear_loop(loop), np.linspace(0.01, 0.02, 4)
+    held = {"rows": linear.rows({"plant.J": values}), "runs": wb.simulate(loop, until=0.1), "matrix": np.eye(2)}
+    omega = np.geomspace(1.0, 10.0, 4)
+    return held | {"wb": wb, "control": control, "linear": linear, "loop": loop, "values": values, "masses": values,
+                   "omega": omega, "G": control.tf([1.0], [1.0, 1.0, 1.0])}  # fmt: skip
+
+
+@pytest.mark.parametrize(("row", "code"), OURS_TO_RUN, ids=lambda text: text)
+def test_each_line_of_python_on_the_page_runs(row, code, names):
+    for there, here in OTHER_PORTS.items():
+        code = code.replace(there, here)
+    own = {"G": control.tf([[[1.0], [2.0]]], [[[1.0, 1.0], [1.0, 2.0]]])} if "G[0, 1]" in code else {}
+    assert eval(code, names | own) is not None, row  # the page is ours
 
 
 def test_each_kind_of_picture_is_on_the_page():

@@ -156,7 +156,9 @@ def _levelled(array: Array) -> Array:
 
 def pole_text(pole: complex) -> str:
     """A pole in four digits, as a real number if it is one."""
-    return f"{pole.real:.4g}" if abs(pole.imag) < 1e-12 * (1 + abs(pole)) else f"{pole.real:.4g}{pole.imag:+.4g}j"
+    if abs(pole.imag) < 1e-12 * (1 + abs(pole)):
+        return f"{pole.real + 0.0:.4g}"
+    return f"{pole.real + 0.0:.4g}{pole.imag:+.4g}j"  # a zero without a sign
 
 
 @contextmanager

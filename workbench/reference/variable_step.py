@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.integrate import DOP853, Radau
-from scipy.optimize import brentq
 
 from workbench.core.methods import runge_kutta
 from workbench.reference.smooth_pieces import SAMPLES, Guard, Piece
@@ -252,6 +251,7 @@ def _crossing(
     between: Callable[[Any], Array],
 ) -> float | None:
     """The first zero of a guard behind sample `first` - 1, also one of two that lie between two samples."""
+    from scipy.optimize import brentq  # here, as it takes long to import
 
     def value(t: float, column: int = 0) -> float:
         return float(piece.watch(t, between(t))[j, column])

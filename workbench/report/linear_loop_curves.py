@@ -11,7 +11,8 @@ from workbench.design.frequency import StabilityMargins
 from workbench.design.linear.system_answers import SystemRoots, unstable_poles
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.cut_margins import channel_margins
-from workbench.design.linear_loop.loop_channels import alone, channel_roots, loop_frequencies, visible
+from workbench.design.linear_loop.frequency_answers import CutModels
+from workbench.design.linear_loop.loop_channels import alone, channel_roots, loop_frequencies
 from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.matrices import Refused
 from workbench.study.document.figure import STYLES
@@ -67,7 +68,7 @@ def channel_curves(
         poles = roots.integrators if not linear.models.delays.any() else None
         held = FrequencyCurve(words, omega, values, linear.period, margins=told, corners=corners, integrators=poles)
         curves.append(held if told is None else _beside_all(held, found.disk))
-        unstable.append(_unstable(linear, k, roots))
+        unstable.append(_unstable(linear, k))
     return Curves(curves, found.remarks if margins else [], unstable)
 
 
@@ -136,14 +137,19 @@ def unstable_of_all(linear: LinearLoop) -> int | None:
     """The number of unstable poles of L at all channels of the cut, None where a delay elsewhere makes it unknown."""
     if np.delete(linear.models.delays, linear.models.channels).any():
         return None
-    L = visible(linear.models.kind("LinearLoop.plot", "L"))
-    return unstable_poles(SystemRoots(np.linalg.eigvals(L.A[0]).astype(complex), np.zeros(0, complex), None, L.period))
+    return _unstable_of(linear.models)
 
 
-def _unstable(linear: LinearLoop, k: int, roots: SystemRoots) -> int | None:
+def _unstable(linear: LinearLoop, k: int) -> int | None:
     """The number of unstable poles of L at channel k, None where a delay in another channel makes it unknown."""
     others = np.delete(linear.models.delays, linear.models.channels[k])
-    return None if others.any() else unstable_poles(roots)
+    return None if others.any() else _unstable_of(alone(linear.models, k))
+
+
+def _unstable_of(models: CutModels) -> int:
+    """The number of unstable poles of L, modes that it does not show included: the closed loop has them, too."""
+    L = models.kind("LinearLoop.plot", "L")
+    return unstable_poles(SystemRoots(np.linalg.eigvals(L.A[0]).astype(complex), np.zeros(0, complex), None, L.period))
 
 
 def answer_curves(

@@ -17,7 +17,7 @@ from workbench.report.channel_plots import (
 )
 from workbench.report.linear_loop_curves import Curves, answer_curves
 from workbench.report.linear_loop_responses import Names
-from workbench.report.picture import Picture
+from workbench.report.picture import Picture, known_options
 from workbench.report.response_figures import joined_figures, responses_figure
 from workbench.report.system_curves import curves_of, named, roots_of
 from workbench.study.document.figure import Figure
@@ -37,7 +37,8 @@ CALL = "LinearLoop.plot"
 def draw_loops(loops: LinearLoop | Mapping[str, LinearLoop], kind: str = "", **options: Any) -> Picture:
     """The picture of a kind of a loop, or of several by their names; without a kind what is looked at first."""
     one_of(f"{CALL}(kind)", kind, ("", *KINDS))
-    return KINDS[kind](loops, **options) if kind else overview(loops, **options)
+    made = KINDS[kind] if kind else overview
+    return made(loops, **known_options(f"{CALL}({repr(kind) * bool(kind)})", made, options))
 
 
 @door
@@ -112,9 +113,11 @@ def impulse(loops: Any, until: float | None = None, inputs: Names = None, output
 
 
 @door
-def root_locus(loop: Any, over: Any = None, values: Array | None = None, **options: Any) -> Picture:
+def root_locus(
+    loop: Any, over: Any = None, values: Array | None = None, marked: tuple[float, ...] = (), grid: bool = True
+) -> Picture:
     """The poles of one loop over the values of a parameter by its path."""
-    return loop_plots.root_locus(loop, over, values, **options)
+    return loop_plots.root_locus(loop, over, values, marked, grid)
 
 
 KINDS: dict[str, Callable[..., Picture]] = {

@@ -62,7 +62,7 @@ def loop_responses(
             f"The inputs are {', '.join(linear.inputs)}; the outputs are {', '.join(linear.outputs)}."
         )
     into, out = (tuple(dict.fromkeys(names)) for names in zip(*pairs, strict=True))
-    t, values, final = _answers(linear.models.selected(call, "closed", into, out), until, impulse)
+    t, values, final = _answers(call, linear.models.selected(call, "closed", into, out), until, impulse)
     units, answers = signal_units(linear), []
     for one, other in pairs:
         place, words = (out.index(other), into.index(one)), f"{other} from {one}"
@@ -102,17 +102,17 @@ def _listed(names: Names) -> tuple[str, ...] | None:
     return (names,) if isinstance(names, str) else names
 
 
-def _answers(model: LoopModel, until: float | None, impulse: bool) -> tuple[Array, Array, Array]:
+def _answers(call: str, model: LoopModel, until: float | None, impulse: bool) -> tuple[Array, Array, Array]:
     """The times (N,), the responses (ny, nu, N), and the values (ny, nu) to which they tend."""
     q, ny, nu = model.count, len(model.outputs), len(model.inputs)
     if q == 1:
-        return step_answers(visible(model).system(), until, impulse)
+        return step_answers(visible(model).system(), until, impulse, call)
     blocks = (model.B.reshape(1, -1, q, nu), model.D.reshape(1, q * ny, q, nu))
     B, D = (part[:, :, 0] if impulse else part.sum(axis=2) for part in blocks)  # a step acts at each instant
     one = replace(
         model, B=B, D=D, outputs=tuple(f"{k}" for k in range(q * ny)), period=q * (model.period or 0), count=1
     )
-    _, values, final = step_answers(visible(one).system(), until, impulse)
+    _, values, final = step_answers(visible(one).system(), until, impulse, call)
     ahead = values.reshape(q, ny, nu, -1).transpose(1, 2, 3, 0).reshape(ny, nu, -1)
     settled = final.reshape(q, ny, nu)
     last = np.where(np.ptp(settled, axis=0) <= NO_STEP * np.abs(settled).max(initial=0.0), settled[0], np.nan)

@@ -13,7 +13,7 @@ from workbench.design.linear_loop import LinearRows
 from workbench.design.linear_loop.frequency_answers import CutModels
 from workbench.design.linear_loop.loop_channels import alone, loop_frequencies
 from workbench.report.linear_row_responses import row_steps
-from workbench.report.picture import Picture
+from workbench.report.picture import Picture, known_options
 from workbench.study.document.figure import Figure, Mark, Points, Series
 from workbench.study.loop_pictures import Envelope, GainBound, bode_envelope, envelope_figure
 from workbench.study.loop_pictures.frequency_curves import number
@@ -40,7 +40,8 @@ def draw_rows(rows: LinearRows, kind: str = "", **options: Any) -> Picture:
     if not isinstance(rows, LinearRows):
         raise refusal(f"{CALL}(rows)", "one `LinearRows`", rows)
     one_of(f"{CALL}(kind)", kind, ("", *KINDS))
-    return KINDS[kind or ("bode" if len(rows.models.channels) == 1 else "sensitivity")](rows, **options)
+    made = KINDS[kind or ("bode" if len(rows.models.channels) == 1 else "sensitivity")]
+    return made(rows, **known_options(f"{CALL}({repr(kind) * bool(kind)})", made, options))
 
 
 @door

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import expm
 
+from workbench.design.linear.response_times import exact_responses, response_times, times_of
 from workbench.design.linear.system_answers import showing_time
 from workbench.design.linear_loop import LinearRows
 from workbench.design.matrices import Refused
@@ -12,7 +12,7 @@ from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import response_pairs
 from workbench.validation.refusals import Array, positive
 
-TIMES = 300
+TIMES, MOST = 300, 2000  # of the slow modes, and how many more while fast ones last
 LONGEST = 5000  # periods
 RARE = 0.9  # of the rows settle within the time that is drawn
 
@@ -52,15 +52,13 @@ def row_steps(
     end = positive(f"{CALL[:-8]}(until=...)", until)
     if h is not None and end / h > LONGEST:
         raise Refused(f"`{CALL}` draws up to {LONGEST} periods; {end:g} s are {end / h:.0f}: give a shorter `until`.")
-    count = TIMES if h is None else max(2, round(end / h) + 1)
-    t = np.asarray(np.linspace(0, end, count) if h is None else h * np.arange(count), dtype=float)
     A, B, Cy, D = (M[sound] for M in (model.A, model.B, model.Cy, model.D))
     if h is None:
-        n = A.shape[1]
-        both = np.zeros((len(sound), n + 1, n + 1))
-        both[:, :n, :n], both[:, :n, n:] = A, B
-        moved = expm(both * (t[1] - t[0]))
-        A, B = moved[:, :n, :n], moved[:, :n, n:]
+        steps = response_times(rows.poles[sound].ravel(), end, TIMES, MOST)
+        t, values = times_of(steps), np.full((len(rows), sum(times for _, times in steps) + 1), np.nan)
+        values[sound] = exact_responses(A, B, Cy, D, steps)[:, :, 0, 0].T
+        return t, values, (into, out, signal_units(rows)[out])
+    t = np.asarray(h * np.arange(max(2, round(end / h) + 1)), dtype=float)
     values, x = np.full((len(rows), len(t)), np.nan), np.zeros((len(sound), A.shape[1], 1))
     for k in range(len(t)):
         values[sound, k] = (Cy @ x + D)[:, 0, 0]

@@ -18,11 +18,12 @@ from workbench.report.figures.dark_colors import variable
 # in the order in which they need each other
 SCRIPTS = (
     *("curves", "rulers", "marks", "planes", "figures", "tables", "animation", "address", "knobs", "answers", "holds"),
-    *("pictures", "pool", "motion", "page"),
+    *("pictures", "pool", "motion", "handles", "crossover_handle", "pole_handles", "page"),
 )
 WORKER = (
     *("linear_matrices", "linear_eigenvalues", "linear_roots", "linear_response", "linear_model", "linear_rest"),
-    *("linear_corners", "linear_poles", "linear_margins", "linear_disk", "linear_answer", "worker"),
+    *("linear_corners", "linear_poles", "linear_margins", "linear_disk", "linear_answer"),
+    *("linear_seek", "linear_place", "linear_descent", "worker"),
 )
 PAINTS = {"color", "fill", "ink"}  # the colours of a series in a plate
 STYLES = ("live", "figures", "tables", "animation")

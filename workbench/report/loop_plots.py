@@ -64,7 +64,7 @@ def bode(
     >>> import control
     >>> picture = wb.bode(control.tf([4], [1, 3, 3, 1]), margins=True)
     >>> picture.caption
-    'Gain margin 6.02 dB upwards, phase margin 27.1 degrees, delay margin 0.384 s, Ms 3, disk margin 0.378.'
+    'Gain margin 6.02 dB, phase margin 27.1 degrees, delay margin 0.384 s, Ms 3, disk margin 0.378.'
     """
     found = curves_of("bode", systems, frequencies, margins, asymptotes)
     return Picture(bode_figure("bode", " ".join(found.remarks), found.curves, asymptotes, bounds))

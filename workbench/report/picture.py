@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -12,7 +15,7 @@ from workbench.report.table_text import plain
 from workbench.study.document.figure import Figure
 from workbench.study.ledger.durability import write_durably
 from workbench.validation.places import other_kind
-from workbench.validation.refusals import one_of
+from workbench.validation.refusals import known, one_of
 from workbench.validation.signatures import door
 
 KINDS = (".svg", ".pdf", ".png")
@@ -68,3 +71,11 @@ class Picture:
         else:
             write_durably(place, drawing_file(drawn, "pdf" if place.suffix == ".pdf" else "png"))
         return place
+
+
+def known_options(call: str, made: Callable[..., Picture], options: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The options of a picture; one that it does not have is refused by its name."""
+    _, *allowed = signature(made).parameters
+    for name in options:
+        known(name, allowed, f"options of `{call}`")
+    return options

@@ -27,11 +27,12 @@ def responses_figure(
     impulse: bool = False,
 ) -> Figure:
     """The responses of systems with one channel, and of outputs of loops to inputs, with a panel for each output."""
+    called = name if name == "step_response" else "LinearLoop.plot"
     panels: dict[str, list[TimeResponse]] = {}
     inputs_of: dict[str, str] = {}
     for label, one in named(systems):
         if isinstance(one, LinearLoop):
-            answers = loop_responses(name, one, inputs, outputs, until, impulse)
+            answers = loop_responses(called, one, inputs, outputs, until, impulse)
             units = signal_units(one)
             inputs_of |= {each.input: units[each.input] for each in answers}
             for each in answers:
@@ -42,7 +43,7 @@ def responses_figure(
         if inputs is not None or outputs is not None:
             raise refusal(f"{name}(system)", "a `LinearLoop`, if inputs or outputs are named", one)
         system = one_channel(name, lti(name, one))
-        t, y, final = step_answers(system, until, impulse)
+        t, y, final = step_answers(system, until, impulse, called)
         exact = None if impulse else system
         held = time_response(label, t, y[0, 0], float(final[0, 0]), period=period_of(system), system=exact)
         panels.setdefault("", []).append(held)

@@ -53,7 +53,7 @@ def _system_curves(
 ) -> Curves:
     """The curve of a system, and the sentence that refuses its margins if it has none."""
     held = one_channel(call, lti(call, system))
-    found, roots = system_answers(held, frequencies), system_roots(held)
+    found, roots = system_answers(held, frequencies, call), system_roots(held)
     corners = Corners(roots.poles, roots.zeros, roots.gain) if asymptotes and roots.gain is not None else None
     known, refused = _margins(held) if margins else (None, "")
     name = label or "L" * margins
@@ -79,7 +79,7 @@ def matrices_of(call: str, systems: Any, frequencies: Array | None) -> tuple[lis
             held.append(matrix)
             remarks += said
             continue
-        found = system_answers(lti(call, one), frequencies)
+        found = system_answers(lti(call, one), frequencies, call)
         held.append(FrequencyMatrix(label, found.frequencies, found.values, found.inputs, found.outputs, found.period))
     return held, remarks
 

@@ -32,10 +32,18 @@ SEVERAL = (Sequence, Collection, Iterable, list, tuple)
 
 
 class KindError(Exception):
-    """The error of a value that does not fit a hint: the requirement, the value, and its place among several."""
+    """The error of a value that does not fit a hint: the requirement, the value, and its place among several.
 
-    def __init__(self, must: str, got: str, place: str = "") -> None:
-        self.must, self.got, self.place = must, got, place
+    The value is described when it is asked for: most misfits are those of a union, another part of which fits.
+    """
+
+    def __init__(self, must: str, got: str | Callable[[], str], place: str = "") -> None:
+        self.must, self.place, self._got = must, place, got
+
+    @property
+    def got(self) -> str:
+        """The value in a few words."""
+        return self._got if isinstance(self._got, str) else self._got()
 
 
 class _Sight(type):
@@ -64,7 +72,7 @@ def fit_of(hint: Any) -> Fit:
     if kind in PLAIN:
         return functools.partial(_plain, PLAIN[kind], words(hint))
     if kind in (Union, types.UnionType):
-        fit = functools.partial(_union, _classes(hint), tuple(map(fit_of, parts)), words(hint))
+        fit = functools.partial(_union, _classes(hint), _direct(parts), tuple(map(fit_of, parts)), words(hint))
         return functools.partial(_path, fit) if any(part in (Path, os.PathLike) for part in parts) else fit
     if kind is Path:
         return functools.partial(_path, functools.partial(_instance, kind, words(hint)))
@@ -118,6 +126,17 @@ def _classes(hint: Any) -> tuple[type, ...]:
     return tuple(k for k in options if isinstance(k, type) and k not in PLAIN and _can_be_asked(k))
 
 
+def _direct(parts: tuple[Any, ...]) -> dict[type, Fit]:
+    """The part of a union for a value of exactly this type, where no part before it takes such a value."""
+    fits: dict[type, Fit] = {}
+    for part in parts:
+        if part not in (bool, int, float, str, type(None)):
+            break
+        if part is not int or float not in fits:  # as float takes whole numbers too
+            fits.setdefault(part, fit_of(part))
+    return fits
+
+
 def _is_union(hint: Any) -> bool:
     return get_origin(hint) in (Union, types.UnionType)
 
@@ -139,13 +158,13 @@ def _can_be_asked(kind: Any) -> bool:
 def _plain(clean: Fit, must: str, value: Any) -> Any:
     fit = clean(value)
     if fit is None:
-        raise KindError(must, described(value))
+        raise KindError(must, functools.partial(described, value))
     return fit
 
 
 def _instance(kind: Any, must: str, value: Any) -> Any:
     if not isinstance(value, kind):
-        raise KindError(must, described(value) + way(kind, value))
+        raise KindError(must, lambda: described(value) + way(kind, value))
     return value
 
 
@@ -214,9 +233,14 @@ PLAIN: dict[Any, Fit] = {
 }
 
 
-def _union(asked: tuple[type, ...], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
+def _union(asked: tuple[type, ...], direct: dict[type, Fit], fits: tuple[Fit, ...], must: str, value: Any) -> Any:
     if isinstance(value, asked):
         return value
+    if (fit := direct.get(type(value))) is not None:
+        try:
+            return fit(value)
+        except KindError:  # text that cannot be written
+            pass
     misfits = []
     for fit in fits:
         try:

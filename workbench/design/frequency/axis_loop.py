@@ -146,8 +146,18 @@ def whole_coefficients(call: str, loop: Any, name: str = "loop") -> tuple[Polyno
     return trim(transfer.in_variable(transfer.numerators[0][0])), trim(poles)
 
 
-def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "Take one of them by `one_loop`.") -> None:
-    """Refuse what is no linear system of python-control with one channel."""
+CLOSED = (
+    "A margin is that of one channel while the loop is closed at the others: "
+    "`workbench.design.linear.one_loop(loop, place)` closes them."
+)
+SAMPLED = (
+    "The margins of a sampled loop gain of several channels need the loop that it is part of: ask "
+    "`linear_loop(digital_loop).margins()`."
+)
+
+
+def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "") -> None:
+    """Refuse what is no linear system of python-control with one channel; by default one that is a loop gain."""
     import control
 
     if not isinstance(loop, control.StateSpace | control.TransferFunction):
@@ -155,7 +165,7 @@ def refuse_odd_loop(call: str, loop: Any, name: str = "loop", advice: str = "Tak
     if loop.ninputs != 1 or loop.noutputs != 1:
         raise ValueError(
             f"`{call}({name}=...)` must have one channel; got {loop.noutputs} outputs and {loop.ninputs} inputs. "
-            f"{advice}"
+            f"{advice or (SAMPLED if loop.dt else CLOSED)}"
         )
 
 

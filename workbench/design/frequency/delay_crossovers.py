@@ -9,8 +9,6 @@ import math
 from collections.abc import Iterator
 from fractions import Fraction
 
-from scipy.optimize import brentq
-
 from workbench.design.frequency.certified_values import (
     INFINITE,
     ZERO,
@@ -101,6 +99,8 @@ def _targets(piece: Piece) -> range:
 
 
 def _crossover(piece: Piece, k: int) -> Crossover:
+    from scipy.optimize import brentq  # here, as it takes long to import
+
     target = (2 * k + 1) * math.pi
 
     def excess(omega: float) -> float:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import block_diag, eig, eigvals, schur
-from scipy.optimize import brentq
 
 from workbench.design.frequency.axis_loop import exact_delay, period_of
 from workbench.design.frequency.bilinear_loops import delayed_loop, loop_on_axis
@@ -269,6 +268,7 @@ def _between(L: control.StateSpace, candidates: Array) -> Array:
 
 def _zeros(function: Callable[[Array], Array], frequencies: Array) -> Array:
     """The zeros of a function of frequencies, at those given and between those where it changes its sign."""
+    from scipy.optimize import brentq  # here, as it takes long to import
 
     def at(omega: float) -> float:
         return float(function(np.array([omega]))[0])

@@ -20,8 +20,9 @@ def checked_frequencies(call: str, frequencies: Any, period: float | None) -> Ar
     omega = numbers(call, frequencies, 1)
     if not omega.size:
         raise ValueError(f"`{call}` must have at least one frequency in rad/s; got an empty range.")
-    if not np.isfinite(omega).all() or omega.min() < 0:
-        raise ValueError(f"`{call}` must be finite frequencies in rad/s, from zero on; got {omega.min():g} among them.")
+    odd = omega[~np.isfinite(omega) | (omega < 0)]
+    if odd.size:
+        raise ValueError(f"`{call}` must be finite frequencies in rad/s, from zero on; got {odd[0]:g} among them.")
     if (np.diff(omega) < 0).any():
         raise ValueError(
             f"`{call}` must rise, in rad/s; got a range that falls, from {omega[0]:g} to {omega[-1]:g}: turn it round."

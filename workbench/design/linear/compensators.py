@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from workbench.core.point import Point, PointedGain
 from workbench.design.linear.linear_modes import controllability
@@ -133,6 +132,8 @@ def _matched(wanted: Complex, reached: Complex) -> tuple[Complex, Array]:
 
     A pole at zero has no size; its error is relative to the largest.
     """
+    from scipy.optimize import linear_sum_assignment  # here, as it takes long to import
+
     distance = np.abs(wanted[:, np.newaxis] - reached)
     rows, columns = linear_sum_assignment(distance)
     size = np.where(wanted != 0, np.abs(wanted), max(float(np.abs(wanted).max()), EPS))

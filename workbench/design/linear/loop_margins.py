@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import minimize
 
 from workbench.design.frequency.margin_records import Crossover, StableMargins
 from workbench.design.frequency.stability_margins import stability_margins
@@ -157,6 +156,8 @@ def _balanced(L: control.StateSpace) -> control.StateSpace:
 
 def _scaled_peak(G: control.StateSpace) -> float:
     """The least H-infinity norm of diag(d) G diag(d)^-1 over constant d > 0 that is found: an upper bound of mu."""
+    from scipy.optimize import minimize  # here, as it takes long to import
+
     n = len(G.D)
     response = response_at(G, np.concatenate([[0.0], pole_frequencies(G, LOOKED_AT)]))
 
@@ -178,6 +179,8 @@ def _scaled(G: control.StateSpace, d: Array) -> control.StateSpace:
 
 def _spectral_peak(G: control.StateSpace) -> tuple[float, float]:
     """The largest spectral radius of G(i omega) U over diagonal unitary U, a lower bound of mu, and its frequency."""
+    from scipy.optimize import minimize  # here, as it takes long to import
+
     n = len(G.D)
     frequencies = np.concatenate([[0.0], pole_frequencies(G, LOOKED_AT)])
     response = response_at(G, frequencies)

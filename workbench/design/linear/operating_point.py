@@ -134,7 +134,8 @@ def state_space(call: str, system: Any) -> tuple[Array, Array, Array, Array]:
     import control
 
     if not isinstance(system, control.StateSpace):
-        raise refusal(f"{call}(system=...)", "a `StateSpace` of python-control, as `linearize` gives", system)
+        advice = ": take `control.ss(system)`" if isinstance(system, control.TransferFunction) else ""
+        raise refusal(f"{call}(system=...)", "a `StateSpace` of python-control, as `linearize` gives", system, advice)
     A, B, C, D = (np.asarray(matrix, dtype=float) for matrix in (system.A, system.B, system.C, system.D))
     if not all(np.isfinite(matrix).all() for matrix in (A, B, C, D)):
         raise ValueError(f"`{call}(system=...)` must have finite matrices; '{system.name}' has not.")

@@ -17,7 +17,7 @@ from workbench.design.linear_loop.linear_loop import LinearLoop
 from workbench.design.linear_loop.loop_equations import LoopEquations, split_values
 from workbench.design.linear_loop.loop_point import LoopPoint, point_models, straight
 from workbench.design.linear_loop.point_model import Instant
-from workbench.design.linear_loop.rest_state import find_rest, motion_of, resting_states, start_of, unrest
+from workbench.design.linear_loop.rest_state import motion_of, resting_states, seek_rest, start_of, unrest
 from workbench.design.matrices import Refused
 from workbench.validation.refusals import whole
 from workbench.validation.signatures import door
@@ -116,7 +116,7 @@ def rest_point(
     kept = fixed if at_rest else list(range(closed.states.size))
     motion = motion_of(CALL, closed, instant, substeps)
     start = start_of(closed, instant, rows, parameters, kept)
-    found, share = find_rest(motion, start, parameters, must, kept, isinstance(closed, Sampled))
+    found, share = seek_rest(motion, start, parameters, must, kept, isinstance(closed, Sampled))
     (moving,) = unrest(CALL, closed, instant, found, parameters, share, must) if at_rest else ("",)
     if moving:
         raise Refused(moving)

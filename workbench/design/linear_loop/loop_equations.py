@@ -184,6 +184,9 @@ def split_values(call: str, closed: Equations, values: Mapping[str, Any]) -> tup
     for name in rest:
         if not _in(closed.parameters, name):
             known(name, [*closed.parameters.names, *closed.states.names], f"parameters and states of '{closed.name}'")
+    empty = [name for name, one in values.items() if isinstance(one, list | tuple | np.ndarray) and not len(one)]
+    if empty:
+        raise ValueError(f"`{call}(...)` must have at least one value for each name; '{empty[0]}' has none.")
     x, p = closed.states.pack(states), closed.parameters.pack(rest)
     count = max(len(x), len(p))
     if {len(x), len(p)} - {1, count}:

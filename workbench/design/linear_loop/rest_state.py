@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 
 import casadi as ca
 import numpy as np
@@ -18,6 +19,7 @@ from workbench.validation.refusals import Array
 ROUNDS, SMALL, LEAST = 100, 1e-7, 1e-14  # evaluations; relative steps taken whole, and those that are rounding
 SETTLING = 10_000  # periods after which the memories of a computer should not change any more
 PATIENCE, SHORTER = 25, 0.9  # evaluations in which the step must become so much shorter, or the search stalls
+WAY = (4, 12, 24, 48, 96)  # implicit steps in time, after which Newton's method tries again
 Mask = np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 Motion = Callable[[Array, Array], tuple[Array, Array]]  # (N, nx) and (N, np) to the change (N, nx) and (N, nx, nx)
 
@@ -137,6 +139,47 @@ def find_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], 
         mark[rows], since[rows] = np.where(shorter, size[rows], mark[rows]), np.where(shorter, 0, since[rows] + 1)
         seeking[rows] &= ~stalls & (factor[rows] > 1e-9) & (since[rows] < PATIENCE)
     return x, share
+
+
+def seek_rest(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> tuple[Array, Array]:
+    """The state (1, nx) at rest, as `find_rest` has it; if Newton's method fails, from states to which the loop moves.
+
+    A law that saturates where the loop starts gives Newton's method no direction. The loop itself leaves that state.
+    """
+    found, share = find_rest(motion, x, p, must, fixed, discrete)
+    if share.max(initial=0.0) <= AT_REST:
+        return found, share
+    for state in _on_the_way(motion, x, p, must, fixed, discrete):
+        ahead, left = find_rest(motion, state, p, must, fixed, discrete)
+        if left.max(initial=0.0) <= AT_REST:
+            return ahead, left
+    return found, share
+
+
+def _on_the_way(motion: Motion, x: Array, p: Array, must: Mask, fixed: list[int], discrete: bool) -> Iterator[Array]:
+    """States (1, nx) after some implicit steps in time, which grow as the motion ends and shrink as it begins again.
+
+    References
+    ----------
+    Kelley and Keyes (1998), Convergence Analysis of Pseudo-Transient Continuation, SIAM J. Numer. Anal. 35.
+    """
+    x, eye = x.copy(), np.eye(x.shape[1])
+    change, slope = motion(x, p)
+    idle = (change == 0).all(axis=0) & (slope == 0).all(axis=(0, 2))
+    free = np.setdiff1d(np.flatnonzero(must & ~idle), fixed)
+    if not (free.size and np.isfinite(change).all() and np.isfinite(slope).all()):
+        return
+    rate = 1.0 if discrete else float(np.abs(slope).sum(axis=2).max())  # of a period, or 1/s
+    size = float(np.linalg.norm(_shares(change, slope, x, must, discrete)))
+    for count in range(1, WAY[-1] + 1):
+        x[:, free] += _towards_rest(change, slope - rate * eye, must, free)
+        change, slope = motion(x, p)
+        left = float(np.linalg.norm(_shares(change, slope, x, must, discrete)))
+        if not (math.isfinite(left) and left > 0 and size > 0):
+            return
+        rate, size = rate * min(max(left / size, 0.5), 5.0), left
+        if count in WAY:
+            yield x.copy()
 
 
 def _shares(change: Array, slope: Array, x: Array, must: Mask, discrete: bool) -> Array:

@@ -112,14 +112,13 @@ def draw_curves(
     pen: Pen, box: Box, i: int, panel: Panel, curves: Sequence[tuple[Array, ...]], x: Ruler, y: Ruler
 ) -> None:
     """The thin lines across panel i, and its series in their layers, each curve in a group of its own."""
-    if panel.hlines:
-        with pen.group("hlines", i):
-            for at in panel.hlines:
-                pen.line(*box.at(x.share([x.low, x.high]), y.share([at, at])), RULED, box)
-    if panel.vlines:
-        with pen.group("vlines", i):
-            for at in panel.vlines:
-                pen.line(*box.at(x.share([at, at]), y.share([y.low, y.high])), RULED, box)
+    across = [box.at(x.share([x.low, x.high]), y.share([at, at])) for at in panel.hlines]
+    upright = [box.at(x.share([at, at]), y.share([y.low, y.high])) for at in panel.vlines]
+    for name, ruled in (("hlines", across), ("vlines", upright)):
+        if ruled:
+            with pen.group(name, i):
+                for line in ruled:
+                    pen.line(*line, RULED, box)
     drawn = [[box.at(x.share(curve[0]), y.share(ordinate)) for ordinate in curve[1:]] for curve in curves]
     for j in sorted(range(len(panel.series)), key=lambda j: (layer_of(j, panel), j)):
         lines = drawn[j]
@@ -135,7 +134,7 @@ def draw_curves(
                     draw_bars(pen, box, bars, x, y)
             case Points() as points:
                 with pen.group("marks", i, j):
-                    draw_points(pen, box, points, x, y, [line for held in drawn for line in held])
+                    draw_points(pen, box, points, x, y, [*across, *upright, *(line for held in drawn for line in held)])
             case Tiles() as tiles:
                 draw_tiles(pen, box, tiles, x, y)
             case Area() as area:

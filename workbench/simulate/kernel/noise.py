@@ -61,6 +61,8 @@ def normals(seed: int, runs: Integers, steps: Integers, entries: int) -> Array:
     `seed` is below 2^64, the indices `runs` (B,) are below 2^63 and `steps` (N,) below 2^32, and `entries` at most
     2^33.
     """
+    if entries == 0:
+        return np.empty((len(runs), len(steps), 0))
     run_words, step_words = np.asarray(runs).astype(np.uint64), np.asarray(steps).astype(np.uint64)
     pairs = np.arange((entries + 1) // 2, dtype=np.uint64)
     out = np.empty((len(runs) * len(steps), len(pairs), 2))

@@ -19,6 +19,7 @@ from workbench.design.linear_loop.loop_equations import flow_of, labels_of
 from workbench.design.linear_loop.rest_state import resting_states
 from workbench.study.live.linear_marches import computer_marches, continuous_marches
 from workbench.study.live.marches import Modules, plain
+from workbench.study.live.reference_moves import moves_later
 from workbench.study.study import Outcome
 from workbench.validation.refusals import Array
 
@@ -46,7 +47,10 @@ def linear_data(outcome: Outcome, modules: Modules) -> dict[str, Any]:
 @lru_cache(maxsize=8)
 def baseline_of(outcome: Outcome) -> Baseline:
     """The linear loop of an outcome, made once for its pictures and for the data of its page."""
-    return Baseline.of(outcome.case.run.loop, outcome.measurement.trajectories.step)
+    runs = outcome.measurement.trajectories
+    found = Baseline.of(outcome.case.run.loop, runs.step)
+    at = found.linear.point.instant.t
+    return replace(found, moves=moves_later(runs.step.flow, runs.step.parameters.default, at, float(runs.t[-1])))
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +58,13 @@ class Baseline:
     """The linear loop of a page before a knob is turned, and how it came about.
 
     It rests, or else it is frozen at its start. `held` are states of the law that adapt, and that are held as gains.
+    `moves` is True if its reference is another one at a later time than that of the rest.
     """
 
     linear: LinearLoop
     rests: bool
     held: tuple[str, ...]
+    moves: bool = False
 
     @staticmethod
     def of(loop: Any, step: Step) -> Baseline:
@@ -102,7 +108,8 @@ class Baseline:
         if not self.rests:
             return f"Frozen at the start, where the loop does not rest{held}."
         follows = flow_of(self.linear.point.equations.closed).follows
-        return f"At rest{' at the reference' if follows else ''} at {t}{held}."
+        later = ", before the reference moves" if self.moves else ""
+        return f"At rest{' at the reference' if follows else ''} at {t}{later}{held}."
 
 
 def linear_at(loop: Any, step: Step, row: Array) -> LinearLoop:

@@ -34,7 +34,7 @@ from workbench.validation.signatures import door
 
 REACH = 5.0  # a knob goes from a fifth of the loop's own number to five times as much
 ABOUT_ZERO = 1.0  # as far as a knob goes either way from a number that is zero
-BESIDE = 0.6  # of the width of a text: a picture among others
+BESIDE = 0.5  # of the width of a text: a picture among others
 POINTS = 1000  # kept times, or about that many
 FIRST = ("controller", "plant", "reference", "observer", "instruments")  # the blocks whose knobs come first
 UNKNOWN = "?"  # as the unit of a number that nobody named

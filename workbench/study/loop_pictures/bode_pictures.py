@@ -186,7 +186,7 @@ def numbers_of_curves(name: str, caption: Phrase, curves: Sequence[FrequencyCurv
 
 
 def _known(value: float) -> float | None:
-    return None if np.isnan(value) else float(value)
+    return None if math.isnan(value) else float(value)
 
 
 def _heights(marks: Sequence[Mark]) -> list[float]:

@@ -29,7 +29,14 @@ from workbench.study.loop_pictures.frequency_matrices import (
     square_channels,
 )
 from workbench.study.loop_pictures.gain_bounds import Disk, GainBound, shaded_bounds, shaded_disks
-from workbench.study.loop_pictures.nyquist_pictures import Plane, plane_marks, plane_panel, plane_reach, turn_remarks
+from workbench.study.loop_pictures.nyquist_pictures import (
+    Plane,
+    frame_remarks,
+    plane_marks,
+    plane_panel,
+    plane_reach,
+    turn_remarks,
+)
 from workbench.validation.refusals import Array, refusal
 from workbench.validation.signatures import door
 
@@ -238,13 +245,10 @@ def _plane_figure(
         raise refusal(f"{call}(unstable_poles=...)", "the number of unstable poles of the only loop", unstable)
     plane = Plane(point, "0" if point == 0 else "−1", plane_reach(call, curves, reach, point or 1.0))
     marks = [*plane_marks(curves, plane, mirrored=True), *shaded_disks(forbidden)]
-    remarks = [said for one in curves for said in turn_remarks(one, plane, unstable, len(curves) > 1)]
-    if point:  # single loci may be closed through each other, and only all of them count
-        remarks = [said for said in remarks if not _counts(said)]
+    remarks: list[Phrase] = []
+    if not point:  # single loci may be closed through each other, and only all of them count
+        remarks = [said for one in curves for said in turn_remarks(one, plane, unstable, len(curves) > 1)]
+    remarks += frame_remarks(curves, curves, plane)
     remarks += disk_remarks(loops)
     table = numbers_of_curves(name, caption, curves)
     return Figure(name, captioned(caption, remarks), (plane_panel(marks, curves, plane),), 1, table)
-
-
-def _counts(said: Phrase) -> bool:
-    return isinstance(said, str) and "cut where" not in said

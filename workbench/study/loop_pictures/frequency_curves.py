@@ -144,15 +144,21 @@ def doubts(curve: FrequencyCurve, several: bool) -> list[Phrase]:
     omega, values = omega[held], values[held]
     steps = np.degrees(np.abs(np.angle(values[1:] / values[:-1]))) if len(values) > 1 else np.zeros(0)
     label = curve.label if isinstance(curve.label, tuple) else (curve.label,)
-    head = (*label, ": between ") if several else ("Between ",)
     return [
         (
-            *head,
-            f"{number(omega[k])} and {number(omega[k + 1])} rad/s the phase turns by {steps[k]:.0f} degrees in one "
-            "step, so that its direction is not certain.",
+            *((*label, ": ") if several else ()),
+            f"{_span(omega[k], omega[k + 1], several)} rad/s the phase turns by {steps[k]:.0f} degrees in one step, so "
+            "that its direction is not certain.",
         )
         for k in np.flatnonzero(steps > DOUBTFUL)[:1]
     ]
+
+
+def _span(low: float, high: float, inside: bool) -> str:
+    """Where a step lies, as the words of a sentence or of its second part: 'Between 1 and 2', or 'At 1'."""
+    ends = number(low), number(high)
+    words = f"At {ends[0]}" if ends[0] == ends[1] else f"Between {ends[0]} and {ends[1]}"
+    return words[0].lower() + words[1:] if inside else words
 
 
 def number(value: float, digits: int = 3) -> str:
@@ -162,7 +168,8 @@ def number(value: float, digits: int = 3) -> str:
     rounded = float(f"{value:.{digits}g}")
     if rounded == 0 or 1e-3 <= abs(rounded) < 1e5:
         return np.format_float_positional(rounded, trim="-").replace("-", "−")
-    return f"{rounded:.{digits - 1}e}".replace("-", "−").replace("e+", "e")
+    mantissa, exponent = f"{rounded:.{digits - 1}e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}".replace("-", "−")
 
 
 def written(value: CertifiedValue, factor: float = 1.0) -> str:

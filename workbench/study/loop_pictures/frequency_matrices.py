@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from workbench.study.document.figure import Label
 from workbench.study.document.phrases import Phrase
@@ -74,6 +73,8 @@ def determinant_curve(loop: FrequencyMatrix) -> FrequencyCurve:
 
 def characteristic_curves(loop: FrequencyMatrix) -> list[FrequencyCurve]:
     """The eigenvalues of L over frequency, in an order in which each is continuous."""
+    from scipy.optimize import linear_sum_assignment  # here, as it takes long to import
+
     size, last = loop.values.shape[1], None
     values = np.full((len(loop.frequencies), size), np.nan, complex)
     for k in np.flatnonzero(loop.known):

@@ -21,16 +21,38 @@ def in_decibels(gain: CertifiedValue) -> CertifiedValue:
     )
 
 
+def fall_in_decibels(factor: CertifiedValue) -> CertifiedValue:
+    """By how many decibels a gain falls that is multiplied by a factor; infinite for zero."""
+    gain = in_decibels(factor)
+    return CertifiedValue(-gain.value, -gain.high, -gain.low)
+
+
 def names_of_gains(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
-    """The names of phase crossovers: 'gain margin 6.02 dB, 1.73 rad/s' at the one or two that decide."""
+    """The names of phase crossovers: 'gain margin 6.02 dB, 1.73 rad/s' at the one or two that decide.
+
+    Where the gain may fall, the name is 'gain may fall by 13.3 dB, 2.1 rad/s'.
+    """
     if found.margins is None:
         return tuple(f"{number(row.frequency.value)} rad/s" for row in rows)
     held = (found.margins.gain_low, found.margins.gain_high)
     decides = [any(_same(row.margin, one) for one in held) for row in rows]
     return tuple(
-        f"gain margin {written(in_decibels(row.margin))} dB, {written(row.frequency)} rad/s" if here else ""
+        f"{_of_gain(row.margin)}, {written(row.frequency)} rad/s" if here else ""
         for row, here in zip(rows, decides, strict=True)
     )
+
+
+def _of_gain(factor: CertifiedValue) -> str:
+    """The factor of a gain in words: 'gain margin 6.02 dB', below one 'gain may fall by 13.3 dB'."""
+    return f"gain may fall by {_fall(factor)} dB" if factor.value < 1 else f"gain margin {_rise(factor)} dB"
+
+
+def _rise(factor: CertifiedValue) -> str:
+    return written(in_decibels(factor))
+
+
+def _fall(factor: CertifiedValue) -> str:
+    return written(fall_in_decibels(factor))
 
 
 def names_of_phases(found: StabilityMargins, rows: Sequence[Crossover]) -> tuple[Label, ...]:
@@ -63,19 +85,22 @@ def margin_remarks(curves: Sequence[FrequencyCurve], several: bool) -> list[Phra
 
 
 def margin_sentence(found: StabilityMargins) -> str:
-    """The margins in a sentence, or that there are none."""
+    """The margins in a sentence, or that there are none.
+
+    The gain margin is how far the gain may rise. Where it may not fall to zero, the sentence says how far it may fall.
+    """
     held = found.margins
     if held is None:
         return "The closed loop is not stable, so that it has no margins."
-    parts = []
+    parts, falls = [], held.gain_low.value > ROUNDED
     if math.isfinite(held.gain_high.value):
-        parts.append(f"gain margin {written(in_decibels(held.gain_high))} dB upwards")
-    if held.gain_low.value > ROUNDED:
-        parts.append(f"gain margin {written(in_decibels(held.gain_low))} dB downwards")
+        also = f" (the gain may also fall by {_fall(held.gain_low)} dB)" if falls else ""
+        parts.append(f"gain margin {_rise(held.gain_high)} dB{also}")
+    head = f"the gain may fall by {_fall(held.gain_low)} dB and rise without limit; " if falls and not parts else ""
     if math.isfinite(held.phase_margin.value):
         parts.append(f"phase margin {written(held.phase_margin)} degrees")
         if math.isfinite(held.delay_margin.value):
             parts.append(f"delay margin {written(held.delay_margin)} s")
     parts += [f"Ms {written(held.Ms.gain)}", f"disk margin {written(held.disk_margin)}"]
-    sentence = ", ".join(parts)
+    sentence = head + ", ".join(parts)
     return f"{sentence[0].upper()}{sentence[1:]}."

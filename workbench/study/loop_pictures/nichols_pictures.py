@@ -25,16 +25,19 @@ from workbench.validation.signatures import door
 
 M_LINES = (6.0, 3.0, 2.0, 1.0, 0.5, 0.25, 0.0, -0.5, -1.0, -3.0, -6.0, -12.0, -20.0, -40.0)  # dB
 N_LINES = (-10.0, -20.0, -30.0, -60.0, -90.0, -120.0, -150.0, -180.0)  # degrees, and as far above -360
-ALONG = np.linspace(0, 2 * np.pi, 361)
+NEAR = 0.003  # radians from T = 1, where L is infinite: the angles along M-lines are closest there
+HALF = NEAR * np.sinh(np.linspace(0, 1, 201) * np.arcsinh(np.pi / NEAR))
+ALONG = np.concatenate([HALF, 2 * np.pi - HALF[-2::-1]])
 GAINS = np.concatenate([np.geomspace(1e-4, 0.9, 80), np.linspace(0.91, 1.09, 41), np.geomspace(1.1, 1e4, 80)])
-LEAST = -40.0  # decibels: what lies below is drawn only if all does
+LEAST, MOST = -40.0, 80.0  # decibels: the ends of a picture about -1, which is at 0 dB
 
 
 @door
 def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve]) -> Figure:
     """The curves of loop gains L, in decibels over degrees, with M- and N-lines: those of T = L / (1 + L).
 
-    M-lines have the gain of T in decibels, and N-lines its phase in degrees. A plus marks L = -1.
+    M-lines have the gain of T in decibels, and N-lines its phase in degrees. A plus marks L = -1. Gains are drawn from
+    -40 to 80 dB.
 
     Raises
     ------
@@ -49,7 +52,7 @@ def nichols_figure(name: str, caption: Phrase, curves: Sequence[FrequencyCurve])
         held = np.isfinite(turned)
         marks.append(Series(one.label, turned[held], gains[held], style))
     across = limits_of([mark.spans[0][0] for mark in marks], (-90.0, -200.0), np.inf, 0.03)
-    up = limits_of([mark.spans[1][0] for mark in marks], (10.0, LEAST), 60.0 - LEAST, 0.03)
+    up = limits_of([np.clip(mark.spans[1][0], LEAST, MOST) for mark in marks], (10.0, -10.0), np.inf, 0.03)
     ends = math.floor((across[0] + 180) / 360), math.ceil((across[1] + 180) / 360)
     points = np.array([360.0 * k - 180 for k in range(ends[0], ends[1] + 1) if across[0] < 360 * k - 180 < across[1]])
     marks.append(Points("", points, np.zeros(len(points)), ("−1",) * len(points), 6, shape="critical"))
@@ -69,7 +72,7 @@ def _chart(ends: tuple[int, int]) -> Guides:
     names: list[str] = []
     for k in range(ends[0], ends[1] + 1):
         for level in M_LINES:
-            lines.append(_turned(10 ** (level / 20) * np.exp(1j * ALONG), k))
+            lines.append(_turned(np.asarray(10 ** (level / 20) * np.exp(1j * ALONG), dtype=complex), k))
             names.append(f"{level:g} dB".replace("-", "−"))
         for angle in N_LINES:
             for degrees in {angle, -360.0 - angle}:

@@ -76,6 +76,7 @@ def nyquist_figure(
     marks += [*shaded_disks(forbidden), Guides(((np.cos(CIRCLE), np.sin(CIRCLE)),), ("|L| = 1",))]
     still = [one for one in curves if one.source is None]
     remarks = [said for one in still for said in turn_remarks(one, plane, unstable_poles, len(curves) > 1)]
+    remarks += frame_remarks(still, curves, plane)
     return Figure(
         name,
         captioned(caption, remarks),
@@ -200,18 +201,23 @@ def _closed(edge: Complex) -> Complex:
 
 def plane_panel(marks: Sequence[Mark], curves: Sequence[FrequencyCurve], plane: Plane) -> Panel:
     """The panel of a plane: axes of one scale around the curves within the reach, zero and the critical point."""
+    across, up = _frame(curves, plane)
+    return Panel("imaginary part", tuple(marks), "real part", across, up, hlines=(0.0,), vlines=(0.0,), aspect="equal")
+
+
+def _frame(curves: Sequence[FrequencyCurve], plane: Plane) -> tuple[tuple[float, float], tuple[float, float]]:
+    """The ends of the axis of real parts, and those of the axis of imaginary parts."""
     held = np.concatenate([one.values for one in curves])
     held = held[np.isfinite(held) & (np.abs(held) <= plane.reach)]
     low, high = (float(end) for end in (held.real.min(initial=0.0), held.real.max(initial=0.0)))
     up = max(float(np.abs(held.imag).max(initial=0.0)), 0.6 * abs(plane.point))
     low, high = min(low, plane.point - 0.35 * abs(plane.point), 0.0), max(high, plane.point, 0.15 * abs(plane.point))
     room = 0.06 * max(high - low, 2 * up)
-    limits = (low - room, high + room), (-up - room, up + room)
-    return Panel("imaginary part", tuple(marks), "real part", *limits, hlines=(0.0,), vlines=(0.0,), aspect="equal")
+    return (low - room, high + room), (-up - room, up + room)
 
 
 def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, several: bool) -> list[Phrase]:
-    """Sentences on the turns of a curve, on its closure at infinity, and on what is cut."""
+    """Sentences on the turns of a curve, and on its closure at infinity."""
     turns = curve_turns(one.frequencies, one.values, one.period, plane.point, one.integrators)
     head = f"{one.label}: the" if several else "The"
     if turns.clockwise is None:
@@ -222,10 +228,25 @@ def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, severa
             s = "" if turns.closures == 1 else "s"
             said.append(f"At infinity it is closed by {turns.closures} half turn{s} clockwise.")
         if unstable is not None:
-            said.append(_verdict(turns.clockwise, unstable))
-    if float(np.nanmax(np.abs(one.values))) > BEYOND * plane.reach:
-        said.append(f"It is cut where it is farther than {number(BEYOND * plane.reach)} from zero.")
+            said.append(_verdict(turns.clockwise, unstable, None if one.margins is None else one.margins.stable))
     return list(said)
+
+
+def frame_remarks(told: Sequence[FrequencyCurve], curves: Sequence[FrequencyCurve], plane: Plane) -> list[Phrase]:
+    """A sentence on how far some of the curves of a picture go beyond its frame, if one does."""
+    (left, right), (low, high) = _frame(curves, plane)
+    farthest: list[tuple[float, float]] = []
+    for one in told:
+        real, imaginary = one.values.real, one.values.imag
+        outside = (real < left) | (real > right) | (imaginary < low) | (imaginary > high)
+        if outside.any():
+            sizes = np.where(outside, np.abs(one.values), 0.0)
+            farthest.append((float(sizes.max()), float(one.frequencies[sizes.argmax()])))
+    if not farthest:
+        return []
+    size, at = max(farthest)
+    head = "The curve leaves" if len(curves) == 1 else "A curve leaves" if len(farthest) == 1 else "Curves leave"
+    return [f"{head} the frame, for up to {number(size)} from zero at {number(at)} rad/s."]
 
 
 def _times(clockwise: int, name: str) -> str:
@@ -235,10 +256,14 @@ def _times(clockwise: int, name: str) -> str:
     return f"encircles {name} {count}, {'clockwise' if clockwise > 0 else 'anticlockwise'}"
 
 
-def _verdict(clockwise: int, unstable: int) -> str:
+def _verdict(clockwise: int, unstable: int, stable: bool | None) -> str:
+    """The unstable poles of the closed loop, unless its margins, which are certified, say otherwise."""
     closed = clockwise + unstable
     if closed < 0:
         return f"This contradicts {_poles(unstable)} of L: look at the range of frequencies."
+    if stable is not None and stable != (closed == 0):
+        truth = "stable" if stable else "not stable"
+        return f"The closed loop is {truth}, which these turns do not show: look at the range of frequencies."
     return f"With {_poles(unstable)} of L, the closed loop has {_poles(closed)}."
 
 

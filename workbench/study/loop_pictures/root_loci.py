@@ -7,7 +7,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from workbench.study.document.figure import Arrows, Figure, Label, Mark, Points, Series
 from workbench.study.document.phrases import Cell, Column, Phrase, Table, raised
@@ -92,6 +91,8 @@ def branches(poles: Complex) -> Complex:
     A step is measured from where the last two rows point to, so that branches that cross go on straight. A row with a
     NaN is a gap.
     """
+    from scipy.optimize import linear_sum_assignment  # here, as it takes long to import
+
     found = np.array(poles)
     last, before = None, None
     for k in range(len(found)):

@@ -7,6 +7,7 @@ as `sample.source(metric)` gives it, one for each output or law; or it is words,
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Literal, TypeAlias, TypeVar, cast
 
@@ -123,7 +124,7 @@ def stretches(curve: Array) -> list[Integers]:
 
 def number(value: float) -> float | None:
     """A number for a file; a dash if it is unknown."""
-    return None if np.isnan(value) else float(value)
+    return None if math.isnan(value) else float(value)
 
 
 def times_of(call: str, t: Array, outputs: int) -> Array:

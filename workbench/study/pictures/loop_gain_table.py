@@ -9,7 +9,7 @@ import numpy as np
 from workbench.design.frequency import CertifiedValue, StabilityMargins
 from workbench.study.document.phrases import Cell, Column, Measured, Missing, Phrase, Table, raised
 from workbench.study.document.source import Source
-from workbench.study.loop_pictures.margin_words import in_decibels
+from workbench.study.loop_pictures.margin_words import fall_in_decibels, in_decibels
 from workbench.study.outcome import Outcome
 from workbench.study.pictures.loop_gains import Complex, LoopGain, linear_source
 
@@ -18,8 +18,8 @@ BOUNDLESS = "no limit"  # in place of a margin that nothing limits
 EPS = float(np.finfo(float).eps)
 OF_CHANNELS = {  # quantities and their units
     "phase margin": "degrees",
-    "gain margin upwards": "dB",
-    "gain margin downwards": "dB",
+    "gain margin": "dB",
+    "gain may fall by": "dB",
     "delay margin": "s",
     "Ms": "1",
     "Mt": "1",
@@ -54,9 +54,9 @@ def _value(found: StabilityMargins | None, quantity: str) -> CertifiedValue | No
     held = None if found is None else found.margins
     if held is None:
         return None
-    if quantity == "gain margin downwards":
-        return in_decibels(held.gain_low)
-    if quantity == "gain margin upwards":
+    if quantity == "gain may fall by":
+        return fall_in_decibels(held.gain_low)
+    if quantity == "gain margin":
         return in_decibels(held.gain_high)
     values = {
         "phase margin": held.phase_margin,

@@ -24,7 +24,7 @@ from workbench.design.loop_boxes.quadratic_conditions import AbstractCondition
 from workbench.proofs.bounds import by_intervals
 from workbench.proofs.interval import NoBound
 from workbench.study.specifications.box_search import BoxSearch, at_draw, search_box
-from workbench.study.specifications.limit_verdicts import LimitVerdict, VerdictKind
+from workbench.study.specifications.limit_verdicts import LimitVerdict, VerdictKind, figure_clause
 from workbench.study.specifications.limits import Limit
 from workbench.study.specifications.loop_systems import LoopSystems, noise_signals
 from workbench.study.specifications.point_figures import LoopFigure, point_figure
@@ -72,13 +72,14 @@ class BoxCheck:
         if figure.value is None:
             reason = f"At the worst of {count:,} draws there is no figure: {figure.why}"
             return LimitVerdict(limit, "not checkable", figure, reason, values, count)
-        judged, seen = limit.judged(figure.value), f"{_words(limit, figure)}, of the worst of {count:,} draws"
+        judged = limit.judged(figure.value)
+        seen = f"At the worst of {count:,} draws {figure_clause(limit.kind, figure)}"
         if judged != "holds":
             kind: VerdictKind = "refuted" if judged == "fails" else "undecided"
             return LimitVerdict(limit, kind, figure, f"{seen}. {self._lost}".strip(), values, count)
         proof = self._proof(limit)
         if proof.proved:
-            evidence = f"{seen}; proved{by_intervals(proof.boxes).removeprefix(',')}."
+            evidence = f"{seen}. Proved{by_intervals(proof.boxes).removeprefix(',')}."
             return LimitVerdict(limit, "proved", figure, evidence, values, count)
         why = f"Not proved: {proof.why}." if limit.kind.name in PROVABLE else SEARCHED
         return LimitVerdict(limit, "not refuted", figure, f"{seen}. {why} {self._lost}".strip(), values, count)
@@ -154,9 +155,3 @@ class BoxCheck:
         if name == "disk_margin":
             return GainBelow(math.nextafter(1 / limit.low, 0.0), *self._cut, 0.5)
         return GainBelow(limit.high, *self._cut, 1.0 if name == "Ms" else 0.0)
-
-
-def _words(limit: Limit, figure: LoopFigure) -> str:
-    """A figure in words, with what it is of."""
-    doubt = "" if figure.proved else ", with estimated bounds"
-    return f"The {limit.kind.words} {figure.of}{doubt}" if figure.of else f"The {limit.kind.words}{doubt}"

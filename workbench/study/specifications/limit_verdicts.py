@@ -10,7 +10,7 @@ from typing import Literal
 from workbench.claims.claim_ledger import Ledger, Line, Ruling
 from workbench.core.claim import Claim
 from workbench.study.document.phrases import Cell, Code, Column, Measured, Strong, Table
-from workbench.study.specifications.limits import Limit
+from workbench.study.specifications.limits import FigureKind, Limit
 from workbench.study.specifications.point_figures import LoopFigure
 from workbench.validation.notebook_display import table_to_html
 from workbench.validation.refusals import known
@@ -82,7 +82,8 @@ class LimitVerdict:
 
     def __str__(self) -> str:
         where = f", at {draw_words(self.witness)}" if self.witness else ""
-        return f"{self.limit.words}: {self.verdict}{figure_words(self)}{where}. {self.evidence}".strip()
+        margin = "" if self.figure.value is None else f", margin {self.margin:.4g}"
+        return f"{self.limit.words}: {self.verdict}{margin}{where}. {self.evidence}".strip()
 
 
 @dataclass(frozen=True)
@@ -149,13 +150,17 @@ class SpecificationVerdicts:
         return table_to_html(f"Specification of {self.subject}", ("limit", "verdict", "figure", "evidence"), rows)
 
 
-def figure_words(verdict: LimitVerdict) -> str:
-    """The figure, the power of ten within which it is known, and its margin: ', 1.08 within 1e-15, margin 0.3'."""
-    value = verdict.figure.value
+def figure_clause(kind: FigureKind, figure: LoopFigure) -> str:
+    """The figure as a clause, with the power of ten within which it is known: 'the peak of S is 1.08 within 1e-15'."""
+    value = figure.value
     if value is None:
-        return ""
+        return f"the {kind.words} is not known"
+    subject = f"the {kind.words} {figure.of}".rstrip()
+    if math.isinf(value.value):
+        return f"{subject} is infinite"
+    bounds = "" if figure.proved else " by estimated bounds"
     known_to = f" within 1e{math.ceil(math.log10(value.error))}" if 0 < value.error < math.inf else ""
-    return f", {value.value:.6g}{known_to}, margin {verdict.margin:.4g}"
+    return f"{subject} is {value.value:.6g}{f' {kind.unit}' if kind.unit else ''}{known_to}{bounds}"
 
 
 def draw_words(values: Mapping[str, float]) -> str:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from workbench.design.frequency import CertifiedValue
 from workbench.validation.refusals import as_number, refusal
 
+BELOW_ZERO = -5e-324  # the end of a range that begins with zero
 Side = Literal["at most", "at least", "within"]
 
 
@@ -32,7 +33,8 @@ class FigureKind:
         number = as_number(limit)
         if number is None or not self.low < number < self.high:
             upper = f" and below {self.high:g}" if self.high < math.inf else ""
-            raise refusal(f"Specification({self.name}=...)", f"above {self.low:g}{upper}, {self.why}", limit)
+            lower = "at least 0" if self.low == BELOW_ZERO else f"above {self.low:g}"
+            raise refusal(f"Specification({self.name}=...)", f"{lower}{upper}, {self.why}", limit)
         return number
 
 
@@ -49,7 +51,7 @@ KINDS = {
         FigureKind("delay_margin", "delay margin", "s", "at least", 0, math.inf, "in seconds"),
         FigureKind("disk_margin", "disk margin", "", "at least", 0, math.inf, "the size of a disk"),
         FigureKind("noise_gain", "gain from noise", "", "at most", 0, math.inf, "as a gain is positive"),
-        FigureKind("overshoot", "overshoot", "%", "at most", -1e-300, math.inf, "in percent of the final value"),
+        FigureKind("overshoot", "overshoot", "%", "at most", BELOW_ZERO, math.inf, "in percent of the final value"),
         FigureKind("settling_time", "settling time", "s", "at most", 0, math.inf, "in seconds"),
         FigureKind("rise_time", "rise time", "s", "at most", 0, math.inf, "in seconds"),
     )

@@ -114,7 +114,8 @@ class LoopSystems:
             return pole_figures(np.asarray(closed.A, dtype=float), float(closed.dt) or None)
         if self.channels == 1:
             return closed_pole_figures(self.loop)
-        return pole_figures(sensitivity(self.loop).A)
+        S = sensitivity(self.loop)
+        return pole_figures(np.asarray(S.A, dtype=float), float(S.dt) or None)
 
     def system(self, kind: str) -> Any:
         """S or T at the cut."""

@@ -11,7 +11,7 @@ from workbench.design.loop_boxes import ParameterBox
 from workbench.design.matrices import Refused
 from workbench.study.loop_pictures import Disk, GainBound
 from workbench.study.specifications.box_verdicts import BoxCheck
-from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts
+from workbench.study.specifications.limit_verdicts import LimitVerdict, SpecificationVerdicts, figure_clause
 from workbench.study.specifications.limits import KINDS, Limit
 from workbench.study.specifications.loop_systems import LoopSystems
 from workbench.study.specifications.point_figures import point_figure
@@ -176,6 +176,5 @@ def _at_point(limit: Limit, systems: LoopSystems) -> LimitVerdict:
     figure = point_figure(limit.kind.name, systems)
     if figure.value is None:
         return LimitVerdict(limit, "not checkable", figure, f"There is no figure: {figure.why}")
-    doubt = "" if figure.proved else ", with estimated bounds"
-    where = f" {figure.of}" if figure.of else ""
-    return LimitVerdict(limit, limit.judged(figure.value), figure, f"The {limit.kind.words}{where}{doubt}.")
+    clause = figure_clause(limit.kind, figure)
+    return LimitVerdict(limit, limit.judged(figure.value), figure, f"{clause[0].upper()}{clause[1:]}.")

@@ -266,7 +266,7 @@ class LoopAnswer {
     if (!margins) return "not known";
     if (!margins.stable) return "unstable";
     const { gainMargin, phaseMargin, delayMargin, Ms, Mt } = margins;
-    const factors = { "gain margin upwards": gainMargin?.high, "gain margin downwards": gainMargin?.low };
+    const factors = { "gain margin": gainMargin?.high, "gain may fall by": 1 / gainMargin?.low };
     if (quantity in factors) return numberOr(inDecibels(factors[quantity]), "no limit");
     const numbers = { "phase margin": phaseMargin, "delay margin": delayMargin, Ms, Mt };
     return numberOr(numbers[quantity], "no limit");

@@ -15,25 +15,35 @@ class LinearAnswers {
     this.omega = Float64Array.from(linear.omega);
   }
 
-  // The answer at parameters and first states of the page; one that fails says why and has nothing else.
-  answer(p, x0) {
-    const { model, linear } = this, { m, n } = model;
-    if (!allFinite(p, 0, p.length) || !allFinite(x0, 0, x0.length)) return { rests: false, reason: NO_NUMBER };
+  // The systems {whole, cut} of the loop at rest at parameters and first states of the page, and its states x; or a reason.
+  systems(p, x0) {
+    const { model, linear } = this;
+    if (!allFinite(p, 0, p.length) || !allFinite(x0, 0, x0.length)) return { reason: NO_NUMBER };
     model.take(p, x0);
     const { x, reason } = findRest(model);
-    if (reason) return { rests: false, reason };
-    if (![model.A, model.B, model.C, model.D, model.closed].every((M) => allFinite(M, 0, M.length))) {
-      return { rests: false, reason: NOT_FINITE };
-    }
-    if (model.isCornered && !isStraightAt(model, x)) return { rests: false, reason: CORNERED };
+    if (reason) return { reason };
+    if (![model.A, model.B, model.C, model.D, model.closed].every((M) => allFinite(M, 0, M.length))) return { reason: NOT_FINITE };
+    if (model.isCornered && !isStraightAt(model, x)) return { reason: CORNERED };
     const [whole, cut] = linear.read.map((read) => reduced(model, read));
+    return { x, whole, cut, reason: "" };
+  }
+
+  // The system of one channel with the loop closed at the others.
+  alone(cut, channel) {
+    return cut.m === 1 ? cut : closedAt(cut, [...Array(cut.m).keys()].filter((j) => j !== channel));
+  }
+
+  // The answer at parameters and first states of the page; one that fails says why and has nothing else.
+  answer(p, x0) {
+    const { linear } = this, { m } = this.model, { x, whole, cut, reason } = this.systems(p, x0);
+    if (reason) return { rests: false, reason };
     const poles = polesOf(whole.closed, whole.n, linear.period), openPoles = polesOf(cut.A, cut.n, linear.period);
     if (!poles || !openPoles) return { rests: false, reason: NO_POLES };
     const stable = allDecay(whole.closed, whole.n, poles, linear.period);
     const roots = [poles, openPoles], margins = [], omega = drawnFrequencies(this.omega, roots, linear.period);
     const response = new LinearResponse(cut, linear.period), L = loopGain(response, omega);
     for (let i = 0; i < m; i++) {
-      const own = m === 1 ? cut : closedAt(cut, [...Array(m).keys()].filter((j) => j !== i));
+      const own = this.alone(cut, i);
       const ownRoots = m === 1 ? roots : [...roots, polesOf(own.A, own.n, linear.period) || poles];
       margins.push(marginsOf(new ChannelLoop(own, linear.period, this.omega, ownRoots), stable));
     }

@@ -3,6 +3,7 @@
 // The state at which a loop rests, by the method of Gauss and Newton, as `find_rest` of the workbench seeks it.
 
 const AT_REST = 1e-8; // a rate counts as zero below this share of the terms that could have made it
+const WAY = [4, 12, 24, 48, 96]; // implicit steps in time, after which Newton's method tries again
 const REST_ROUNDS = 100, SMALL_STEP = 1e-7, LEAST_STEP = 1e-14; // evaluations; relative steps taken whole, and rounding
 
 // The states at rest x, and `reason`, a sentence if there are none. The model stays evaluated at x.
@@ -11,9 +12,11 @@ function findRest(model) {
   model.evaluate(x);
   if (!linear.rests) return { x, reason: "" };
   let shares = sharesOf(model, x);
-  const free = must.filter((i) => model.change[i] !== 0 || stateMoves(model, i));
+  const free = movingStates(model);
   if (free.length && !(most(shares, must) <= AT_REST) && allFinite(model.change, 0, n)) {
+    const start = x.slice();
     shares = descend(model, x, free, shares);
+    if (!(most(shares, must) <= AT_REST)) shares = descendOnTheWay(model, x, start, free) || shares;
     model.evaluate(x);
   }
   return { x, reason: unrest(model, shares) };
@@ -28,6 +31,11 @@ function queueFilled(model) {
     for (const i of linear.follows) x[i] = jump.heights[i];
   }
   return allFinite(x, 0, x.length) ? x : start.slice();
+}
+
+// The states that must rest and that something moves.
+function movingStates(model) {
+  return model.linear.must.filter((i) => model.change[i] !== 0 || stateMoves(model, i));
 }
 
 // Whether anything moves a state.
@@ -78,10 +86,47 @@ function descend(model, x, free, shares) {
   return shares;
 }
 
+// Newton's steps from states to which the loop moves, by implicit steps in time; x in place if there is a rest.
+function descendOnTheWay(model, x, start, free) {
+  const { n, closed, isSampled, linear } = model, { must } = linear, at = start.slice();
+  model.evaluate(at);
+  let rate = 1, size = norm(sharesOf(model, at), must);
+  if (!isSampled) for (let i = 0; i < n; i++) rate = Math.max(i ? rate : 0, rowSum(closed, n, i));
+  for (let count = 1; count <= WAY[WAY.length - 1]; count++) {
+    const step = towardsRest(model, free, rate);
+    free.forEach((i, k) => (at[i] += step[k]));
+    model.evaluate(at);
+    const left = norm(sharesOf(model, at), must);
+    if (!(Number.isFinite(left) && left > 0 && size > 0)) return null;
+    rate *= Math.min(Math.max(left / size, 0.5), 5);
+    size = left;
+    if (!WAY.includes(count)) continue;
+    const ahead = at.slice(), shares = descend(model, ahead, movingStates(model), sharesOf(model, ahead));
+    if (most(shares, must) <= AT_REST) {
+      x.set(ahead);
+      return shares;
+    }
+    model.evaluate(at);
+  }
+  return null;
+}
+
+function norm(shares, places) {
+  return Math.sqrt(places.reduce((sum, i) => sum + shares[i] * shares[i], 0));
+}
+
+function rowSum(M, n, i) {
+  let sum = 0;
+  for (let j = 0; j < n; j++) sum += Math.abs(M[i * n + j]);
+  return sum;
+}
+
 // The least change of the free states that stops those that must rest, to first order; NaN where there is none.
-function towardsRest({ closed, change, linear, n, isSampled }, free) {
+// With a rate it is an implicit step in time.
+function towardsRest({ closed, change, linear, n, isSampled }, free, rate = 0) {
   const { must } = linear, J = part(closed, n, must, free), size = { steepest: 0 };
-  if (isSampled) must.forEach((i, k) => free.forEach((j, l) => (J[k * free.length + l] -= i === j ? 1 : 0)));
+  const less = rate + (isSampled ? 1 : 0);
+  if (less) must.forEach((i, k) => free.forEach((j, l) => (J[k * free.length + l] -= i === j ? less : 0)));
   for (const value of J) size.steepest = Math.max(size.steepest, Math.abs(value));
   const scale = size.steepest > 0 ? size.steepest : 1, right = Float64Array.from(must, (i) => -change[i] / scale);
   if (!Number.isFinite(scale) || !allFinite(right, 0, right.length) || !allFinite(J, 0, J.length)) {

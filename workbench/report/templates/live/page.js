@@ -73,6 +73,7 @@ class LivePage {
       this.bench.fill(this.data, copiedState(this.state), (state) => this.turn(state), this.holds.row);
       offerPictures();
       this.motion = new Motion(this, this.bench.stage);
+      this.handles = new Handles(this);
       this.watch();
     } catch (error) {
       return this.fail(error);
@@ -111,6 +112,7 @@ class LivePage {
     try {
       const pool = this.crew();
       for (const place of this.asked(this.state)) await pool.prepare(place);
+      this.handles.open();
     } catch (error) {
       this.fail(error);
     }
@@ -127,6 +129,7 @@ class LivePage {
     if (this.failed) return;
     this.failed = true;
     if (this.pool) this.pool.end();
+    this.handles?.remove();
     for (const place of [...this.views.keys(), ...this.answers.keys()]) this.drop(place);
     this.bench.refuse(`The loops cannot run here, and the page stays as it was made (${error.message || error}).`);
   }
@@ -171,6 +174,8 @@ class LivePage {
     }
     for (const place of [...this.views.keys(), ...this.answers.keys()]) if (!this.wanted.has(place)) this.drop(place);
     this.motion.offer();
+    if (this.pool) this.handles.open();
+    this.handles.place();
     this.ask();
   }
 
@@ -316,9 +321,15 @@ class LivePage {
     return this.figures.get(name);
   }
 
-  // All curves, bars and points of a figure whose loops have run, over those before; without any it is as it was made.
+  // Draw a figure, and place its handles.
   paint(name) {
     this.away.delete(name);
+    this.paintMarks(name);
+    this.handles.place(name);
+  }
+
+  // All curves, bars and points of a figure whose loops have run, over those before; without any it is as it was made.
+  paintMarks(name) {
     const curves = this.data.curves.filter((curve) => curve.figure === name && this.views.has(curve.loop));
     const marks = this.marksOf(name), pale = this.holds.curves(name), linear = this.linearOf(name);
     const some = curves.length + marks.length + pale.length + linear.curves.length + linear.pale.length + linear.sets.length;

@@ -12,12 +12,15 @@ async function unpackedModule(text) {
 // The workers, and which of them runs which loop; each module is compiled once.
 class Pool {
   constructor(data, source, hear, fail) {
-    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0 });
+    Object.assign(this, { data, modules: new Map(), held: new Map(), ticket: 0, questions: new Map(), asked: 0 });
     const place = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     const count = Math.max(1, Math.min(4, navigator.hardwareConcurrency || 1, data.loops.length));
     this.workers = Array.from({ length: count }, () => new Worker(place));
     for (const worker of this.workers) {
-      worker.onmessage = ({ data: told }) => (told.fault ? fail(told.fault) : hear(told));
+      worker.onmessage = ({ data: told }) => {
+        if (told.fault) return fail(told.fault);
+        return told.question ? this.take(told) : hear(told);
+      };
       worker.onerror = (event) => fail(event.message || "a worker could not start");
     }
     this.owners = this.shared(count);
@@ -63,6 +66,19 @@ class Pool {
     for (const { module } of marches) modules[module] = await this.module(module);
     const loop = { p, x0, rows, whole, half, outputs, coarse, linear };
     this.workers[this.owners.get(place)].postMessage({ place, loop, modules });
+  }
+
+  // The reply of a loop's worker to a question about its linear answers.
+  async ask(place, question) {
+    await this.prepare(place);
+    const number = (this.asked += 1);
+    this.workers[this.owners.get(place)].postMessage({ ...question, place, question: number });
+    return new Promise((resolve) => this.questions.set(number, resolve));
+  }
+
+  take({ question, reply }) {
+    this.questions.get(question)(reply);
+    this.questions.delete(question);
   }
 
   // Ask for runs, those in sight first, then the light ones; what was asked before ends. All answers have the ticket.

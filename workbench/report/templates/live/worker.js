@@ -327,7 +327,13 @@ async function serve({ ticket, runs }) {
   }
 }
 
+// A question of the page about the linear answers of a loop, which no request ends.
+function reply({ question, place, ...asked }) {
+  postMessage({ question, reply: replyTo(loops.get(place).linear, asked) });
+}
+
 onmessage = ({ data }) => {
   if (data.loop) return take(data);
+  if (data.question) return reply(data);
   return serve(data).catch((error) => postMessage({ ticket: data.ticket, fault: String(error) }));
 };
