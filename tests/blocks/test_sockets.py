@@ -98,10 +98,10 @@ SAID = [
     (lambda: Dynamics.of(named), "`Dynamics.of(arm=...)` must be an `AbstractArm`; got the function `named`"),
     (lambda: rk4(loop(), 0.1), "must be an `Ode`; got a `ClosedLoop`: a loop becomes one by its method `ode()`."),
     (lambda: PlanarArm((LINK,), zero=["down"]), "is one of 'down', 'right', 'up'; got ['down']."),
-    (lambda: PID([], [], []), "`PID(Kp=...)` needs at least one joint, and a number for each; got none."),
-    (lambda: Sines([], []), "`Sines(amplitude=...)` needs at least one joint"),
-    (lambda: Hold([]), "needs at least one joint"),
-    (lambda: Friction([], []), "needs at least one joint"),
+    (lambda: PID([], [], []), "`PID(Kp=...)` needs at least one number; got none."),
+    (lambda: Sines([], []), "`Sines(amplitude=...)` needs at least one number"),
+    (lambda: Hold([]), "needs at least one number"),
+    (lambda: Friction([], []), "needs at least one number"),
     (lambda: PlanarArm(()), "must be a tuple of at least one `Link` or `PointMass`; got none."),
 ]
 
