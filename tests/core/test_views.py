@@ -19,7 +19,7 @@ from workbench.design import linearize
 from workbench.design.linear import equilibria
 from workbench.engine.metrics import measure, peak, rmse
 
-OTHERS = {"notation", "reference", "verify"}  # formulas and verdicts have texts of their own
+OTHERS = {"notation", "proofs", "reference"}  # formulas and verdicts have texts of their own
 
 
 @dataclass(frozen=True)
