@@ -207,9 +207,9 @@ def changes_a_global(item):
 
 
 def imports_inside(item):
-    import fractions
+    from tests.house import rules
 
-    return fractions.Fraction(item)
+    return rules.sources(item)
 
 
 HANDLE = object()
@@ -223,7 +223,7 @@ def uses_a_handle(item):
     ("function", "said"),
     [
         (changes_a_global, "`COUNT`, which is changed there"),
-        (imports_inside, "`import fractions`, which stands inside of the function"),
+        (imports_inside, "`import tests.house`, which stands inside of the function"),
         (uses_a_handle, "It is reached by `HANDLE`"),
     ],
 )

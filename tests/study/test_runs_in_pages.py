@@ -72,9 +72,10 @@ def test_the_reference_is_a_run_too():
 
 
 ENGINE = {  # what simulates, by module and name
-    *("simulate.simulation: simulate", "metrics.measure: measure", "simulate.batch: run_step"),
-    *("reference.solution: reference", "reference.solution: reference_of_function", "study.case_runs: run"),
-    *("study.tuning.search: tune", "study.uncertainty.local: local_sensitivities", "study.executors: on_threads"),
+    *("engine.simulation: simulate", "engine.metrics.measure: measure", "engine.batch: run_step"),
+    *("engine.reference.solution: reference", "engine.reference.solution: reference_of_function"),
+    *("study.case_runs: run", "study.tuning.search: tune", "study.uncertainty.local: local_sensitivities"),
+    "study.executors: on_threads",
 }
 STUDIES = [  # but a2, whose page takes the names of claims from the table of their checks
     *("a0_two_link_arm", "a1_paper_tables.study", "a3_riccati_gains.study"),
@@ -107,7 +108,7 @@ def test_no_page_of_a_study_reaches_the_engine(name):
 
 
 def test_a_page_that_reaches_the_engine_is_found():
-    assert "simulate.simulation: simulate" in calls_of(lambda results: simulate(results))
+    assert "engine.simulation: simulate" in calls_of(lambda results: simulate(results))
     assert calls_of(simulating_by_name) & ENGINE
 
 
