@@ -73,8 +73,16 @@ def test_answers_of_many_variations_are_counted_and_those_of_few_named():
     many = tuple(wb.Variation(f"choice {i}", "SMC") for i in range(30))
     some = replace(BEST, variations=(*many, *(wb.Variation(words, "no law") for words in ("another cost", "the sum"))))
     assert some.change == (
-        "The answer changes in 32 of 32 variations: to SMC in 30 of them; to 'no law' by another cost and by the sum."
+        "The answer changes in all 32 variations: to SMC in 30; to 'no law' by another cost and by the sum."
     )
+
+
+def test_an_answer_that_all_changes_have_in_common_is_named_once():
+    none = tuple(wb.Variation(f"joint {i}", "none") for i in range(6))
+    one = replace(BEST, variations=(*none, *OTHERS[:2]))
+    assert one.change == "The answer changes in 6 of 8 variations, always to 'none'."
+    few = replace(BEST, variations=(*none[:2], *OTHERS[:2]))
+    assert few.change == "The answer changes in 2 of 4 variations: to 'none' by joint 0 and by joint 1."
 
 
 def test_no_variation_is_left_out_of_the_scope_however_many_there_are():

@@ -205,3 +205,11 @@ def test_equations_alone_answer_from_their_inputs_to_their_outputs():
     np.testing.assert_allclose(linear.response(OMEGA, "closed").values[:, 0, 0], theirs.complex, rtol=1e-10)
     with pytest.raises(ValueError, match="needs a loop that can be cut"):
         linear.response(OMEGA, "L")
+
+
+def test_a_value_may_be_an_array_without_axes():
+    motor = wb.DCMotor()
+    law = wb.PID2(motor.outputs, motor.inputs, Kp=100.0, Ki=200.0)
+    loop = wb.ClosedLoop(motor, controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    plain, same = (wb.linear_loop(loop, values={"plant.J": J}) for J in (0.02, np.array(0.02)))
+    np.testing.assert_array_equal([pole.value for pole in same.poles], [pole.value for pole in plain.poles])

@@ -11,6 +11,7 @@ from studies.a1_paper_tables.row import FITTED, WITNESS
 from studies.paper import unstated
 from studies.paper.card import CARD, LAWS, PROPOSED, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival
+from studies.paper.rest import REST, rest_case, rest_section
 from workbench import metrics
 from workbench.controllers.aosmc_rgs import SHAPES
 from workbench.loop import ClosedLoop
@@ -123,7 +124,8 @@ def numbers_section() -> Section:
 
 def trust_section(results: Results) -> Section:
     """Steps, limits and errors."""
-    beyond = ", ".join(run.case.name for run in results.outcomes if not run.measurement.limit.holds)
+    compared = (run for run in results.outcomes if run.case.scenario != REST)
+    beyond = ", ".join(run.case.name for run in compared if not run.measurement.limit.holds)
     about = (
         "Values are of RK4 at the step of a run; errors are twice the change at half of the step. The limit of "
         "stability is the longest step at which the fastest decaying mode of the exact Jacobian still decays. It is "
@@ -132,6 +134,15 @@ def trust_section(results: Results) -> Section:
         "and no bound."
     )
     return Section("How far these numbers can be trusted", (Paragraph(about),))
+
+
+def rest(results: Results) -> Section:
+    """The linear pictures of the proposed law, which the knobs move."""
+    knobs = (
+        "On the HTML page the knobs move these pictures together with the runs. The knob of the first gain K reaches "
+        "such gains. Q, R, the reference and the disturbance have no part in the pictures; l moves its own pole alone."
+    )
+    return rest_section(results[REST, PROPOSED], results["FS", PROPOSED], "It has the four repairs.", knobs)
 
 
 def row_section(results: Results) -> Section:
@@ -161,6 +172,7 @@ def page(results: Results) -> Page:
         *(six_laws.scenario_section(results, scenario) for scenario in SCENARIOS),
         numbers_section(),
         trust_section(results),
+        rest(results),
     )
     return Page(findings.answer_line(results), findings.findings(results), tuple(sections))
 
@@ -177,7 +189,7 @@ study = Study(
         "and with four; then with each slip put back alone. Five rivals run beside it, SMC with three gains. RK4 at "
         "a step and at half of it: values are of the step, errors twice the change."
     ),
-    cases=(*comparison("FS"), *comparison("SS"), *variants()),
+    cases=(*comparison("FS"), *comparison("SS"), *variants(), rest_case(PROPOSED_STEP / 2, "repaired")),
     sweeps=grid.sweeps(BRIEF),
     sections=page,
     live=LIVE,

@@ -138,6 +138,7 @@ def mismatch(results: Results) -> Finding:
     def said(name: str, seen: float) -> str:
         return "bears less than the arm has" if every[name].tolerated < seen else "bears what the arm has"
 
+    part = f"{'all' if len(coarse) == len(OTHERS) else f'{len(coarse)} of the'} {len(OTHERS)} other gains"
     places = ((SMALL, small), (WHOLE, whole))
     return Finding(
         "mismatch",
@@ -148,8 +149,8 @@ def mismatch(results: Results) -> Finding:
         raised(
             f"In the whole region |df/dq| reaches {whole.position.seen:.0f} 1/s^2 (proved: at most "
             f"{whole.position.proved:.0f}) and |df/dqd| {whole.velocity.seen:.1f} 1/s (at most "
-            f"{whole.velocity.proved:.1f}). The bound (15) is coarse: {len(coarse)} of the {len(OTHERS)} other gains "
-            "bear less, too, and are proved to converge in the whole region."
+            f"{whole.velocity.proved:.1f}). The bound (15) is coarse: {part} bear less, too, "
+            "and are proved to converge in the whole region."
         ),
         statistic="The largest rho for which one quadratic form proves a decay for all |Delta| ≤ rho |x~|, in rad and "
         "rad/s, beside the largest |df/dq| that was seen.",

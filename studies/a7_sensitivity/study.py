@@ -24,8 +24,9 @@ from studies.a7_sensitivity.results import (
 )
 from studies.a7_sensitivity.second_looks import look_later, redraw, redrawn_gains, redrawn_words, suspects
 from studies.a7_sensitivity.stray_runs import later_by_law, strays
-from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, called, factors, group_of, loop
+from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, factors, group_of, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
+from studies.paper.rest import REST, rest_section
 from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
 from workbench.study.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
@@ -203,6 +204,15 @@ def trust_section(laws: Mapping[str, LawResults], stress: Mapping[str, Stress]) 
     return Section("Can the numbers be trusted?", (Paragraph(text), steps))
 
 
+def rest(results: Results) -> Section:
+    """The linear pictures of the proposed law, which the factors of the sweeps move."""
+    knobs = (
+        "On the HTML page the knobs move these pictures together with the runs. P(0), Q, R and D have no part in them; "
+        "l moves its own pole alone."
+    )
+    return rest_section(results[REST, PROPOSED], results[SCENARIO, PROPOSED], "It is repaired as in a1.", knobs)
+
+
 def works(results: Results) -> tuple[Work, ...]:
     """The derivatives of each law, and runs again: those with the largest TV, those that stray, and the heaviest."""
     laws = {law: results_of(results, law) for law in sweeps.LAWS}
@@ -222,7 +232,7 @@ def sections(results: Results) -> Page:
     later, (redrawn,) = later_by_law(laws, results.work("later")), results.work("redrawn")
     own = {
         one.case.law: max(float(one.score("late error", joint).value[0]) for joint in (0, 1))
-        for one in results.outcomes
+        for one in results.scenario(SCENARIO)
     }
     ours = laws[PROPOSED]
     pictures = indices_figure(ours, 0), bands_figure(laws)
@@ -244,7 +254,8 @@ def sections(results: Results) -> Page:
             Section("Gains, arm or model", (groups_table(laws),)),
             varied_section(laws),
             trust_section(laws, dict(zip(sweeps.LAWS, results.work("stress"), strict=True))),
-            loops_section("The laws, to be turned", TURNED, results.outcomes),
+            loops_section("The laws, to be turned", TURNED, results.scenario(SCENARIO)),
+            rest(results),
         ),
     )
 

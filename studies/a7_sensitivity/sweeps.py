@@ -13,6 +13,7 @@ import numpy as np
 
 from studies.paper.card import CARD
 from studies.paper.laws import RIVALS, proposed_repaired, rival
+from studies.paper.rest import rest_case
 from workbench.loop import ClosedLoop
 from workbench.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
 from workbench.notation.formula import symbol
@@ -181,11 +182,12 @@ def metrics(law: str) -> tuple[AbstractMetric, ...]:
 
 
 def own_numbers() -> tuple[Case, ...]:
-    """Each law with the numbers of the card, for the page to turn."""
-    return tuple(
+    """Each law with the numbers of the card, for the page to turn, and the proposed one at rest."""
+    tracking = (
         Case(SCENARIO, law, Run(loop(law), metrics(law), UNTIL, SHOWN, STEPS[law] / 2), style=i)
         for i, law in enumerate(LAWS)
     )
+    return (*tracking, rest_case(STEPS[PROPOSED] / 2))
 
 
 def free(law: str) -> tuple[Factor, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import casadi as ca
 import numpy as np
@@ -15,7 +15,7 @@ from workbench.metrics import AbstractMetric, effort, rmse, total_variation
 from workbench.metrics.contract import Integral
 from workbench.plants import Friction, Manipulator
 from workbench.robots.planar_arm import PlanarArm, PointMass
-from workbench.signals import Sines, SineTorque, SquareWave
+from workbench.signals import Hold, Sines, SineTorque, SquareWave
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.distributions import Uniform
 from workbench.study.uncertainty.factors import Factor
@@ -56,19 +56,30 @@ class Scenario:
 
     @property
     def plant(self) -> Manipulator:
-        paper = "SS" if self.jumps else "FS"
         masses, lengths = np.multiply(CARD["masses"], self.mass), CARD["lengths"]
-        disturbance = SineTorque(
-            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
-            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
-            CARD[f"{paper}: disturbance phase"],
-        )
         return Manipulator(
             PlanarArm(tuple(map(PointMass, masses, lengths)), CARD["gravity"]),
             q=self.start,
             qd=CARD["qd(0)"],
-            disturbance=disturbance,
+            disturbance=self.disturbance,
             friction=Friction(self.viscous, self.coulomb, speed=0.05),
+        )
+
+    @property
+    def at_rest(self) -> Scenario:
+        """The same arm and computer with the arm held where it starts, without disturbance and noise."""
+        return replace(self, reference=Hold(self.start), push=0.0, noise=0.0)
+
+    @property
+    def disturbance(self) -> SineTorque | None:
+        """The paper's disturbance with other amplitudes and frequencies; None without amplitude."""
+        if not self.push:
+            return None
+        paper = "SS" if self.jumps else "FS"
+        return SineTorque(
+            self.push * np.array(CARD[f"{paper}: disturbance amplitude"]),
+            self.pace * np.array(CARD[f"{paper}: disturbance frequency"]),
+            CARD[f"{paper}: disturbance phase"],
         )
 
     def loop(self, observer: AbstractObserver, controller: AbstractController) -> DigitalLoop:

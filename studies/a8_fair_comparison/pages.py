@@ -6,12 +6,13 @@ from dataclasses import replace
 
 from studies.a8_fair_comparison import changes, findings, riccati_worth
 from studies.a8_fair_comparison.ablations import PARTS, RETUNED, RICCATI, STEADY
-from studies.a8_fair_comparison.conditions import HELD_OUT
+from studies.a8_fair_comparison.conditions import HELD_OUT, PERIOD
 from studies.a8_fair_comparison.conditions_section import conditions_section
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, FILTER, GIVEN, OBSERVER, PROPOSED, READINGS, Given
 from studies.a8_fair_comparison.evidence import ACCEPTABLE, ASKED, MARGIN, Evidence, evidence
 from studies.a8_fair_comparison.other_numbers import PLAIN, run_name
 from studies.a8_fair_comparison.tuning_section import trust, tuning
+from studies.paper.rest import REST, rest_section
 from workbench.study.document.document import Column, Figure, Page, Paragraph, Section, Table
 from workbench.study.evidence import Judgement, ablation_table, change_without, level_of
 from workbench.study.evidence.comparison_tables import BOLD, HALF
@@ -57,9 +58,20 @@ def sections(results: Results) -> Page:
             conditions_section(),
             tuning(results),
             trust(results, held),
-            loops_section("The laws with knobs", KNOBS, results.outcomes, caption=ERRORS, cut=START),
+            loops_section("The laws with knobs", KNOBS, results.scenario(HELD_OUT[0].name), caption=ERRORS, cut=START),
+            rest(results),
         ),
     )
+
+
+def rest(results: Results) -> Section:
+    """The linear pictures of the proposed law in its computer, which the knobs move."""
+    knobs = (
+        "This law was taken because the page judges each of its parts. On the HTML page the knobs of masses, lengths "
+        "and friction move these pictures together with the runs. Disturbance, phases and starts have no part in them."
+    )
+    law = f"It has its tuned numbers, both observers, and a computer with a period of {1e3 * PERIOD:g} ms."
+    return rest_section(results[REST, PROPOSED], results[HELD_OUT[0].name, PROPOSED], law, knobs)
 
 
 def lead(held: Evidence) -> str:

@@ -11,6 +11,8 @@ from studies.a8_fair_comparison.entrants import ALL, BOTH, ENTRANTS, PROPOSAL, E
 from studies.a8_fair_comparison.evidence import ASKED, DRAWN, OTHERS, name_of, sweep, works
 from studies.a8_fair_comparison.other_numbers import AGAIN, run_again
 from studies.a8_fair_comparison.pages import sections
+from studies.paper.rest import REST, UNTIL
+from workbench.metrics import rmse
 from workbench.study.contract import Run, Sweep
 from workbench.study.evidence import least_draws
 from workbench.study.study import Case, Study
@@ -62,9 +64,12 @@ def sweeps(tuned: Mapping[str, Tuned]) -> tuple[Sweep, ...]:
 
 
 def cases(tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
-    """Each law behind what BOTH gives it, as it was tuned, in the first held-out scenario, for the page to turn."""
+    """Each law behind what BOTH gives it, as it was tuned, in the first held-out scenario, for the page to turn.
+
+    The last case holds the proposed law still, for its linear pictures.
+    """
     scenario = HELD_OUT[0]
-    return tuple(
+    tracking = tuple(
         Case(
             scenario.name,
             one.name,
@@ -73,6 +78,8 @@ def cases(tuned: Mapping[str, Tuned]) -> tuple[Case, ...]:
         )
         for i, one in enumerate(ENTRANTS[BOTH.key])
     )
+    still = PROPOSAL.loop(scenario.at_rest, tuned[PROPOSAL.key].best)
+    return (*tracking, Case(REST, PROPOSAL.name, Run(still, (rmse(),), UNTIL, SHOWN, PERIOD / 2, seed=DRAWN)))
 
 
 study = Study(

@@ -80,8 +80,13 @@ def spans(every: Sequence[Sequence[Row]]) -> tuple[str, str]:
 
 def smallest(rows: Sequence[Row]) -> str:
     """The verdict on exact cycles."""
-    count, total = met(rows).split(" of ")
-    return "all" if count == total else met(rows)
+    return "all" if all_or(met(rows)).startswith("all ") else met(rows)
+
+
+def all_or(part: str) -> str:
+    """A count such as '7 of 8' as it stands, and '8 of 8' as 'all 8'."""
+    count, total = part.split(" of ")
+    return f"all {total}" if count == total else part
 
 
 def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
@@ -91,8 +96,8 @@ def layer_finding(every: Sequence[Sequence[Row]]) -> Finding:
     nearest = 100 * min(abs(r.layer[0].least_phi / PHI - 1) for r in rows)
     return Finding(
         name="layer_ends_chattering",
-        statement=f"Harmonic balance predicts in {agreed} of {len(rows)} pairs of lag and period whether the layer "
-        f"of {PHI:g} rad/s ends the chattering of joint 1.",
+        statement=f"Harmonic balance predicts in {all_or(f'{agreed} of {len(rows)}')} pairs of lag and period "
+        f"whether the layer of {PHI:g} rad/s ends the chattering of joint 1.",
         evidence=f"In {thin} pairs the layer is thinner than the least width of the balance: there the arm should "
         "oscillate, and come to rest in all others. The least width is that below which the linear loop in the layer "
         f"is unstable. No pair is a close case: it is {np.floor(nearest):.0f} % or more off {PHI:g} rad/s in each.",
@@ -135,8 +140,8 @@ def cycle_finding(every: Sequence[Sequence[Row]]) -> Finding:
     regular = sum(r.cycle is not None for r in rows)
     return Finding(
         name="exact_cycle",
-        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {met(rows)} of these half the swing of s is "
-        "that of the exact cycle at the simulated switching period.",
+        statement=f"Of {len(rows)} pairs {regular} oscillate regularly; in {all_or(met(rows))} of these half the "
+        "swing of s is that of the exact cycle at the simulated switching period.",
         evidence="An exact cycle may keep an offset of s, which raises its peak only; half of the swing is free of "
         f"it. From other starts: {', '.join(map(met, every[1:]))}.",
         statistic=f"Half of the highest minus the lowest s, to {100 * (NEARLY - 1):.1g} %, where the oscillation "

@@ -184,7 +184,7 @@ def split_values(call: str, closed: Equations, values: Mapping[str, Any]) -> tup
     for name in rest:
         if not _in(closed.parameters, name):
             known(name, [*closed.parameters.names, *closed.states.names], f"parameters and states of '{closed.name}'")
-    empty = [name for name, one in values.items() if isinstance(one, list | tuple | np.ndarray) and not len(one)]
+    empty = [name for name, one in values.items() if _is_empty(one)]
     if empty:
         raise ValueError(f"`{call}(...)` must have at least one value for each name; '{empty[0]}' has none.")
     x, p = closed.states.pack(states), closed.parameters.pack(rest)
@@ -198,3 +198,8 @@ def split_values(call: str, closed: Equations, values: Mapping[str, Any]) -> tup
 
 def _in(layout: Layout, name: object) -> bool:
     return name in layout or name in layout.labels
+
+
+def _is_empty(value: Any) -> bool:
+    """True for a list or an array that has no number."""
+    return not (value.size if isinstance(value, np.ndarray) else len(value) if isinstance(value, list | tuple) else 1)

@@ -133,18 +133,20 @@ class Finding:
         groups: dict[str, list[Variation]] = {}
         for one in changes:
             groups.setdefault(one.answer, []).append(one)
+        part = f"The answer changes in {self._counted if total > 1 else 'the one variation'}"
+        if len(groups) == 1 and len(changes) > NAMED:
+            return f"{part}, always to {_quoted(changes[0].answer)}."
         answers = [f"to {_quoted(answer)} {_by(ones)}" for answer, ones in groups.items()]
         others = len(answers) - ANSWERS
         rest = f"; and to {others} other answer{'s' * (others > 1)}" if others > 0 else ""
-        part = self._counted if total > 1 else "the one variation"
-        return f"The answer changes in {part}: {'; '.join(answers[:ANSWERS])}{rest}."
+        return f"{part}: {'; '.join(answers[:ANSWERS])}{rest}."
 
     @property
     def _counted(self) -> str:
         """The number of reversals among the variations, of each question by itself."""
         totals = Counter(one.question for one in self.variations)
         changed = Counter(one.question for one in self.reversals)
-        counts = (f"{changed[question]} of {n} variations {question}".strip() for question, n in totals.items())
+        counts = (f"{_of(changed[question], n)} variations {question}".strip() for question, n in totals.items())
         return " and in ".join(counts)
 
     @property
@@ -177,14 +179,19 @@ def _refuse_nan(call: str, phrase: Phrase) -> None:
 
 
 def _quoted(answer: str) -> str:
-    """An answer within a sentence: one of several words stands in quotation marks."""
-    return f"'{answer}'" if " " in answer else answer
+    """An answer within a sentence: several words, and a word such as "none", stand in quotation marks."""
+    return f"'{answer}'" if " " in answer or answer[0].islower() else answer
+
+
+def _of(count: int, total: int) -> str:
+    """A count among a total; that of all is the total alone."""
+    return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
 
 def _by(variations: Sequence[Variation]) -> str:
     """The variations that have one answer: a few by their words, more by their number."""
     if len(variations) > NAMED:
-        return f"in {len(variations)} of them"
+        return f"in {len(variations)}"
     return " and ".join(f"by {one.words}" for one in variations)
 
 

@@ -69,7 +69,7 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
             refused[outcome.case.name] = str(error)
             continue
         live_places[k] = len(loops)
-        loops.append(made)
+        loops.append(made | _everywhere(found, k))
         live_curves += shown
     return {
         "format": FORMAT,
@@ -96,6 +96,15 @@ def _lines(study: Study, script: str) -> dict[str, str]:
 def _is_linear(found: Sequence[object], loop: int) -> bool:
     """True if a page shows linear answers of a loop."""
     return any(isinstance(link, LinearMark | LinearCell) and link.loop == loop for link in found)
+
+
+def _everywhere(found: Sequence[object], loop: int) -> dict[str, Any]:
+    """The marks of a loop of which a page shows linear answers alone, beside the runs of others; else none.
+
+    It belongs to each scenario, and there is nothing to watch.
+    """
+    moving = {link.loop for link in found if isinstance(link, Curve | LiveCell | LiveMark)}
+    return {"everywhere": True, "drawing": None} if moving and loop not in moving else {}
 
 
 def _told_links(found: Sequence[object], places: Mapping[int, int]) -> dict[str, Any]:

@@ -13,7 +13,7 @@ const LARGEST_SEED = 2n ** 64n - 1n;
 
 // What a page shows as printed: the numbers of its knobs, its seed, its first scenario, and all laws.
 function printedState(data) {
-  const loops = data.loops.filter(Boolean), noisy = loops.find((loop) => loop.normals > 0);
+  const loops = data.loops.filter((loop) => loop && !loop.everywhere), noisy = loops.find((loop) => loop.normals > 0);
   return {
     values: data.knobs.map((knob) => knob.value),
     seed: noisy ? noisy.seed : "0",
@@ -62,7 +62,8 @@ function stateOfAddress(fragment, data) {
   }
   state.seed = seedOfText(parts.get("seed") || "", state.seed);
   const scenario = decodedName(parts.get("scenario") || ""), loops = data.loops.filter(Boolean);
-  if (scenario === EVERY || loops.some((loop) => loop.scenario === scenario)) state.scenario = scenario;
+  const isScenario = loops.some((loop) => !loop.everywhere && loop.scenario === scenario);
+  if (scenario === EVERY || isScenario) state.scenario = scenario;
   for (const law of (parts.get("off") || "").split(",").map(decodedName)) {
     if (loops.some((loop) => loop.law === law)) state.off.add(law);
   }

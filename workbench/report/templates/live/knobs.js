@@ -233,7 +233,7 @@ class Bench {
   }
 
   scenarios() {
-    const names = [...new Set(this.data.loops.filter(Boolean).map((loop) => loop.scenario))];
+    const names = [...new Set(this.data.loops.filter((loop) => loop && !loop.everywhere).map((loop) => loop.scenario))];
     if (names.length < 2) return [];
     const options = names.map((name) => part("option", { value: name }, name));
     options.push(part("option", { value: EVERY }, "all of them"));
@@ -413,8 +413,9 @@ function turnedNumbers(data, state, loop) {
   });
 }
 
+// A loop of which a page shows nothing but linear answers belongs to each scenario, beside the runs of others.
 function inScenario(loop, state) {
-  return state.scenario === EVERY || loop.scenario === state.scenario;
+  return loop.everywhere || state.scenario === EVERY || loop.scenario === state.scenario;
 }
 
 // True for a loop that runs in a state.

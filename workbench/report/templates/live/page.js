@@ -370,7 +370,7 @@ class LivePage {
 
   // What the bench says: the first number of each loop, how long it took, and which runs have diverged.
   report() {
-    const { bench, data, wanted } = this, places = this.asked(this.state);
+    const { bench, data, wanted } = this, places = this.asked(this.state).filter((place) => !data.loops[place].everywhere);
     const first = places.map((place) => data.loops[place].metrics[0]).find(Boolean);
     const lines = [...places.map((place) => this.line(place)), ...(places.length === 1 ? this.linearLines(places[0]) : [])];
     bench.report(first ? headOfMetric(first) : "", lines, this.holds.names);
@@ -379,7 +379,7 @@ class LivePage {
     if (!wanted.size) return bench.tell(this.idleText());
     const loops = wanted.size === 1 ? "One loop" : `${wanted.size} loops`;
     bench.tell(`${loops} computed here in ${shortNumber(this.spent, 2)}\u00a0s.`);
-    const spoken = [...wanted.keys()].map((place) => this.line(place).spoken);
+    const spoken = [...wanted.keys()].filter((place) => !data.loops[place].everywhere).map((place) => this.line(place).spoken);
     const more = spoken.length > MOST_SPOKEN ? [`And ${spoken.length - MOST_SPOKEN} more in the bench.`] : [];
     bench.say([...spoken.slice(0, MOST_SPOKEN), ...more].join(" "));
   }

@@ -1,0 +1,44 @@
+"""AOSMC-RGS as it holds the arm still: a case that a study keeps apart, and the section of its linear pictures."""
+
+from __future__ import annotations
+
+from studies.paper.card import CARD, PROPOSED
+from studies.paper.linearization import still
+from workbench.metrics import rmse
+from workbench.study import Case, Run, Section, loop_gain_pictures
+from workbench.study.document.document import Paragraph
+from workbench.study.study import Outcome
+
+REST = "at rest"  # the scenario of this case: no table, count or ranking of a study has it
+POSE = tuple(map(float, CARD["FS: q(0)"]))  # both links stand upright or hang, so that no mass moves the rest
+UNTIL, SHOWN = 0.1, 0.01  # s: nothing moves
+WHY = (
+    "The runs above track a moving reference, and a loop gain exists only about a state of rest. These pictures are "
+    f"therefore of {PROPOSED} as it holds the arm still where the paper's first scenario starts, without disturbance."
+)
+ELSEWHERE = "Report d0 has the loop gains of six laws at several poses."
+
+
+def rest_case(h: float, remark: str = "") -> Case:
+    """The repaired law at the start of the first scenario, at rest, with steps of h in s."""
+    return Case(REST, PROPOSED, Run(still(PROPOSED, POSE), (rmse(),), UNTIL, SHOWN, h), remark=remark)
+
+
+def rest_section(outcome: Outcome, moving: Outcome, law: str, knobs: str) -> Section:
+    """The linear pictures of the law at rest, and how far its gain K grows in a `moving` run of it.
+
+    A sentence says which numbers the `law` has, and another which `knobs` of the page move the pictures.
+    """
+    text = f"{WHY} {law} {growth(moving)} {knobs} {ELSEWHERE}"
+    pictures = loop_gain_pictures(outcome, "rest", width=0.75)
+    return Section(f"The loop gain of {PROPOSED} at rest", (Paragraph(text), *pictures))
+
+
+def growth(moving: Outcome) -> str:
+    """The diagonal of K at the start and at the end of a run."""
+    K = moving.measurement.trajectories["controller.K"][0]
+    first, last = (" and ".join(f"{entry:.3g}" for entry in k.diagonal()) for k in (K[0], K[-1]))
+    return (
+        f"Its gain K is held at K(0), which has {first} N m on its diagonal. At the end of the run in scenario "
+        f"'{moving.case.scenario}' these are {last} N m."
+    )
