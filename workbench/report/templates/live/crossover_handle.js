@@ -48,6 +48,7 @@ class CrossoverHandle {
   // Stand where the crossover is now; without one the handle is not there.
   place(answer, key, wanted) {
     this.pursuit.hear(key, wanted);
+    if (key !== wanted && this.text) return; // it waits where it is for the answer to what is turned
     const row = this.knobs.length && this.page.figure(this.figure) ? this.crossoverOf(answer) : undefined;
     const at = row && { x: this.rulers.x.at(row.omega), y: this.rulers.y.at(0) }, shown = Boolean(at && isInBox(at.x, at.y, this.rulers.box));
     this.element.hidden = this.row.hidden = !shown;
@@ -65,9 +66,9 @@ class CrossoverHandle {
     const { low, high } = this.rulers.x, knob = Number(this.choice.value), { name, unit } = this.page.data.knobs[knob];
     const number = `${name} = ${withUnit(shortNumber(this.page.state.values[knob], 6), unit)}`, text = `${this.text}, ${number}.`;
     const values = { "aria-valuemin": low, "aria-valuemax": high, "aria-valuenow": this.omega, "aria-valuetext": text };
-    for (const [key, value] of Object.entries(values)) this.element.setAttribute(key, value);
-    this.told.textContent = this.refusal ? "" : text;
-    if (this.warned.textContent !== this.refusal) this.warned.textContent = this.refusal;
+    writeAttributes(this.element, values);
+    writeText(this.told, this.refusal ? "" : text);
+    writeText(this.warned, this.refusal);
   }
 
   // A sentence in the place of the numbers, until the next one.

@@ -5,6 +5,17 @@
 
 const ARROWS = { ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowLeft: [-1, 0], ArrowDown: [0, -1] }; // to the right, upwards
 
+// Write attributes and text where they are others than before, as each write asks for a layout.
+function writeAttributes(element, values) {
+  for (const [name, value] of Object.entries(values)) {
+    if (element.getAttribute(name) !== String(value)) element.setAttribute(name, value);
+  }
+}
+
+function writeText(element, text) {
+  if (element.textContent !== text) element.textContent = text;
+}
+
 // The way of a handle to where it was dragged last. An answer ends only the aim to which it belongs.
 class Pursuit {
   constructor(seek, fail) {

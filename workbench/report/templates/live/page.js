@@ -175,8 +175,8 @@ class LivePage {
     for (const place of [...this.views.keys(), ...this.answers.keys()]) if (!this.wanted.has(place)) this.drop(place);
     this.motion.offer();
     if (this.pool) this.handles.open();
-    this.handles.place();
     this.ask();
+    this.handles.place();
   }
 
   // Ask for what is not there yet; soon, if first results of an older request are still on their way.

@@ -60,7 +60,7 @@ class PoleHandles {
     this.stable = answer?.stable;
     this.row.hidden = !this.active;
     for (const record of this.records) record.element.classList.toggle("chosen", record === this.active && shown.length > 1);
-    if (this.active) this.describe();
+    if (this.active && key === wanted) this.describe(); // else the answer to what is turned is still to come
     clearTimeout(this.waiting);
     if (this.known && this.known.key !== wanted && key === wanted && this.page.near.has(this.figure)) {
       this.waiting = setTimeout(() => this.pursuit.aim || this.safely(this.refresh()), REST_OF_KNOBS);
@@ -111,7 +111,7 @@ class PoleHandles {
     Object.assign(element.style, { left: `${100 * x.at(at.re) / width}%`, top: `${100 * y.at(at.im) / height}%` });
     const text = `${this.text(at)}.`, values = { "aria-label": `${at.im > 0 ? "Pair of poles" : "Pole"} of the closed loop${this.name}` };
     Object.assign(values, { "aria-valuemin": x.low, "aria-valuemax": x.high, "aria-valuenow": at.re, "aria-valuetext": text });
-    for (const [name, value] of Object.entries(values)) element.setAttribute(name, value);
+    writeAttributes(element, values);
   }
 
   // A place of the plane, as a reader writes it.
@@ -142,10 +142,10 @@ class PoleHandles {
     if (keys !== this.shownKeys) this.choice.replaceChildren(...choices.map((one) => part("option", { value: one.key }, words(one))));
     this.shownKeys = keys;
     if (choice) this.choice.value = choice.key;
-    this.label.textContent = `Dragging the ${active.at.im > 0 ? "pair of poles" : "pole"}${this.name} moves`;
+    writeText(this.label, `Dragging the ${active.at.im > 0 ? "pair of poles" : "pole"}${this.name} moves`);
     const numbers = (choice?.knobs ?? []).map((knob) => `${name(knob)} = ${withUnit(shortNumber(state.values[knob], 6), unitOf(knob))}`);
-    this.told.textContent = refusal ? "" : `${[this.text(active.at), `the loop is ${this.stable ? "stable" : "unstable"}`, ...numbers].join(", ")}.`;
-    if (this.warned.textContent !== refusal) this.warned.textContent = refusal;
+    writeText(this.told, refusal ? "" : `${[this.text(active.at), `the loop is ${this.stable ? "stable" : "unstable"}`, ...numbers].join(", ")}.`);
+    writeText(this.warned, refusal);
   }
 
   // The pole that the line below the figure tells of.
