@@ -66,7 +66,7 @@ def live_rows(effort: Effort) -> tuple[Row, ...]:
     )
     kernel = f"{ours:.1f} ms, and {theirs:.1f} ms native, one run, in the portable arithmetic, by turns"
     notes = (said, "", f"{said}; {ratio}", "", said.replace(f"{TURNS[w]}", f"{TURNS[laws]}"), kernel)
-    found = (*_middle_and_late(spans), *_middle_and_late(answers), median(seven), ours / theirs)
+    found = (*median_and_95th(spans), *median_and_95th(answers), median(seven), ours / theirs)
     return tuple(
         Row(name, bar, value, unit, at_most=True, note=note)
         for (name, bar, unit), value, note in zip(_bars(names), found, notes, strict=True)
@@ -86,7 +86,7 @@ def _bars(names: tuple[str, str, str]) -> tuple[tuple[str, float, str], ...]:
     )
 
 
-def _middle_and_late(spans: list[float]) -> tuple[float, float]:
+def median_and_95th(spans: list[float]) -> tuple[float, float]:
     """The median of some times, and their 95th percentile."""
     return median(spans), float(np.percentile(spans, 95))
 

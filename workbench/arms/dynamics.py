@@ -59,7 +59,7 @@ class AbstractArm(AbstractModel):
         """An arm of as many joints whose M, C and G are symbols."""
         n = self.dof
         symbols = {"M": ca.SX.sym("M", n, n), "C": ca.SX.sym("C", n, n), "G": ca.SX.sym("G", n)}
-        return Probe(_Symbols(**symbols), symbols)
+        return Probe(_SymbolicArm(**symbols), symbols)
 
     def drawing(self, q: Column) -> tuple[Shape, ...] | None:
         """The picture of the arm, in m to the right and upward; None: no picture."""
@@ -98,7 +98,7 @@ class AbstractArm(AbstractModel):
 
 
 @dataclass(frozen=True, eq=False)
-class _Symbols(AbstractArm):
+class _SymbolicArm(AbstractArm):
     """An arm whose matrices are symbols plus terms in their arguments, to find where equations have them."""
 
     M: ca.SX

@@ -17,7 +17,7 @@ from workbench.arms.dynamics import Dynamics
 from workbench.core.validation.refusals import Array, numbers
 from workbench.core.validation.signatures import door
 from workbench.proofs.branch_and_bound import sequence
-from workbench.proofs.equality import Kind, unproved, vanishes
+from workbench.proofs.equality import Kind, reason_unproved, vanishes
 
 STATES = 200
 MOST_ENTRIES = 20_000  # two matrices of a hundred joints
@@ -145,7 +145,7 @@ def judge_zero(expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement
 
 def proved_or_searched(equal: Callable[[], bool], expression: ca.SX, terms: ca.SX, dynamics: Dynamics) -> Judgement:
     """The verdict by `equal`, which compares normal forms or raises NotInClass, else by a search for a witness."""
-    if not (why := unproved(equal, "state")):
+    if not (why := reason_unproved(equal, "state")):
         return Judgement("proved", "equal normal forms: an identity in all states and all parameters", None)
     found = search(expression, terms, dynamics)
     if found.witness is not None:

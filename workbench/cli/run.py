@@ -46,11 +46,12 @@ def run_study(place: Path, out: Path | None, asked: dict[str, Any]) -> None:
         script.check_file(file)
         # What a report needs comes before the study, whose folder goes first on the path: a file beside the study may
         # have the name of a module that is used here. Matplotlib comes behind it, when that folder is the last.
+        from importlib import import_module
+
         with suppress(ImportError):  # llvmlite has no wheel here, and the other engine serves
-            import workbench.engine.kernel.native  # noqa: F401
+            import_module("workbench.engine.kernel.native")
         from concurrent.futures import ThreadPoolExecutor
         from functools import partial
-        from importlib import import_module
 
         from workbench.cli.progress import runs_shown
         from workbench.report import folder

@@ -21,7 +21,7 @@ POINTS = 64  # at which two sides are compared
 PLAIN = 1e-6  # of the larger side, from which on a difference counts: far above rounding
 
 
-def unproved(equal: Callable[[], bool], place: str) -> str:
+def reason_unproved(equal: Callable[[], bool], place: str) -> str:
     """The reason why normal forms prove nothing; empty if they prove that an expression vanishes."""
     try:
         return "" if equal() else f"the normal forms differ, but no {place} was found where the values do"
@@ -52,7 +52,7 @@ def judge_equal(left: ca.SX, right: ca.SX) -> Equality:
     """
     if left.shape != right.shape:
         raise ValueError(f"`judge_equal(left, right)` compares equal shapes; got {left.shape} and {right.shape}.")
-    if not (why := unproved(lambda: vanishes(ca.vec(left - right)), "point")):
+    if not (why := reason_unproved(lambda: vanishes(ca.vec(left - right)), "point")):
         return Equality("proved", "equal normal forms: an identity in all symbols")
     symbols = sorted(ca.symvar(ca.vertcat(ca.vec(left), ca.vec(right))), key=lambda symbol: str(symbol.name()))
     names = [symbol.name() for symbol in symbols]

@@ -1,6 +1,6 @@
 """The equations of an arm written out: for reading, and as programs that compute the same numbers.
 
-The room knows `Dynamics` and how a formula is printed, and nothing of robots or loops. Read `arm_equations` first, then
+The room knows `Dynamics` and how a formula is printed, and nothing of laws or loops. Read `arm_equations` first, then
 `arm_code`.
 """
 

@@ -1,7 +1,7 @@
 """Observers for arms: of positions and velocities, and of the disturbance.
 
 Each knows readings, commands and the arm that its designer believes in; it does not know the law, nor the command of
-the same instant. `model.py` holds what they share. Read `luenberger.py` first.
+the same instant. Read `luenberger.py` first.
 """
 
 from workbench.arms.observers.disturbance_observers import (

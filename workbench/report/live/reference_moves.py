@@ -1,4 +1,4 @@
-"""The question whether the references of a loop leave, later, the values that they have at an instant."""
+"""The test if a reference of a loop changes after an instant."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ LOOKED_AT = 2000  # times until a horizon
 
 
 def moves_later(flow: Ode, p: Array, t: float, until: float) -> bool:
-    """True if a reference is another at some time between `t` and `until` in s than at `t`.
+    """True if a reference has another value at some time between `t` and `until` in s than at `t`.
 
     References that depend on states have no values of their own.
     """

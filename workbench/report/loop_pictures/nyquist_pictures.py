@@ -232,11 +232,11 @@ def turn_remarks(one: FrequencyCurve, plane: Plane, unstable: int | None, severa
     return list(said)
 
 
-def frame_remarks(told: Sequence[FrequencyCurve], curves: Sequence[FrequencyCurve], plane: Plane) -> list[Phrase]:
+def frame_remarks(subjects: Sequence[FrequencyCurve], curves: Sequence[FrequencyCurve], plane: Plane) -> list[Phrase]:
     """A sentence on how far some of the curves of a picture go beyond its frame, if one does."""
     (left, right), (low, high) = _frame(curves, plane)
     farthest: list[tuple[float, float]] = []
-    for one in told:
+    for one in subjects:
         real, imaginary = one.values.real, one.values.imag
         outside = (real < left) | (real > right) | (imaginary < low) | (imaginary > high)
         if outside.any():

@@ -146,7 +146,9 @@ class Finding:
         """The number of reversals among the variations, of each question by itself."""
         totals = Counter(one.question for one in self.variations)
         changed = Counter(one.question for one in self.reversals)
-        counts = (f"{_of(changed[question], n)} variations {question}".strip() for question, n in totals.items())
+        counts = (
+            f"{_count_among(changed[question], n)} variations {question}".strip() for question, n in totals.items()
+        )
         return " and in ".join(counts)
 
     @property
@@ -183,7 +185,7 @@ def _quoted(answer: str) -> str:
     return f"'{answer}'" if " " in answer or answer[0].islower() else answer
 
 
-def _of(count: int, total: int) -> str:
+def _count_among(count: int, total: int) -> str:
     """A count among a total; that of all is the total alone."""
     return f"all {total}" if count == total > 1 else f"{count} of {total}"
 
