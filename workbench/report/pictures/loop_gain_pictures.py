@@ -66,9 +66,9 @@ def loop_gain_pictures(outcome: Outcome, name: str = "loop_gain", width: float =
         _sensitivities(f"{name}_sensitivity", outcome, gain),
         _poles(f"{name}_poles", outcome, gain),
     )
-    about = f"Cut at {joined(gain.channels)}. {gain.about}"
+    about, state = f"Cut at {joined(gain.channels)}. {gain.about}", gain.about[0].lower() + gain.about[1:].rstrip(".")
     return (
-        Paragraph(f"The loop is linear about one state. {gain.about} It is cut at {_inputs(gain)}."),
+        Paragraph(f"The loop is linear about one state: {state}. It is cut at {_inputs(gain)}."),
         *(replace(figure, width=width) for figure in figures),
         margin_table(table, f"The margins and poles of the loop. {about}", outcome, gain),
     )
