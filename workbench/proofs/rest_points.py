@@ -11,25 +11,25 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
-from workbench.core.notation.program import walk
 from workbench.core.validation.refusals import Array, known, vector
 from workbench.core.validation.signatures import door
-from workbench.proofs.bounds import enclose, extreme_eigenvalue
+from workbench.proofs.bounds import extreme_eigenvalue
 from workbench.proofs.exact_arithmetic import characteristic_polynomial, exact_values, unstable_modes
-from workbench.proofs.interval import NoBound, jumps
+from workbench.proofs.interval import NoBound
+from workbench.proofs.newton_operator import NewtonOperator
 
 NEWTON_STEPS = 60
-# Half-widths of boxes about a zero, as shares of its size; how loose an enclosure may be, as a share; its boxes.
-RADII, LOOSE, BOXES = (1e-9, 1e-8, 1e-7, 1e-6), 0.1, 256
+RADII = (1e-9, 1e-8, 1e-7, 1e-6)  # half-widths of boxes about a zero, as shares of its size
+LOOSE, BOXES = 0.1, 256  # how loose a bound of an eigenvalue may be, as a share of it; and its boxes
 
 
 @dataclass(frozen=True, eq=False)
 class RestPoint:
     """A state x (nx,) at which f(x, p) = 0, to rounding.
 
-    By Brouwer's theorem a rest point lies within `radius` of x in each state; None if that was not proved, for the
-    reason `why`. `attracts` is True if it is proved that every solution that starts near enough tends to it
-    exponentially. The `modes` (nx,) are the eigenvalues of df/dx, as computed, in 1/s.
+    A rest point lies within `radius` of x in each state; None if that was not proved, for the reason `why`. `attracts`
+    is True if it is proved that every solution that starts near enough tends to it exponentially. The `modes`
+    (nx,) are the eigenvalues of df/dx, as computed, in 1/s.
     """
 
     x: Array
@@ -43,12 +43,7 @@ class RestPoint:
 def rest_point(ode: Ode, near: Array) -> RestPoint:
     """The rest point of `ode` at default parameters that Newton's method finds from a guess (nx,).
 
-    It is proved by a map N(x) = x - Y f(x) with a regular matrix Y that carries a small box about it into itself:
-    then N, if it is continuous, has a fixed point there, which is a zero of f.
-
-    References
-    ----------
-    Moore, Kearfott and Cloud (2009), Introduction to Interval Analysis, chapter 8.
+    It is proved by the interval Newton operator, which carries a small box about it into itself.
     """
     _refuse_time("rest_point", ode)
     near = vector("rest_point(near=...)", near, ode.states.size, "states")
@@ -61,9 +56,9 @@ def rest_point(ode: Ode, near: Array) -> RestPoint:
     A = np.array(rate(point, p)[1])
     modes = np.linalg.eigvals(A).astype(complex)
     try:
-        radius = _radius(f, x, point, A, numbers)
+        radius = _radius(f, x, point, numbers)
         attracts = _attracts(slope, x, point, radius, A, numbers)
-    except NoBound as none:  # or no continuity, or no inverse
+    except NoBound as none:
         return RestPoint(point, None, False, modes, str(none))
     return RestPoint(point, radius, attracts, modes)
 
@@ -110,24 +105,12 @@ def _newton(rate: Callable[[Array], Iterable[ca.DM]], guess: Array, name: str) -
     raise ValueError(f"`rest_point(near=...)` found no rest point of '{name}' from there by Newton's method.")
 
 
-def _radius(f: ca.SX, x: ca.SX, point: Array, A: Array, numbers: Mapping[str, float]) -> float:
-    if broken := jumps(walk(f), [x[i].name() for i in range(x.numel())]):
-        raise NoBound(f"Brouwer's theorem asks for a continuous rate; this one holds {broken[0]}, where it may jump.")
-    try:
-        Y = np.linalg.inv(A)
-    except np.linalg.LinAlgError:
-        raise NoBound("A rest point is proved only where df/dx is regular; here it is singular.") from None
-    if not characteristic_polynomial([[Fraction(float(v)) for v in row] for row in Y])[-1]:
-        raise NoBound("A rest point is proved only with a regular matrix Y; that of this df/dx is singular.")
-    image = x - ca.SX(Y) @ f
+def _radius(f: ca.SX, x: ca.SX, point: Array, numbers: Mapping[str, float]) -> float:
+    """The half-width of the smallest box about a point, of those tried, that is proved to hold a zero of f."""
+    operator = NewtonOperator.of(f, x, point, numbers)
     for share in RADII:
         radius = share * (1 + float(np.abs(point).max()))
-        low, high = point - radius, point + radius
-        for entry, left, right in zip(ca.vertsplit(image), low, high, strict=True):
-            found = enclose(entry, x, low, high, tolerance=LOOSE * share, boxes=BOXES, numbers=numbers)
-            if found.low is None or found.high is None or not left < found.low <= found.high < right:
-                break
-        else:
+        if operator.has_zero(radius):
             return radius
     raise NoBound(f"No box of {RADII[0]:g} to {RADII[-1]:g} of the point's size is proved to be mapped into itself.")
 
