@@ -245,7 +245,7 @@ def test_a_sweep_without_a_size_of_chunks_is_cut_for_a_second_or_two_of_a_proces
     made = compile_sweep(sweep(runs_of_chunk=None, design=MonteCarlo(2, 10**9), h=1e-3, until=100.0))
     sizes = {last - first for first, last in made.chunks[:-1]}
     assert len(sizes) == 1
-    assert 0.2 < max(sizes) * made.seconds_of_run <= 2.0
+    assert 0.2 < max(sizes) * made.cost.seconds <= 2.0
     assert made.chunks[-1][1] == 10**9
 
 
@@ -358,7 +358,7 @@ def test_a_sweep_can_leave_out_half_steps(tmp_path):
     assert (len(found.measurement.looked_at), found.measurement.errors.shape) == (0, (0, 1, 2))
     assert np.isnan(found.score("IAE").largest_error)
     assert found.note == f"50 runs, 0 of them diverged; seed {without.design.seed}; step 0.01 s"
-    assert compile_sweep(without).seconds_of_run < compile_sweep(with_some).seconds_of_run
+    assert compile_sweep(without).cost.seconds < compile_sweep(with_some).cost.seconds
     assert cost.cost_of([compile_sweep(without)]).disk < cost.cost_of([compile_sweep(with_some)]).disk
 
 

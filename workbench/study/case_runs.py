@@ -79,7 +79,7 @@ def run(study: Study, progress: Progress | None = None, workers: int | None = No
         raise ValueError("`run(study)` needs the cases themselves, not a function: take `study.resolved(tuned)`.")
     workers = None if workers is None else whole("run(workers=...)", workers)
     cases = compile_cases(study.cases)
-    work = {i: one.sweep.seconds_of_run for i, one in enumerate(cases)}
+    work = {i: one.sweep.cost.seconds for i, one in enumerate(cases)}
     found: dict[str, Chunk] = {}
     for chunk in _computed(cases, tasks_of(cases), workers):
         found[chunk.name] = chunk
@@ -101,13 +101,13 @@ def _compiled(case: Case, arithmetic: str | None) -> CompiledCase:
         equation: Ode | Sampled = equations_of(case.run.loop, case.name)
         _ = equation.fingerprint  # the report needs it, and here the cases make theirs side by side
         made = CompiledCase(case, compile_case(case.run, equation, arithmetic))
-        _ = made.sweep.fingerprint
+        _ = made.sweep.format.fingerprint
         return made
 
 
 def tasks_of(cases: Sequence[CompiledCase]) -> tuple[Task, ...]:
     """The run of each case, the longest first; one that several cases share comes once."""
-    order = sorted(range(len(cases)), key=lambda i: -cases[i].sweep.seconds_of_run)
+    order = sorted(range(len(cases)), key=lambda i: -cases[i].sweep.cost.seconds)
     tasks = {name: Task(i, 0, 1, name) for i in order if (name := cases[i].name())}
     return tuple(tasks.values())
 

@@ -60,10 +60,10 @@ def cost_of(sweeps: Sequence[CompiledSweep], workers: int | None = None, works: 
         values, factors = len(one.columns) * times, len(one.sweep.factors)
         cells = times * (3 + factors) + 2 * values  # of the table
         results += 8 * one.size * (factors + 1 + values * (1 + 1 / (one.sweep.halved or inf)))
-        seconds += one.size * (one.seconds_of_run * _slower(one) / side + SECONDS_OF_NUMBER * cells)
+        seconds += one.size * (one.cost.seconds * _slower(one) / side + SECONDS_OF_NUMBER * cells)
         seconds += SECONDS_OF_CHUNK * ceil(one.size / one.runs_of_chunk)
-        chunk = max(chunk, min(one.runs_of_chunk, one.size) * one.bytes_of_run)
-        kept += one.size * one.bytes_of_run if one.keeps else 0
+        chunk = max(chunk, min(one.runs_of_chunk, one.size) * one.cost.bytes)
+        kept += one.size * one.cost.bytes if one.format.keeps else 0
     for work in works:
         seconds += work.seconds_of_item * ceil(work.size / side) + SECONDS_OF_CHUNK * work.size
     runs, items = sum(one.size for one in sweeps), sum(work.size for work in works)
