@@ -10,12 +10,12 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 from workbench.report import pdf
 from workbench.report.figures import numbers_of, sheets
 from workbench.report.findings_json import findings_json
 from workbench.report.html_page import GENERATOR, html
+from workbench.report.live.page_data import LiveData
 from workbench.report.table_text import to_csv, to_latex
 from workbench.study.document.document import Document
 from workbench.study.ledger.durability import sync, sync_folder
@@ -36,7 +36,7 @@ def write(
     document: Document,
     folder: Path | str,
     beside: Mapping[str, bytes] | None = None,
-    live: Mapping[str, Any] | None = None,
+    live: LiveData | None = None,
 ) -> Path:
     """Write `index.html`, `report.pdf`, `findings.json`, and the files of tables and figures; return the folder.
 
@@ -69,7 +69,7 @@ def write(
     return target
 
 
-def _contents(document: Document, live: Mapping[str, Any] | None) -> dict[str, bytes]:
+def _contents(document: Document, live: LiveData | None) -> dict[str, bytes]:
     """Every file of a report by its path below the folder."""
     drawn = sheets(document)
     pictures = {name: sheet.svg for name, sheet in drawn.items()}

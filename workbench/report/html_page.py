@@ -8,14 +8,16 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import jinja2
 from markupsafe import Markup, escape
 
 from workbench.core.notation import mathml
+from workbench.core.notation.formula import Formula
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.figures.dark_colors import colors_of, dark_scheme, with_variables
+from workbench.report.live.page_data import LiveData
 from workbench.report.live_page import PRINTED, live_page
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
@@ -33,7 +35,7 @@ ROOM = 72  # widths of a digit between the margins of an equation; the font of t
 def html(
     document: Document,
     sheets: dict[str, Sheet] | None = None,
-    live: Mapping[str, Any] | None = None,
+    live: LiveData | None = None,
     bench: bool = False,
 ) -> str:
     """The document as one HTML page, every text escaped: the same document, the same bytes.
@@ -103,7 +105,7 @@ class _Writer:
         return self.formula(part, display=False)
 
     @staticmethod
-    def formula(formula: Any, display: bool = True) -> Markup:
+    def formula(formula: Formula, display: bool = True) -> Markup:
         """A formula in MathML."""
         return Markup(mathml.emit(formula, width=ROOM, display=display))
 

@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
-from typing import Any
 
 from markupsafe import Markup
 
 from workbench.report.figures.dark_colors import variable
+from workbench.report.figures.plates import Plate
+from workbench.report.live.page_data import LiveData
 
 # in the order in which they need each other
 SCRIPTS = (
@@ -41,7 +42,7 @@ class LivePage:
     policy: Markup
 
 
-def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
+def live_page(live: LiveData, plates: Mapping[str, Plate]) -> LivePage:
     """The live part of a page from the data of its study and the plates of its figures."""
     shown = {link["figure"] for link in (*live["curves"], *live["marks"], *live["linear_marks"])}
     data = json.dumps(
@@ -56,7 +57,7 @@ def live_page(live: Mapping[str, Any], plates: Mapping[str, Any]) -> LivePage:
     return LivePage(Markup(_script()), Markup(_worker()), Markup(safe), Markup(_styles()), Markup(policy))
 
 
-def _painted(plate: Mapping[str, Any]) -> dict[str, Any]:
+def _painted(plate: Plate) -> dict[str, object]:
     """A plate whose colours are the variables of the page."""
     panels = [
         {**panel, "series": [{key: _paint(key, held) for key, held in one.items()} for one in panel["series"]]}
@@ -65,8 +66,8 @@ def _painted(plate: Mapping[str, Any]) -> dict[str, Any]:
     return {**plate, "panels": panels}
 
 
-def _paint(key: str, held: Any) -> Any:
-    return variable(held) if key in PAINTS else held
+def _paint(key: str, held: object) -> object:
+    return variable(held) if key in PAINTS and isinstance(held, str) else held
 
 
 @cache

@@ -39,7 +39,7 @@ def signal_source(outcome: Outcome, name: str, number: int | str = 0, rows: tupl
     """
     case, labels = outcome.case, labels_of(outcome, name)
     place = _place(f"signal '{name}' of '{case.name}'", labels, number)
-    unit = _entry(outcome, name).units[_flat_places(_entry(outcome, name))[place]]
+    unit = _entry(outcome, name).units[flat_places(_entry(outcome, name))[place]]
     return Source(
         case.law, case.scenario, "signal", name, place, labels[place], unit, outcome.digest, rows or (0, len(outcome.t))
     )
@@ -61,13 +61,13 @@ def labels_of(outcome: Outcome, name: str) -> tuple[str, ...]:
     if ode.counts:
         return tuple(f"{ode.counts} {place + 1}" for place in range(entry.size))
     labels = entry.labels()
-    return tuple(labels[place] for place in _flat_places(entry))
+    return tuple(labels[place] for place in flat_places(entry))
 
 
 def changes_by_jumps(outcome: Outcome, source: Source) -> bool:
     """True if the signal of a source changes by jumps alone, as a step or the command of a computer."""
     flow = outcome.measurement.trajectories.step.flow
-    return is_held(flow, source.name, _flat_places(_entry(outcome, source.name))[source.place])
+    return is_held(flow, source.name, flat_places(_entry(outcome, source.name))[source.place])
 
 
 def _entry(outcome: Outcome, name: str) -> Entry:
@@ -76,7 +76,7 @@ def _entry(outcome: Outcome, name: str) -> Entry:
     return layout[name]
 
 
-def _flat_places(entry: Entry) -> list[int]:
+def flat_places(entry: Entry) -> list[int]:
     """The places of the numbers of a matrix, row by row, in the flat vector, where it lies column by column."""
     places: list[int] = np.arange(entry.size).reshape(entry.shape, order="F").ravel().tolist()
     return places

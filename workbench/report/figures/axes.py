@@ -20,16 +20,18 @@ from workbench.report.figures.style import (
     SHAPES,
     SMALL_LETTERS,
     TICK,
+    Look,
     layer_of,
     line_of,
 )
 from workbench.study.document.figure import Area, Arrows, Band, Bars, Guides, Mark, Panel, Points, Series, Tiles
 
-GRID = {"color": "#dddddd", "linewidth": 0.4}
-RULED = {"color": "#555555", "linewidth": 0.6}
-CUT = {"color": "#777777", "linewidth": 0.5, "linestyle": (0, (3, 3))}
-AXIS = MARK = {"color": "#000000", "linewidth": 0.5}
-FINE = {"color": "#000000", "linewidth": 0.4}
+GRID: Look = {"color": "#dddddd", "linewidth": 0.4}
+RULED: Look = {"color": "#555555", "linewidth": 0.6}
+CUT: Look = {"color": "#777777", "linewidth": 0.5, "linestyle": (0, (3, 3))}
+AXIS: Look = {"color": "#000000", "linewidth": 0.5}
+MARK = AXIS
+FINE: Look = {"color": "#000000", "linewidth": 0.4}
 HALF = DIGIT * SMALL_LETTERS / 2  # of the height of a digit
 
 
@@ -98,9 +100,7 @@ def _along(box: Box, ruler: Ruler, ticks: Ticks, upwards: bool = False) -> tuple
     return start + length * ruler.share(ticks.places), start + length * ruler.share(ticks.minor)
 
 
-def _strokes(
-    pen: Pen, x0: Array | float, x1: Array | float, y0: Array | float, y1: Array | float, look: dict[str, object]
-) -> None:
+def _strokes(pen: Pen, x0: Array | float, x1: Array | float, y0: Array | float, y1: Array | float, look: Look) -> None:
     """Many strokes of one look, from (x0, y0) to (x1, y1)."""
     ends = np.broadcast_arrays(x0, x1, np.nan, y0, y1, np.nan)
     x, y = np.column_stack(ends[:3]).ravel(), np.column_stack(ends[3:]).ravel()

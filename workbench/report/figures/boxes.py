@@ -6,7 +6,6 @@ The scale of tiles is of even lightness, which colour-blind eyes and grey prints
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.colors import to_hex, to_rgb
@@ -14,12 +13,12 @@ from matplotlib.colors import to_hex, to_rgb
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.pen import DIGIT, INK, Box, Pen, edges, extent
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS
+from workbench.report.figures.style import GREY, LINES, SMALL_LETTERS, Look
 from workbench.study.document.figure import Bars, Style, Tiles
 
 CAP = 2.0  # points: half of the mark at the end of an interval
 ARROW = 3.5  # points: the arrow of an interval that goes on beyond the panel
-WHISKER: dict[str, Any] = {"color": "#000000", "linewidth": 0.7}
+WHISKER: Look = {"color": "#000000", "linewidth": 0.7}
 EDGE = 0.6  # points: the outline of a bar
 WHITE, DARKEST = np.array([100.0, 0.0, 0.0]), np.array([30.0, 2.0, -38.0])  # the ends of the scale, CIELAB
 TURN = 50.0  # the lightness below which white letters are read better than black ones
@@ -28,7 +27,7 @@ LEAD = 0.36  # of the size of a line: the gap above it
 FRAME, THIN = 1.5, 0.09  # points, and of the lesser side of a small tile: the line around it
 CORNER, LEAST = 0.3, 3.0  # of the lesser side of a tile, and points: the marked corner's side
 STRIPE = 3.6  # points between the lines of a hatch
-OUTLINE = {"color": GREY, "linewidth": 0.4}
+OUTLINE: Look = {"color": GREY, "linewidth": 0.4}
 HATCH = "#8c8c8c"
 
 
@@ -49,7 +48,7 @@ def draw_bars(pen: Pen, box: Box, bars: Bars, x: Ruler, y: Ruler) -> None:
     starts, ends = (np.clip(x.share(part), 0, 1) for part in (bars.starts, bars.ends))
     thick = abs(float(y.share(bars.thick) - y.share(0.0))) * box.height
     left, middle = box.at(starts, y.share(bars.places))
-    right, _ = box.at(ends, 0.0)
+    right, _ = box.at(ends, np.zeros_like(ends))
     there = np.flatnonzero(np.isfinite(ends)).tolist()
     for k in there:
         bar = edges(left[k], middle[k] - thick / 2, right[k], middle[k] + thick / 2)
@@ -74,7 +73,13 @@ def fill_box(pen: Pen, x: Array, y: Array, style: Style, shade: float, within: B
 
 
 def draw_interval(
-    pen: Pen, box: Box, ruler: Ruler, ends: Any, k: int, beside: float, upwards: bool = False
+    pen: Pen,
+    box: Box,
+    ruler: Ruler,
+    ends: tuple[Array | None, Array | None],
+    k: int,
+    beside: float,
+    upwards: bool = False,
 ) -> list[float]:
     """An interval along a ruler, capped where it ends and with an arrow where it goes on; returns its segment."""
     low, high = (float(np.asarray(end)[k]) for end in ends)
@@ -119,6 +124,7 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
     width, height = box.width / abs(x.high - x.low), box.height / abs(y.high - y.low)
     shades = np.asarray(tiles.shades)
     size = _size(tiles, width, height)
+    framed, marked, hatched = map(np.asarray, (tiles.framed, tiles.marked, tiles.hatched))
     for (i, j), shade in np.ndenumerate(shades):
         lines = tiles.texts[i][j]
         if not lines and np.isnan(shade):
@@ -127,14 +133,14 @@ def draw_tiles(pen: Pen, box: Box, tiles: Tiles, x: Ruler, y: Ruler) -> None:
         tile = Box(across - width / 2, up - height / 2, width, height)
         dark = float(np.nan_to_num(shade))
         pen.area(*tile.corners, tone(dark))
-        if tiles.hatched[i, j]:
+        if hatched[i, j]:
             _hatch(pen, tile)
         pen.line(*tile.edges, OUTLINE)
-        _write(pen, tile, lines, size, dark, plain=bool(tiles.hatched[i, j]))
-        if tiles.marked[i, j]:
+        _write(pen, tile, lines, size, dark, plain=bool(hatched[i, j]))
+        if marked[i, j]:
             top, right, side = tile.bottom + height, tile.left + width, max(LEAST, CORNER * min(width, height))
             pen.area(np.array([right - side, right, right]), np.array([top, top, top - side]), ink_over(dark))
-        if tiles.framed[i, j]:
+        if framed[i, j]:
             line = min(FRAME, THIN * min(width, height))
             inner = Box(tile.left + line / 2, tile.bottom + line / 2, width - line, height - line)
             pen.line(*inner.edges, {"color": INK, "linewidth": line})

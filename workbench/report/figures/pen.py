@@ -5,11 +5,11 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, overload
 
 import numpy as np
 from matplotlib.backend_bases import GraphicsContextBase
@@ -22,12 +22,13 @@ from matplotlib.textpath import text_to_path
 from matplotlib.transforms import Affine2D, Bbox, IdentityTransform
 
 from workbench.core.notation import latex, text
+from workbench.core.notation.formula import Formula
 from workbench.core.validation.refusals import Array
-from workbench.report.figures.style import RULES, SMALL_LETTERS
+from workbench.report.figures.style import RULES, SMALL_LETTERS, Look
 from workbench.study.document.figure import Label
 
 INK = "#000000"
-FAMILY = RULES["font.family"]
+FAMILY = str(RULES["font.family"])
 ASCENT, DESCENT = 0.76, 0.24  # of the size of the letters: a line of text takes as much even if it has no such letter
 DIGIT = 0.676  # of the size of the letters: the height of a digit
 
@@ -51,7 +52,13 @@ class Box:
         """The four corners, from the lower left one."""
         return self.edges[0][:4], self.edges[1][:4]
 
-    def at(self, across: Any, up: Any) -> tuple[Any, Any]:
+    @overload
+    def at(self, across: float, up: float) -> tuple[float, float]: ...
+
+    @overload
+    def at(self, across: Array, up: Array) -> tuple[Array, Array]: ...
+
+    def at(self, across: float | Array, up: float | Array) -> tuple[float | Array, float | Array]:
         """The points at these shares of the width and the height."""
         return self.left + self.width * across, self.bottom + self.height * up
 
@@ -90,7 +97,7 @@ class Pen:
         yield
         self.renderer.writer.end("g")
 
-    def line(self, x: Array, y: Array, look: Mapping[str, Any], within: Box | None = None) -> None:
+    def line(self, x: Array, y: Array, look: Look, within: Box | None = None) -> None:
         """Draw a line through points, with gaps at NaN."""
         self.renderer.draw_path(_context(look, within), Path(np.column_stack([x, y])), IdentityTransform())
 
@@ -101,7 +108,7 @@ class Pen:
         closed = Path(np.column_stack([x, y]), closed=False)
         self.renderer.draw_path(context, closed, IdentityTransform(), to_rgba(color, alpha))
 
-    def marks(self, x: Array, y: Array, look: Mapping[str, Any], within: Box | None = None) -> None:
+    def marks(self, x: Array, y: Array, look: Look, within: Box | None = None) -> None:
         """Draw the same mark at each point."""
         style = MarkerStyle(look["marker"])
         context = _context({"color": look["color"], "linewidth": look["markeredgewidth"]}, within)
@@ -126,14 +133,14 @@ class Pen:
         return _tidied(self.out.getvalue(), name)
 
 
-def _context(look: Mapping[str, Any], within: Box | None) -> Any:
+def _context(look: Look, within: Box | None) -> GraphicsContextBase:
     context = GraphicsContextBase()
     context.set_foreground(look["color"])
     context.set_linewidth(look["linewidth"])
     context.set_joinstyle("round")
-    if look.get("linestyle", "-") != "-":
-        start, dashes = look["linestyle"]
-        context.set_dashes(start, [look["linewidth"] * dash for dash in dashes])
+    if isinstance(dash := look.get("linestyle", "-"), tuple):
+        start, dashes = dash
+        context.set_dashes(start, [look["linewidth"] * length for length in dashes])
     else:
         context.set_capstyle("projecting")
     if within is not None:
@@ -182,7 +189,7 @@ def mathtext(label: Label) -> str:
 
 
 @cache
-def _formula(formula: Any) -> str:
+def _formula(formula: Formula) -> str:
     """A formula between dollars; as plain text if matplotlib cannot set it, as with a matrix."""
     mathtext = f"${latex.emit(formula, width=math.inf)}$"
     try:

@@ -9,13 +9,13 @@ import numpy as np
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.pen import Box, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import LINES
+from workbench.report.figures.style import LINES, Look
 from workbench.study.document.figure import Area, Arrows, Guides
 
 FILL = 0.2  # of the colour of a region
 HEAD, HALF = 6.5, 2.4  # points: the length and half of the width of an arrow's head
 SMALL_HEAD = 0.55  # of that: the head of an arrow with a shaft
-LINE = {"color": "#b9b9b9", "linewidth": 0.5}
+LINE: Look = {"color": "#b9b9b9", "linewidth": 0.5}
 INK, SIZE = "#666666", 6.5  # of the names of a grid, in points
 CORNERS = 3.0 * np.array([[-1.0, -1.0], [-1.0, 1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 0.0]])  # of a point, in points
 HALO = 0.8  # points of white around a name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any
+from typing import TypedDict
 
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import ink_on, tint
@@ -13,6 +13,26 @@ from workbench.report.figures.rulers import Ruler, Ticks
 from workbench.report.figures.style import LABEL, LINES, PAD, SMALL_LETTERS, TICK, TIME, points_of
 from workbench.report.table_text import plain
 from workbench.study.document.figure import Bars, Figure, Mark, Panel, Points, Series, Tiles
+
+
+class PanelPlate(TypedDict):
+    """A panel of a plate."""
+
+    box: list[float]
+    x: dict[str, object]
+    y: dict[str, object]
+    equal: bool
+    series: list[dict[str, object]]
+
+
+class Plate(TypedDict):
+    """The geometry of a figure as plain data, which `Sheet` describes."""
+
+    width: float
+    height: float
+    letters: dict[str, float]
+    points: int
+    panels: list[PanelPlate]
 
 
 @dataclass(frozen=True)
@@ -32,12 +52,12 @@ class Sheet:
     """
 
     svg: str
-    plate: dict[str, Any]
+    plate: Plate
 
 
 def plate_of(
     figure: Figure, width: float, height: float, panels: Iterable[tuple[Panel, Box, Ruler, Ruler, tuple[Ticks, Ticks]]]
-) -> dict[str, Any]:
+) -> Plate:
     """The plate of a figure on a sheet of a width and height: its panels with their boxes, rulers and marks."""
     return {
         "width": width,
@@ -48,7 +68,7 @@ def plate_of(
     }
 
 
-def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> dict[str, Any]:
+def _panel(panel: Panel, box: Box, x: Ruler, y: Ruler, ticks: tuple[Ticks, Ticks]) -> PanelPlate:
     still = any(isinstance(mark, Tiles) for mark in panel.series)
     linear, equal = any(map(_is_linear, panel.series)), panel.aspect == "equal"  # whose limits are those of what moves
     across = still or (panel.xlim is not None and not (linear and equal))
@@ -69,7 +89,7 @@ def _is_linear(mark: Mark) -> bool:
     return pair[1] is not None and pair[1].kind == "linear"
 
 
-def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
+def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, object]:
     return {
         "scale": ruler.scale,
         "low": float(ruler.low),
@@ -82,19 +102,20 @@ def _ruler(ruler: Ruler, ticks: Ticks, fixed: bool) -> dict[str, Any]:
     }
 
 
-def _series(mark: Mark) -> dict[str, Any]:
+def _series(mark: Mark) -> dict[str, object]:
     look = LINES[mark.style]
-    dashes = () if look["linestyle"] == "-" else look["linestyle"][1]
+    dash = look["linestyle"]
+    dashes = dash[1] if isinstance(dash, tuple) else ()
     return {
         "color": look["color"],
         "width": look["linewidth"],
-        "dash": [round(look["linewidth"] * dash, 3) for dash in dashes],
+        "dash": [round(look["linewidth"] * length, 3) for length in dashes],
         "look": mark.look if isinstance(mark, Series) else type(mark).__name__.lower(),
         "label": plain(mark.label),
     } | _numbers(mark)
 
 
-def _numbers(mark: Mark) -> dict[str, Any]:
+def _numbers(mark: Mark) -> dict[str, object]:
     """The numbers and the colours of bars, and the numbers of points."""
     if isinstance(mark, Bars):
         held = {"places": mark.places.tolist(), "starts": mark.starts.tolist(), "ends": _with_gaps(mark.ends)}

@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.report.figures.boxes import draw_interval
 from workbench.report.figures.pen import Box, Extent, Pen, extent, mathtext
 from workbench.report.figures.rulers import Ruler
-from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS
+from workbench.report.figures.style import LINES, POINTS_LOOK, SHAPES, SMALL_LETTERS, Look
 from workbench.study.document.figure import Points
 
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Flags = NDArray[np.bool_]
 
 GAP = 4.0  # points between a mark and its name
 MARK = 3.0  # points: half of the room that a mark takes
 ROUNDS = 2  # of placing all names
 APART = 2.5  # points between two names
 EDGE = 1.5  # points between a name and the edge of the panel
-LEADER = {"color": "#999999", "linewidth": 0.4}
+LEADER: Look = {"color": "#999999", "linewidth": 0.4}
 FAR = 10.0  # points from a mark, beyond which a line leads from it to its name
 TURNS = np.linspace(0, 2 * np.pi, 16, endpoint=False)
 REACHES = np.array([0.0, 3.0, 7.0, 12.0, 18.0, 26.0, 36.0, 48.0, 64.0, 84.0, 108.0, 140.0, 180.0, 230.0, 290.0])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -115,8 +115,9 @@ class Ruler:
             return Ticks(each, self.names, named=True, upright=wide)
         if self.cut is not None:
             return self._cut_ticks(self.cut, most, length)
-        formatter: Any = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
+        formatter = LogFormatterSciNotation() if self.scale == "log" else ScalarFormatter(useMathText=True)
         formatter.create_dummy_axis(minpos=self.low)
+        assert formatter.axis is not None  # the line above made it
         formatter.axis.set_view_interval(self.low, self.high)
         places = self._stepped(most) or self._within(_locator(self.scale, most, whole=self.whole))
         numbers = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from textwrap import wrap
-from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -58,7 +58,7 @@ def plot_runs(runs: Trajectories | Mapping[str, Trajectories], *names: str, run:
     if sentences := [f"{law}: {said}" if law else said for law, runs in held.items() for said in runs.warnings]:
         lines = [line for said in sentences for line in wrap(f"{said[0].upper()}{said[1:]}.", LETTERS)]
         panels[0].set_title("\n".join(lines), loc="left", fontsize="small", color=WARNING)
-    entries: dict[str, Any] = {}
+    entries: dict[str, Artist] = {}
     for ax in panels:
         handles, labels = ax.get_legend_handles_labels()
         entries |= dict(zip(labels, handles, strict=True)) | entries
@@ -82,9 +82,15 @@ def _draw(ax: Axes, name: str, held: Mapping[str, Trajectories], run: int | None
             flat = runs[name][i].reshape(len(runs.t), -1, order="F")
             for place, (label, y) in enumerate(zip(entry.labels(), flat.T, strict=True)):
                 parts = (law, label if entry.size > 1 else "", f"run {i}" if len(chosen) > 1 else "")
-                look = {key: LINES[count % STYLES][key] for key in ("color", "linestyle", "linewidth")}
+                look = LINES[count % STYLES]
                 ax.plot(
-                    runs.t, y, label=", ".join(filter(None, parts)), drawstyle=_drawstyle(step, name, place), **look
+                    runs.t,
+                    y,
+                    label=", ".join(filter(None, parts)),
+                    drawstyle=_drawstyle(step, name, place),
+                    color=look["color"],
+                    linestyle=look["linestyle"],
+                    linewidth=look["linewidth"],
                 )
                 if runs.diverged[i]:
                     lost.append((runs.t, y, runs.diverged_at[i], look["color"]))

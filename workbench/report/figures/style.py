@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import Any
+from typing import Any, TypedDict
 
 import matplotlib as mpl
 import numpy as np
@@ -23,6 +23,18 @@ TITLE = 4.0  # points from a title to its panel
 POINTS = 600  # drawn of one series; all series of a figure share BUDGET points
 BUDGET = 5400
 
+
+class Look(TypedDict, total=False):
+    """The look of a line or of marks: lengths in points, dashes as '-' or an offset with their lengths."""
+
+    color: str
+    linestyle: str | tuple[float, tuple[float, ...]]
+    linewidth: float
+    marker: str
+    markersize: float
+    markeredgewidth: float
+
+
 # All that is asked of matplotlib, which makes letters and numbers; the rest is its default.
 RULES: Any = {
     "font.family": "STIXGeneral",
@@ -34,7 +46,7 @@ RULES: Any = {
 
 # Okabe and Ito's colours without their yellow, which no paper shows, and four darker ones; each with a dash and a width
 # of its own, so that a photocopy still tells the laws apart.
-LINES: dict[Style, dict[str, Any]] = {
+LINES: dict[Style, Look] = {
     0: {"color": "#0072B2", "linestyle": "-", "linewidth": 1.5, "marker": "o"},
     1: {"color": "#D55E00", "linestyle": (0, (5, 1.6)), "linewidth": 1.2, "marker": "s"},
     2: {"color": "#009E73", "linestyle": (0, (6, 1.5, 1.2, 1.5)), "linewidth": 1.2, "marker": "^"},
@@ -51,9 +63,9 @@ LINES: dict[Style, dict[str, Any]] = {
     "bound": {"color": "#000000", "linestyle": (0, (1, 2)), "linewidth": 0.9, "marker": "_"},
     "aid": {"color": "#666666", "linestyle": (0, (4, 2)), "linewidth": 0.8, "marker": "+"},
 }
-MARKS: dict[str, Any] = {"markersize": 3.8, "markeredgewidth": 0.8}
-POINTS_LOOK: dict[str, Any] = {"markersize": 4.2, "markeredgewidth": 1.2}
-SHAPES: dict[str, dict[str, Any]] = {  # of the points that have a shape of their own
+MARKS: Look = {"markersize": 3.8, "markeredgewidth": 0.8}
+POINTS_LOOK: Look = {"markersize": 4.2, "markeredgewidth": 1.2}
+SHAPES: dict[str, Look] = {  # of the points that have a shape of their own
     "": {},
     "pole": {"marker": "x", "markersize": 5.6},
     "zero": {"marker": "o", "markersize": 5.6},
@@ -125,7 +137,7 @@ def layer_of(i: int, panel: Panel) -> float:
     return layer - 0.9 if isinstance(mark, Band | Bars | Tiles | Area) else layer
 
 
-def line_of(series: Series, y: Array) -> dict[str, Any]:
+def line_of(series: Series, y: Array) -> Look:
     """The line of a series with the ordinates y, thin where these cover their own range many times over."""
     numbers = y[np.isfinite(y)]
     chatters = len(numbers) > 100 and bool(np.abs(np.diff(numbers)).sum() > 20 * np.ptp(numbers))

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from inspect import signature
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step
+from workbench.core.equations import Loop
 from workbench.core.validation.refusals import Array
 from workbench.design.linear.linear_period import jump_of
 from workbench.design.linear.loop_cuts import closure
@@ -31,7 +32,7 @@ AROUND = np.sinh(np.linspace(-4, 4, 15))  # times the distance of such a pole fr
 INTEGRATOR = 1e-9  # of the size of the fastest pole: a slower one sets no frequency
 
 
-def linear_data(outcome: Outcome, modules: Modules) -> dict[str, Any]:
+def linear_data(outcome: Outcome, modules: Modules) -> dict[str, object]:
     """The entry `linear` of a loop of a page, None beside `linear_refused` if it has no linear answer at its baseline.
 
     It stands on `linear_loop`, cut at all inputs of the plant, with the Runge-Kutta steps of the run in a computer.
@@ -67,7 +68,7 @@ class Baseline:
     moves: bool = False
 
     @staticmethod
-    def of(loop: Any, step: Step) -> Baseline:
+    def of(loop: Loop | Ode | Sampled, step: Step) -> Baseline:
         """The loop at rest; if it has no rest, with its adapting gains held; if that has none, frozen at its start.
 
         Raises
@@ -112,7 +113,7 @@ class Baseline:
         return f"At rest{' at the reference' if follows else ''} at {t}{later}{held}."
 
 
-def linear_at(loop: Any, step: Step, row: Array) -> LinearLoop:
+def linear_at(loop: Loop | Ode | Sampled, step: Step, row: Array) -> LinearLoop:
     """The linear loop of a page at other parameters, then first states (np + nx,), of its step.
 
     Raises
@@ -142,10 +143,15 @@ def _taken(layout: Layout, step: Step, row: Array) -> Array:
     return np.where(spots < 0, default, row[spots])
 
 
-def _can_be_cut(loop: Any) -> bool:
+def _can_be_cut(loop: Loop | Ode | Sampled) -> bool:
     """True for a loop that makes equations with inputs where it is cut; equations themselves have none."""
-    ode = getattr(getattr(loop, "loop", loop), "ode", None)
-    return ode is not None and "inputs" in signature(ode).parameters
+    make = _maker(loop)
+    return make is not None and "inputs" in signature(make).parameters
+
+
+def _maker(loop: Loop | Ode | Sampled) -> Callable[..., Ode | Sampled] | None:
+    """The function that makes the equations of a loop, or of the one that a computer closes; equations have none."""
+    return getattr(getattr(loop, "loop", loop), "ode", None)
 
 
 def refuse_large(step: Step) -> None:
@@ -158,13 +164,15 @@ def refuse_large(step: Step) -> None:
         )
 
 
-def adapting_states(loop: Any) -> tuple[str, ...]:
+def adapting_states(loop: Loop | Ode | Sampled) -> tuple[str, ...]:
     """The states of a law that it multiplies with an error, as an adapting gain, and those that act through them alone.
 
     An error is known by the reference in it.
     """
+    if (make := _maker(loop)) is None:
+        return ()
     try:
-        flow = flow_of(getattr(loop, "loop", loop).ode("loop", inputs=True))
+        flow = flow_of(make("loop", inputs=True))
     except ValueError:  # a law of a computer alone, whose memory is renewed at once
         return ()
     signals = [i for name in flow.drives for i in range(flow.outputs.size)[flow.outputs.slice(name)]]
@@ -186,7 +194,7 @@ def adapting_states(loop: Any) -> tuple[str, ...]:
     return tuple(name for name in own if name in gains or (gains and not acting[flow.states.slice(name)].any()))
 
 
-def _plain(baseline: Baseline, step: Step, modules: Modules) -> dict[str, Any]:
+def _plain(baseline: Baseline, step: Step, modules: Modules) -> dict[str, object]:
     """The data of a loop with an answer."""
     point, models = baseline.linear.point, baseline.linear.models
     equations = point.equations

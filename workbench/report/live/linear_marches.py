@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import casadi as ca
 
@@ -22,7 +21,7 @@ def drive_part(equations: Ode, drives: int) -> Ode:
     return replace(equations, inputs=("drive",), outputs=outputs, output=equations.output[: outputs.size])
 
 
-def values_march(ode: Ode, closed: Ode | None, modules: Modules, rates: bool = True) -> dict[str, Any]:
+def values_march(ode: Ode, closed: Ode | None, modules: Modules, rates: bool = True) -> dict[str, object]:
     """Rates and arrivals, their Jacobian by states and drives, corners, and of `closed` its motion with time.
 
     Without `rates` it has the arrivals alone. The values stand behind the states, in this order: `heights` of them
@@ -55,7 +54,7 @@ def _by_time(closed: Ode) -> ca.SX:
     return ca.vertcat(*(ca.densify(part) for part in (first, ca.jacobian(first, closed.t), terms)))
 
 
-def flow_march(sampled: Sampled, flow: Ode, substeps: int, modules: Modules) -> dict[str, Any] | None:
+def flow_march(sampled: Sampled, flow: Ode, substeps: int, modules: Modules) -> dict[str, object] | None:
     """The flow of a period with its sensitivities, in Runge-Kutta steps; None where nothing moves.
 
     Its states are those that move, at `rows`, and behind them their derivatives by the `columns` of states and
@@ -75,13 +74,13 @@ def flow_march(sampled: Sampled, flow: Ode, substeps: int, modules: Modules) -> 
     }
 
 
-def continuous_marches(opened: Ode, drives: int, modules: Modules) -> dict[str, Any]:
+def continuous_marches(opened: Ode, drives: int, modules: Modules) -> dict[str, object]:
     """The marches of a loop in continuous time."""
     own = drive_part(opened, drives)
     return {"values": values_march(own, closed_by(own, own), modules), "jump": None, "flow": None}
 
 
-def computer_marches(opened: Sampled, drives: int, substeps: int, modules: Modules) -> dict[str, Any]:
+def computer_marches(opened: Sampled, drives: int, substeps: int, modules: Modules) -> dict[str, object]:
     """The marches of a loop in a computer: its jump, what arrives after it, and the flow to the next instant."""
     flow = drive_part(opened.flow, drives)
     jump = replace(jump_of(opened), inputs=flow.inputs)

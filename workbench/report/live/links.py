@@ -1,24 +1,27 @@
-"""Links: the marks and cells of a document whose sources are signals, scores and linear answers of some outcomes."""
+"""Links: the marks and cells of a document that show numbers of outcomes, each with the place of the loop that was run.
+
+A mark or a cell carries its source: scenario, law and run, with the name and the place of a signal, of a metric or of a
+linear answer. A link is that source, looked up among the outcomes of a study; one of another origin has none.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal, TypeAlias
 
-import numpy as np
-
-from workbench.core import Step
 from workbench.study.document.document import Bars, Document, Points, Series
 from workbench.study.document.figure import Mark
-from workbench.study.document.phrases import Measured, Missing, bare, raised, source_of
+from workbench.study.document.phrases import Cell, Measured, Missing, bare, raised, source_of
 from workbench.study.document.plane_marks import Arrows
 from workbench.study.document.source import Source
+from workbench.study.marks import flat_places
 from workbench.study.study import Outcome
 
-Signal: TypeAlias = str | tuple[str, int]  # "t", or "x" or "y" with a place among states or outputs
+Signal: TypeAlias = Literal["t"] | tuple[Literal["x", "y"], int]  # the time, or a place among states or outputs
 Axis: TypeAlias = Literal["x", "y"]
-Run: TypeAlias = tuple[str, str, str]  # the scenario, the law and the digest of an outcome
+Place: TypeAlias = tuple[str, int, int]  # of a mark: figure, panel, series; of a cell: table, row, column
 
 
 @dataclass(frozen=True)
@@ -92,79 +95,125 @@ class LinearCell:
     words: str
 
 
-Link: TypeAlias = Curve | LiveCell | LiveMark | LinearMark | LinearCell
+@dataclass(frozen=True)
+class Links:
+    """The links of a document by their kinds, each in reading order."""
+
+    curves: tuple[Curve, ...]
+    cells: tuple[LiveCell, ...]
+    marks: tuple[LiveMark, ...]
+    linear_marks: tuple[LinearMark, ...]
+    linear_cells: tuple[LinearCell, ...]
+
+    @property
+    def moving_loops(self) -> set[int]:
+        """The loops of which signals or metrics are shown."""
+        return {one.loop for one in self.curves} | {one.loop for one in self.cells} | {one.loop for one in self.marks}
+
+    @property
+    def linear_loops(self) -> set[int]:
+        """The loops of which linear answers are shown."""
+        return {one.loop for one in self.linear_marks} | {one.loop for one in self.linear_cells}
 
 
-def links(document: Document, outcomes: Sequence[Outcome]) -> list[Link]:
-    """All that is live in a document of these outcomes: each mark that was made of one of them."""
-    loops = {(o.case.scenario, o.case.law, o.digest): k for k, o in enumerate(outcomes)}
-    found: list[Link] = [*curves(document, outcomes, loops), *cells(document, outcomes, loops)]
-    return [*found, *marks(document, outcomes, loops), *linear_marks(document, loops), *linear_cells(document, loops)]
+def links_of(document: Document, outcomes: Sequence[Outcome]) -> Links:
+    """The links of a document to outcomes, which are the loops by their places."""
+    loops = _Loops(outcomes)
+    marks, cells = [*_marks(document)], [*_cells(document)]
+    return Links(
+        tuple(link for place, mark in marks for link in _curves(place, mark, loops)),
+        tuple(link for place, cell in cells for link in _live_cells(place, cell, loops)),
+        tuple(link for place, mark in marks for link in _live_marks(place, mark, loops)),
+        tuple(link for place, mark in marks for link in _linear_marks(place, mark, loops)),
+        tuple(link for place, cell in cells for link in _linear_cells(place, cell, loops)),
+    )
 
 
-def curves(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[Curve]:
-    """Each series that shows a signal of an outcome over the time, or over another signal."""
-    for figure in document.figures:
-        for i, panel in enumerate(figure.panels):
-            for j, series in enumerate(panel.series):
-                if not isinstance(series, Series) or series.sources is None:
-                    continue
-                x, y = series.sources
-                loop = _loop(y, loops)
-                if loop is not None and y.rows is not None:
-                    step = outcomes[loop].measurement.trajectories.step
-                    ends = (_place(step, x), _place(step, y))
-                    yield Curve(figure.name, i, j, loop, *ends, y.rows, (x.scale, y.scale))
+@dataclass(frozen=True, eq=False)
+class _Loops:
+    """Outcomes, found by the scenario, the law and the run of a source."""
+
+    outcomes: Sequence[Outcome]
+
+    @cached_property
+    def _places(self) -> dict[tuple[str, str, str], int]:
+        return {(one.case.scenario, one.case.law, one.digest): place for place, one in enumerate(self.outcomes)}
+
+    def place(self, source: Source) -> int | None:
+        """The place of the outcome of a source; None if it is not among them."""
+        return self._places.get((source.scenario, source.law, source.run))
+
+    def linear(self, source: Source | None) -> Iterator[tuple[int, str, int]]:
+        """The loop, the quantity and the channel of a source, if it is a linear answer of an outcome."""
+        if source is not None and source.kind == "linear" and (loop := self.place(source)) is not None:
+            yield loop, source.name, source.place
+
+    def score(self, source: Source | None) -> Iterator[tuple[int, int, int, float]]:
+        """The loop, the metric, its number and the scale of a source, if it is a score of an outcome."""
+        if source is not None and source.kind == "metric" and (loop := self.place(source)) is not None:
+            yield loop, self.outcomes[loop].measurement.names.index(source.name), source.place, source.scale
+
+    def signal(self, loop: int, source: Source) -> Signal:
+        """The place of a signal among the states or outputs of a loop; an output that is a state is that state."""
+        if source.kind == "time":
+            return "t"
+        step = self.outcomes[loop].measurement.trajectories.step
+        layout = step.states if source.name in step.states else step.outputs
+        place = layout.slice(source.name).start + flat_places(layout[source.name])[source.place]
+        if layout is step.states:
+            return "x", place
+        states = {step.rule.x[k].element_hash(): k for k in range(step.rule.x.numel())}
+        own = states.get(step.rule.output[place].element_hash())
+        return ("y", place) if own is None else ("x", own)
 
 
-def cells(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[LiveCell]:
-    """Each cell that shows a score of an outcome."""
-    for table in document.tables:
-        for i, row in enumerate(table.rows):
-            for j, cell in enumerate(row):
-                for place in _score(source_of(cell), outcomes, loops):
-                    yield LiveCell(table.name, i, j, *place)
-
-
-def marks(document: Document, outcomes: Sequence[Outcome], loops: Mapping[Run, int]) -> Iterator[LiveMark]:
-    """Each end of a bar, and each point along an axis, that shows a score of an outcome."""
+def _marks(document: Document) -> Iterator[tuple[Place, Mark]]:
+    """The marks of all figures, with figure, panel and series."""
     for figure in document.figures:
         for i, panel in enumerate(figure.panels):
             for j, mark in enumerate(panel.series):
-                if not isinstance(mark, Bars | Points):
-                    continue
-                for axis, index, source in _sources(mark):
-                    for place in _score(source, outcomes, loops):
-                        yield LiveMark(figure.name, i, j, index, axis, *place)
+                yield (figure.name, i, j), mark
 
 
-def linear_marks(document: Document, loops: Mapping[Run, int]) -> Iterator[LinearMark]:
-    """Each series, all points of a mark, and all of its arrows, that show a linear answer of an outcome."""
-    for figure in document.figures:
-        for i, panel in enumerate(figure.panels):
-            for j, mark in enumerate(panel.series):
-                source = _linear_source(mark)
-                if source is not None and (loop := _loop(source, loops)) is not None:
-                    yield LinearMark(figure.name, i, j, loop, source.name, source.place, source.scale)
-
-
-def linear_cells(document: Document, loops: Mapping[Run, int]) -> Iterator[LinearCell]:
-    """Each cell that shows a number of the linear answers of an outcome."""
+def _cells(document: Document) -> Iterator[tuple[Place, Cell]]:
+    """The cells of all tables, with table, row and column."""
     for table in document.tables:
         for i, row in enumerate(table.rows):
             for j, cell in enumerate(row):
-                source = source_of(cell)
-                if source is None or source.kind != "linear" or (loop := _loop(source, loops)) is None:
-                    continue
-                shown = bare(cell)
-                number = shown.value if isinstance(shown, Measured) else None
-                words = shown.words if isinstance(shown, Missing) else ""
-                about = source.name, source.place, source.label, raised(source.unit)
-                yield LinearCell(table.name, i, j, loop, *about, number, words)
+                yield (table.name, i, j), cell
 
 
-def _linear_source(mark: Mark) -> Source | None:
-    """The source of the ordinates of a mark, if that is a linear answer."""
+def _curves(place: Place, mark: Mark, loops: _Loops) -> Iterator[Curve]:
+    """The link of a series that shows a signal over the time, or over another signal."""
+    if not isinstance(mark, Series) or mark.sources is None:
+        return
+    x, y = mark.sources
+    if y.rows is not None and (loop := loops.place(y)) is not None:
+        signals = loops.signal(loop, x), loops.signal(loop, y)
+        yield Curve(*place, loop, *signals, y.rows, (x.scale, y.scale))
+
+
+def _live_cells(place: Place, cell: Cell, loops: _Loops) -> Iterator[LiveCell]:
+    """The link of a cell that shows a score."""
+    for loop, metric, number, scale in loops.score(source_of(cell)):
+        yield LiveCell(*place, loop, metric, number, scale)
+
+
+def _live_marks(place: Place, mark: Mark, loops: _Loops) -> Iterator[LiveMark]:
+    """The links of the ends of bars, or of points along either axis."""
+    ends: tuple[tuple[Axis, Sequence[Source | None]], ...] = ()
+    if isinstance(mark, Bars):
+        ends = (("x", mark.sources),)
+    elif isinstance(mark, Points):
+        ends = (("x", [pair[0] for pair in mark.sources]), ("y", [pair[1] for pair in mark.sources]))
+    for axis, sources in ends:
+        for index, source in enumerate(sources):
+            for loop, metric, number, scale in loops.score(source):
+                yield LiveMark(*place, index, axis, loop, metric, number, scale)
+
+
+def _linear_marks(place: Place, mark: Mark, loops: _Loops) -> Iterator[LinearMark]:
+    """The link of a series, all points of a mark, or all of its arrows, by the source of the ordinates."""
     source = None
     if isinstance(mark, Series) and mark.sources is not None:
         source = mark.sources[1]
@@ -172,42 +221,14 @@ def _linear_source(mark: Mark) -> Source | None:
         source = mark.sources[0][1]
     elif isinstance(mark, Arrows):
         source = mark.source
-    return source if source is not None and source.kind == "linear" else None
+    for answer in loops.linear(source):
+        yield LinearMark(*place, *answer, 1.0 if source is None else source.scale)
 
 
-def _sources(mark: Bars | Points) -> Iterator[tuple[Axis, int, Source | None]]:
-    """The sources of the ends of bars, or of points along either axis, with their places."""
-    if isinstance(mark, Bars):
-        yield from (("x", index, source) for index, source in enumerate(mark.sources))
-    else:
-        yield from (("x", index, pair[0]) for index, pair in enumerate(mark.sources))
-        yield from (("y", index, pair[1]) for index, pair in enumerate(mark.sources))
-
-
-def _loop(source: Source, loops: Mapping[Run, int]) -> int | None:
-    return loops.get((source.scenario, source.law, source.run))
-
-
-def _score(
-    source: Source | None, outcomes: Sequence[Outcome], loops: Mapping[Run, int]
-) -> Iterator[tuple[int, int, int, float]]:
-    """The loop, the metric, its number and the scale of a source, if it is a score of an outcome."""
-    if source is None or source.kind != "metric" or (loop := _loop(source, loops)) is None:
-        return
-    metrics = [*outcomes[loop].measurement.names]
-    yield loop, metrics.index(source.name), source.place, source.scale
-
-
-def _place(step: Step, source: Source) -> Signal:
-    """The place of a signal among the states or the outputs of a step; an output that is a state is that state."""
-    if source.kind == "time":
-        return "t"
-    layout, kind = (step.states, "x") if source.name in step.states else (step.outputs, "y")
-    entry, first = layout[source.name], layout.slice(source.name).start
-    flat = np.arange(entry.size).reshape(entry.shape, order="F").ravel()[source.place]
-    place = first + int(flat)
-    if kind == "y":
-        states = {step.rule.x[k].element_hash(): k for k in range(step.rule.x.numel())}
-        own = states.get(step.rule.output[place].element_hash())
-        return (kind, place) if own is None else ("x", own)
-    return kind, place
+def _linear_cells(place: Place, cell: Cell, loops: _Loops) -> Iterator[LinearCell]:
+    """The link of a cell that shows a linear answer, with the number or the words that are printed there."""
+    source, shown = source_of(cell), bare(cell)
+    for answer in loops.linear(source):
+        about = ("", "") if source is None else (source.label, raised(source.unit))
+        number = shown.value if isinstance(shown, Measured) else None
+        yield LinearCell(*place, *answer, *about, number, shown.words if isinstance(shown, Missing) else "")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
-from typing import Any
+from dataclasses import asdict, dataclass, replace
 
 import casadi as ca
 
@@ -15,8 +14,9 @@ from workbench.core.validation.signatures import door
 from workbench.engine.metrics import AbstractMetric
 from workbench.engine.metrics.value_program import program_of
 from workbench.report.live.linear_data import linear_data
-from workbench.report.live.links import Curve, LinearCell, LinearMark, LiveCell, LiveMark, links
+from workbench.report.live.links import Curve, LinearCell, LinearMark, Links, LiveCell, LiveMark, Signal, links_of
 from workbench.report.live.marches import Modules, coarser, march, may_switch, plain, switches, watched, whole_and_half
+from workbench.report.live.page_data import LiveData, Plain
 from workbench.report.live.turned import offered
 from workbench.study.document.document import Document
 from workbench.study.document.phrases import raised
@@ -35,7 +35,7 @@ PYTHON_LINEAR = "linear = wb.turned_linear(study, {case}, {values})\n"
 
 
 @door
-def live_data(study: Study, results: Results, document: Document, script: str = "") -> dict[str, Any] | None:
+def live_data(study: Study, results: Results, document: Document, script: str = "") -> LiveData | None:
     """The data with which the page of a study runs its loops again, plain; None where nothing can be turned.
 
     A loop that no browser can run stays printed, and the data say why; without llvmlite there are no data. `script` is
@@ -48,83 +48,80 @@ def live_data(study: Study, results: Results, document: Document, script: str = 
     """
     if study.live is None:
         return None
-    found = links(document, results.outcomes)
-    used = sorted({link.loop for link in found})
-    outcomes = [results.outcomes[k] for k in used]
-    steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes}
+    links = links_of(document, results.outcomes)
+    outcomes = {k: results.outcomes[k] for k in sorted(links.moving_loops | links.linear_loops)}
+    steps = {outcome.case.name: outcome.measurement.trajectories.step for outcome in outcomes.values()}
     knobs = study.live or offered(study, [*steps.values()])
     if not (knobs and outcomes):
         return None
     check(knobs, steps)
-    modules, refused, live_places = Modules(), dict[str, str](), dict[int, int]()
-    loops: list[dict[str, Any]] = []
-    live_curves: list[Curve] = []
-    for k, outcome in zip(used, outcomes, strict=True):
-        mine = [replace(link, loop=len(loops)) for link in found if isinstance(link, Curve) and link.loop == k]
-        try:
-            made, shown = _loop(outcome, knobs, mine, modules, _is_linear(found, k))
-        except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
-            return None
-        except ValueError as error:
-            refused[outcome.case.name] = str(error)
-            continue
-        live_places[k] = len(loops)
-        loops.append(made | _everywhere(found, k))
-        live_curves += shown
+    try:
+        page = _page_loops(links, outcomes, knobs)
+    except ImportError:  # llvmlite is not here, and nothing can be compiled for a browser
+        return None
+    runs = bool(script) and not callable(study.cases)
+    digests = "".join(outcome.digest for outcome in outcomes.values())
     return {
         "format": FORMAT,
         "study": study.name,
         "version": document.colophon.version,
-        "fingerprint": hashlib.sha256("".join(outcome.digest for outcome in outcomes).encode()).hexdigest()[:16],
-        **_lines(study, script),
-        "knobs": [_knob(knob, outcomes) for knob in knobs],
-        "loops": loops,
-        "modules": list(modules.packed.values()),
-        "curves": [asdict(curve) for curve in live_curves],
-        **_told_links(found, live_places),
-        "refused": refused,
+        "fingerprint": hashlib.sha256(digests.encode()).hexdigest()[:16],
+        "python": PYTHON.format(script=script) if runs else "",  # else nobody could run it
+        "python_linear": PYTHON_LINEAR if runs else "",
+        "knobs": [_knob(knob, [*outcomes.values()]) for knob in knobs],
+        "loops": page.loops,
+        "modules": list(page.modules.packed.values()),
+        "curves": [asdict(curve) for curve in page.curves],
+        "cells": [*_plain_links(links.cells, page.places), *_plain_links(links.linear_cells, page.places)],
+        "marks": _plain_links(links.marks, page.places),
+        "linear_marks": _plain_links(links.linear_marks, page.places),
+        "refused": page.refused,
     }
 
 
-def _lines(study: Study, script: str) -> dict[str, str]:
-    """The lines that compute the same in Python, empty where nobody could run them."""
-    if callable(study.cases) or not script:
-        return {"python": "", "python_linear": ""}
-    return {"python": PYTHON.format(script=script), "python_linear": PYTHON_LINEAR}
+@dataclass(frozen=True)
+class _PageLoops:
+    """The loops of a page with their modules and curves, their places by those of outcomes, and why others are none."""
+
+    loops: list[Plain]
+    curves: list[Curve]
+    places: dict[int, int]
+    refused: dict[str, str]
+    modules: Modules
 
 
-def _is_linear(found: Sequence[object], loop: int) -> bool:
-    """True if a page shows linear answers of a loop."""
-    return any(isinstance(link, LinearMark | LinearCell) and link.loop == loop for link in found)
+def _page_loops(links: Links, outcomes: Mapping[int, Outcome], knobs: Sequence[Knob]) -> _PageLoops:
+    """Each outcome as a loop that a browser runs, or the reason why none can, by the name of its case."""
+    page = _PageLoops([], [], {}, {}, Modules())
+    for k, outcome in outcomes.items():
+        mine = [replace(link, loop=len(page.loops)) for link in links.curves if link.loop == k]
+        try:
+            loop, curves = _loop(outcome, knobs, mine, page.modules, k in links.linear_loops)
+        except ValueError as error:
+            page.refused[outcome.case.name] = str(error)
+            continue
+        page.places[k] = len(page.loops)
+        page.loops.append(loop | _everywhere(links, k))
+        page.curves.extend(curves)
+    return page
 
 
-def _everywhere(found: Sequence[object], loop: int) -> dict[str, Any]:
+def _plain_links(
+    links: Sequence[LiveCell | LinearCell | LiveMark | LinearMark], places: Mapping[int, int]
+) -> list[Plain]:
+    """The links of those loops that have a place on the page, with these places."""
+    return [asdict(link) | {"loop": places[link.loop]} for link in links if link.loop in places]
+
+
+def _everywhere(links: Links, loop: int) -> Plain:
     """The marks of a loop of which a page shows linear answers alone, beside the runs of others; else none.
 
     It belongs to each scenario, and there is nothing to watch.
     """
-    moving = {link.loop for link in found if isinstance(link, Curve | LiveCell | LiveMark)}
-    return {"everywhere": True, "drawing": None} if moving and loop not in moving else {}
+    return {"everywhere": True, "drawing": None} if links.moving_loops and loop not in links.moving_loops else {}
 
 
-def _told_links(found: Sequence[object], places: Mapping[int, int]) -> dict[str, Any]:
-    """The cells and the marks of a page whose loops are live."""
-    return {
-        "cells": [*_told(found, LiveCell, places), *_told(found, LinearCell, places)],
-        "marks": _told(found, LiveMark, places),
-        "linear_marks": _told(found, LinearMark, places),
-    }
-
-
-def _told(
-    found: Sequence[object], kind: type[LiveCell | LiveMark | LinearCell | LinearMark], places: Mapping[int, int]
-) -> list[dict[str, Any]]:
-    """The links of a kind whose loops are live, with the places of these."""
-    mine = (link for link in found if isinstance(link, kind))
-    return [asdict(link) | {"loop": places[link.loop]} for link in mine if link.loop in places]
-
-
-def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
+def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> Plain:
     """A knob with the number at which it stands, which is the same in all loops that have it."""
     runs = [run for outcome in outcomes if knob.places((run := outcome.measurement.trajectories).step)]
     values = {knob.value(run.step, run.p[0], run.x[0, 0]) for run in runs}
@@ -146,7 +143,7 @@ def _knob(knob: Knob, outcomes: Sequence[Outcome]) -> dict[str, Any]:
 
 def _loop(
     outcome: Outcome, knobs: Sequence[Knob], links: Sequence[Curve], modules: Modules, linear: bool
-) -> tuple[dict[str, Any], list[Curve]]:
+) -> tuple[Plain, list[Curve]]:
     """A case as a browser runs it, and its curves, whose outputs are counted among those that the loop makes there.
 
     With `linear`, where the page shows linear answers of it, these are made there, too.
@@ -190,8 +187,8 @@ def _loop(
         **(linear_data(outcome, modules) if linear else {"linear": None, "linear_refused": ""}),
     }
 
-    def among_wanted(axis: Any) -> Any:
-        return ("y", wanted.index(axis[1])) if axis[0] == "y" else axis
+    def among_wanted(axis: Signal) -> Signal:
+        return ("y", wanted.index(axis[1])) if isinstance(axis, tuple) and axis[0] == "y" else axis
 
     return made, [replace(link, x=among_wanted(link.x), y=among_wanted(link.y)) for link in links]
 
@@ -209,9 +206,9 @@ def _moving(outcome: Outcome, step: Step) -> ca.SX:
     return ca.substitute(ode.drawing.coordinates, ca.vertcat(ode.t, ode.x, ode.p), own)
 
 
-def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[dict[str, Any] | None]:
+def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[Plain | None]:
     """The value of each metric at the horizon as a program; None where no other machine can run it."""
-    programs: list[dict[str, Any] | None] = []
+    programs: list[Plain | None] = []
     for metric in metrics:
         try:
             programs.append(program_of(step, metric, float(t[-1])).plain())
@@ -220,7 +217,7 @@ def _programs(step: Step, metrics: Sequence[AbstractMetric], t: Array) -> list[d
     return programs
 
 
-def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[dict[str, Any]]:
+def _moves(knobs: Sequence[Knob], step: Step, places: Sequence[tuple[int, ...]], named: bool) -> list[Plain]:
     """The places among the parameters and states of a step that each knob moves, with their names if asked."""
     size, labels = step.parameters.size, (*step.parameters.labels, *step.states.labels)
     return [

@@ -6,7 +6,6 @@ import base64
 import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -36,7 +35,7 @@ class Modules:
         return [*self.packed].index(code)
 
 
-def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> dict[str, Any]:
+def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> dict[str, object]:
     """The march of a step that keeps each `stride`-th state, as plain data; with its switches unless there are none.
 
     Raises
@@ -59,13 +58,13 @@ def march(step: Step, stride: int, modules: Modules, switched: bool = True) -> d
     }
 
 
-def coarser(step: Step, rows: int, stride: int, switched: bool = True) -> list[dict[str, Any]]:
+def coarser(step: Step, rows: int, stride: int, switched: bool = True) -> list[dict[str, object]]:
     """The numbers with which the module of a step makes longer ones, for a picture before a long run is there.
 
     Each length divides every one of the `rows`, of `stride` steps, into fewer steps, at most two thirds as many as the
     one before; the first is the finest. A run of few steps needs none.
     """
-    lengths: list[dict[str, Any]] = []
+    lengths: list[dict[str, object]] = []
     plan, last = Plan.of_step(step, (), switched), float(stride)
     for fewer in range(stride - 1, 0, -1) if rows * stride >= MANY else ():
         if stride % fewer or 3 * fewer > 2 * last:
