@@ -94,6 +94,18 @@ ROOMS_WITH_DOORS = {
     "engine/metrics",
 }
 
+# Rooms in which explicit `Any` stands only at doors: of a library without types, or of what is read from outside.
+ROOMS_WITHOUT_ANY = ("proofs", "report", "study")
+DOORS_WITH_ANY = {
+    "report/figures/pen.py": "matplotlib",
+    "report/figures/style.py": "matplotlib",
+    "report/object_plots.py": "the picture that an object has",
+    "study/__init__.py": "names that are loaded when they are asked for",
+    "study/executors.py": "distributed",
+    "study/ledger/chunk.py": "json",
+    "study/user_values.py": "values of a study's author",
+}
+
 Sources = Mapping[str, str]
 
 
@@ -328,6 +340,18 @@ def words_of_arms(held: Sources) -> list[str]:
         if path.startswith("workbench/") and path.split("/")[1] not in {"arms", "cli", "__init__.py", "__init__.pyi"}
         for number, line in enumerate(text.splitlines(), 1)
         if JOINT.search(line)
+    ]
+
+
+def explicit_any(held: Sources) -> list[str]:
+    """Annotations with `Any` in a room that has true types, but at its doors."""
+    doors = {f"workbench/{path}" for path in DOORS_WITH_ANY}
+    return [
+        f"{path}:{node.lineno}: explicit `Any`; write the true type, `object` where it is narrowed, or "
+        "`workbench.design.control_system.System` for a system of python-control."
+        for path, node in _nodes({path: text for path, text in held.items() if path not in doors})
+        if path.startswith("workbench/") and path.split("/")[1] in ROOMS_WITHOUT_ANY
+        if isinstance(node, ast.Name) and node.id == "Any"
     ]
 
 

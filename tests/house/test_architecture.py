@@ -29,6 +29,7 @@ LAWS = [
     rules.names_without_door,
     rules.files_of_one_name,
     rules.words_of_arms,
+    rules.explicit_any,
     rules.tests_that_import_tests,
     rules.tests_in_other_folders,
     rules.participles,
@@ -101,6 +102,18 @@ def test_public_names_have_doors():
 
 def test_no_room_for_any_plant_speaks_of_joints():
     holds(rules.words_of_arms(HOUSE))
+
+
+def test_explicit_any_stands_at_doors_alone():
+    holds(rules.explicit_any(HOUSE))
+    assert {f"workbench/{path}" for path in rules.DOORS_WITH_ANY} <= HOUSE.keys()
+
+
+def test_an_explicit_any_is_found_in_its_rooms_but_not_at_a_door():
+    text = "from typing import Any\ndef f(x: dict[str, Any]) -> None: ..."
+    rooms = {f"workbench/{room}/x.py": text for room in ("proofs", "engine")}
+    (breach,) = rules.explicit_any(rooms | {"workbench/study/executors.py": text})
+    assert breach.startswith("workbench/proofs/x.py:2: explicit `Any`")
 
 
 def test_a_test_stands_in_the_folder_of_its_room_and_imports_no_other():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -136,7 +135,7 @@ class Box:
 
     @staticmethod
     @door
-    def of(ode: Ode, ranges: Mapping[str, tuple[Any, Any]]) -> Box:
+    def of(ode: Ode, ranges: Mapping[str, tuple[object, object]]) -> Box:
         """A box from (low, high) per name: of a number (`plant.q[0]`), or of all numbers of a quantity (`plant.q`)."""
         labels: list[str] = []
         ends: list[Array] = []

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal, require, whole
 from workbench.core.validation.signatures import door
 
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Flags = NDArray[np.bool_]
 
 CROSSOVER = 0.9
 # The differential weight is drawn anew for every trial from this range, which keeps a small population from stalling.

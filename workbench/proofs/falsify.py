@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -82,7 +82,7 @@ class Hunt:
 
     ode: Ode
     target: AbstractMetric | Declared
-    ranges: Mapping[str, tuple[Any, Any]]
+    ranges: Mapping[str, tuple[object, object]]
     until: float
     h: float
     hypotheses: tuple[Declared, ...] = ()
@@ -165,7 +165,7 @@ class Hunt:
         return Judged(value, np.max(excess, axis=0) if excess else np.zeros(len(p)))
 
     @door
-    def at(self, numbers: Mapping[str, Any]) -> Pair:
+    def at(self, numbers: Mapping[str, object]) -> Pair:
         """The run with these parameters and initial states by name, all others at their defaults, and half its step."""
         at = Box.of(self.ode, {name: (value, value) for name, value in numbers.items()})
         return self._run(*at.rows(at.low[np.newaxis]))

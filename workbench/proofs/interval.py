@@ -17,10 +17,10 @@ import math
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from importlib.util import find_spec
-from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.notation.program import NAMES, Walk
 from workbench.core.validation.refusals import Array
@@ -199,7 +199,7 @@ def _angle(y: Interval, x: Interval) -> Interval:
     return Interval(np.where(right, inner.low, -turn), np.where(right, inner.high, turn))
 
 
-def _truth(sure: Any, possible: Any) -> Interval:
+def _truth(sure: NDArray[np.bool_], possible: NDArray[np.bool_]) -> Interval:
     return Interval(sure.astype(float), possible.astype(float))
 
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core import Ode
 from workbench.core.validation.refusals import Array, known, vector
@@ -35,7 +35,7 @@ class RestPoint:
     x: Array
     radius: float | None
     attracts: bool
-    modes: np.ndarray[Any, np.dtype[np.complex128]]
+    modes: NDArray[np.complex128]
     why: str = ""
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,7 @@ from workbench.report.loop_pictures import (
     singular_value_figure,
 )
 from workbench.report.picture import Picture
-from workbench.report.system_curves import named
+from workbench.report.system_curves import Systems, named
 from workbench.study.document.figure import STYLES, Figure, Panel
 from workbench.study.document.frequency_curves import FrequencyCurve
 from workbench.study.document.gain_bounds import Disk, GainBound
@@ -39,7 +38,7 @@ CALL = "LinearLoop.plot"
 GANG = ("TF", "T", "PS", "CSF", "CS", "S")  # in the order of the panels, row by row
 
 
-def one_loop(kind: str, loops: Any) -> LinearLoop:
+def one_loop(kind: str, loops: Systems) -> LinearLoop:
     """A single loop; several by their names are refused."""
     if not isinstance(loops, LinearLoop):
         raise refusal(f"plot(..., {kind!r})", "of one `LinearLoop`", loops)
@@ -47,7 +46,7 @@ def one_loop(kind: str, loops: Any) -> LinearLoop:
 
 
 @door
-def gang_of_six(loops: Any, frequencies: Array | None = None) -> Picture:
+def gang_of_six(loops: Systems, frequencies: Array | None = None) -> Picture:
     """The gains of the gang of six over frequency, a panel each; of a loop that follows nothing those of four.
 
     References
@@ -93,7 +92,7 @@ def _gain_panel(name: str, curves: list[FrequencyCurve]) -> Panel:
 
 @door
 def singular_values(
-    loops: Any,
+    loops: Systems,
     frequencies: Array | None = None,
     of: str = "L",
     inputs: Names = None,
@@ -110,12 +109,12 @@ def singular_values(
 
 
 @door
-def determinant(loops: Any, frequencies: Array | None = None, reach: float | None = None) -> Picture:
+def determinant(loops: Systems, frequencies: Array | None = None, reach: float | None = None) -> Picture:
     """The Nyquist plot of det(I + L), whose turns about zero are counted."""
     return Picture(determinant_plot(loops, frequencies, reach))
 
 
-def determinant_plot(loops: Any, frequencies: Array | None, reach: float | None = None) -> Figure:
+def determinant_plot(loops: Systems, frequencies: Array | None, reach: float | None = None) -> Figure:
     """The figure of det(I + L) of a loop, or of several by their names."""
     held, remarks, unstable = [], list[str](), list[int | None]()
     for label, one in named(loops):
@@ -131,7 +130,7 @@ def determinant_plot(loops: Any, frequencies: Array | None, reach: float | None 
 
 @door
 def characteristic_loci(
-    loops: Any, frequencies: Array | None = None, forbidden: tuple[Disk, ...] = (), reach: float | None = None
+    loops: Systems, frequencies: Array | None = None, forbidden: tuple[Disk, ...] = (), reach: float | None = None
 ) -> Picture:
     """The eigenvalues of L over frequency, with the disk margin of all channels."""
     loop = one_loop("characteristic_loci", loops)
@@ -141,7 +140,7 @@ def characteristic_loci(
 
 
 @door
-def relative_gains(loops: Any, frequencies: Array | None = None, outputs: Names = None) -> Picture:
+def relative_gains(loops: Systems, frequencies: Array | None = None, outputs: Names = None) -> Picture:
     """The relative gains of the plant, from the inputs at which the loop is cut to as many of its outputs."""
     loop = one_loop("relative_gains", loops)
     flow = flow_of(loop.point.equations.closed)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from typing import Any
 
 from workbench.report.outline import labels, named
 from workbench.report.table_text import plain
@@ -17,7 +16,7 @@ def findings_json(document: Document) -> str:
     def text(phrase: Phrase) -> str:
         return " ".join(plain(named(phrase, places)).split())
 
-    def tree(one: Finding) -> dict[str, Any]:
+    def tree(one: Finding) -> dict[str, object]:
         return {
             "name": one.name,
             "kind": one.kind,

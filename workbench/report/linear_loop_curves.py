@@ -225,4 +225,4 @@ def loop_matrix(
 def loop_poles(linear: LinearLoop, label: str) -> PoleZeroSet:
     """The poles of the closed loop; in a computer those of the map over the period after which all recurs."""
     period = linear.period and linear.period * linear.models.closed.count
-    return PoleZeroSet(label, [pole.value for pole in linear.poles], period=period)
+    return PoleZeroSet(label, np.array([pole.value for pole in linear.poles], dtype=complex), period=period)

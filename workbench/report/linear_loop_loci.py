@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ WAYS = 'the path of a parameter and its `values`, or a mapping from the path to 
 
 
 def locus_figure(
-    name: str, linear: LinearLoop, over: Any, values: Array | None, marked: tuple[float, ...], grid: bool
+    name: str, linear: LinearLoop, over: object, values: Array | None, marked: tuple[float, ...], grid: bool
 ) -> Figure:
     """The poles of the closed loop over the values of one of its parameters, with a dot at its own value.
 
@@ -51,10 +50,12 @@ def locus_figure(
     units = dict(pair for entry in layouts[0].entries for pair in zip(entry.labels(), entry.units, strict=True))
     period = linear.period and linear.period * linear.models.closed.count
     caption = " ".join(remarks)
-    return root_locus_figure(name, caption, path, at, poles, units[label], tuple(dots), (), period, grid=grid)
+    return root_locus_figure(
+        name, caption, path, at, poles, units[label], tuple(dots), np.zeros(0, complex), period, grid=grid
+    )
 
 
-def _parameter(over: Any, values: Array | None) -> tuple[str, Array]:
+def _parameter(over: object, values: Array | None) -> tuple[str, Array]:
     """The path of the parameter, and its values (N,)."""
     if isinstance(over, Mapping) and values is None and len(over) == 1:
         ((path, found),) = over.items()

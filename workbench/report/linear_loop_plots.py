@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from workbench.core.validation.refusals import Array, one_of
 from workbench.core.validation.signatures import door
@@ -22,22 +21,22 @@ from workbench.report.linear_loop_responses import Names
 from workbench.report.loop_pictures import bode_figure, nichols_figure, nyquist_figure, pole_zero_map
 from workbench.report.picture import Picture, known_options
 from workbench.report.response_figures import joined_figures, responses_figure
-from workbench.report.system_curves import curves_of, named, roots_of
+from workbench.report.system_curves import Systems, curves_of, named, roots_of
 from workbench.study.document.figure import Figure
 from workbench.study.document.gain_bounds import GainBound
 
 CALL = "LinearLoop.plot"
 
 
-def draw_loops(loops: LinearLoop | Mapping[str, LinearLoop], kind: str = "", **options: Any) -> Picture:
+def draw_loops(loops: LinearLoop | Mapping[str, LinearLoop], kind: str = "", **options: object) -> Picture:
     """The picture of a kind of a loop, or of several by their names; without a kind what is looked at first."""
     one_of(f"{CALL}(kind)", kind, ("", *KINDS))
-    made = KINDS[kind] if kind else overview
+    made: Callable[..., Picture] = KINDS[kind] if kind else overview
     return made(loops, **known_options(f"{CALL}({repr(kind) * bool(kind)})", made, options))
 
 
 @door
-def overview(loops: Any, frequencies: Array | None = None) -> Picture:
+def overview(loops: Systems, frequencies: Array | None = None) -> Picture:
     """Bode and Nyquist plots with margins, and the poles of the closed loop, in one picture.
 
     Of several channels the Nyquist plot is that of det(I + L). A loop with a delay has a Nichols plot in the place of
@@ -59,7 +58,7 @@ def overview(loops: Any, frequencies: Array | None = None) -> Picture:
     return Picture(joined_figures("loop", [said for said in remarks if said], pages, 2 if others else 1))
 
 
-def _turns(loops: Any, found: Curves, frequencies: Array | None) -> Figure:
+def _turns(loops: Systems, found: Curves, frequencies: Array | None) -> Figure:
     """The Nyquist plot of one channel each, or of det(I + L) where a loop has several."""
     if any(len(one.channels) > 1 for _, one in named(loops)):
         return determinant_plot(loops, frequencies)
@@ -77,7 +76,7 @@ def _or_reason(made: Callable[[], Figure]) -> tuple[Figure | None, list[str]]:
 
 @door
 def bode(
-    loops: Any,
+    loops: Systems,
     frequencies: Array | None = None,
     of: str = "L",
     inputs: str | tuple[str, ...] | None = None,
@@ -96,20 +95,20 @@ def bode(
 
 
 @door
-def step(loops: Any, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
+def step(loops: Systems, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
     """The step responses of what a loop follows to its reference, or of outputs to inputs by their names."""
     return Picture(responses_figure("step", loops, until, inputs, outputs))
 
 
 @door
-def impulse(loops: Any, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
+def impulse(loops: Systems, until: float | None = None, inputs: Names = None, outputs: Names = None) -> Picture:
     """The impulse responses of what a loop follows to its reference, or of outputs to inputs by their names."""
     return Picture(responses_figure("impulse", loops, until, inputs, outputs, impulse=True))
 
 
 @door
 def root_locus(
-    loop: Any, over: Any = None, values: Array | None = None, marked: tuple[float, ...] = (), grid: bool = True
+    loop: Systems, over: object = None, values: Array | None = None, marked: tuple[float, ...] = (), grid: bool = True
 ) -> Picture:
     """The poles of one loop over the values of a parameter by its path."""
     return loop_plots.root_locus(loop, over, values, marked, grid)

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.core import Layout, Ode
 from workbench.core.validation.refusals import Array
+from workbench.design.control_system import System
 from workbench.design.linear.system_answers import step_answers
 from workbench.design.linear_loop import LinearLoop, LinearRows
 from workbench.design.linear_loop.loop_channels import visible
@@ -37,7 +38,13 @@ class Answer(NamedTuple):
 
 
 def time_response(
-    label: str, t: Array, y: Array, final: float, unit: str = "", period: float | None = None, system: Any = None
+    label: str,
+    t: Array,
+    y: Array,
+    final: float,
+    unit: str = "",
+    period: float | None = None,
+    system: System | None = None,
 ) -> TimeResponse:
     """A response with its final value, if it tends to one and not to zero; the step of a `system` has exact figures."""
     least = NO_STEP * float(np.abs(y).max(initial=0.0))
@@ -72,7 +79,7 @@ def loop_responses(
     return answers
 
 
-def _system(linear: LinearLoop, into: str, out: str) -> Any:
+def _system(linear: LinearLoop, into: str, out: str) -> System:
     """The closed loop from one input to one output, of the states that lie between them."""
     return visible(linear.models.selected("LinearLoop.plot", "closed", (into,), (out,))).system()
 

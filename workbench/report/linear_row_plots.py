@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, known, one_of, refusal
+from workbench.core.validation.refusals import Array, Integers, known, one_of, refusal
 from workbench.core.validation.signatures import door
 from workbench.design.frequency import hinf_norm
 from workbench.design.linear_loop import LinearRows
@@ -19,7 +19,7 @@ from workbench.report.loop_pictures import Envelope, bode_envelope, envelope_fig
 from workbench.report.loop_pictures.pole_maps import grid_remarks, root_panel
 from workbench.report.picture import Picture, known_options
 from workbench.study.document.figure import Figure, Mark, Points, Series
-from workbench.study.document.frequency_curves import number
+from workbench.study.document.frequency_curves import Complex, number
 from workbench.study.document.gain_bounds import GainBound
 
 CALL = "LinearRows.plot"
@@ -36,7 +36,7 @@ class Worst(NamedTuple):
     name: str
 
 
-def draw_rows(rows: LinearRows, kind: str = "", **options: Any) -> Picture:
+def draw_rows(rows: LinearRows, kind: str = "", **options: object) -> Picture:
     """The picture of a kind of rows; by default a Bode plot, or of several channels the largest gain of S."""
     if not isinstance(rows, LinearRows):
         raise refusal(f"{CALL}(rows)", "one `LinearRows`", rows)
@@ -78,7 +78,11 @@ def sensitivity(rows: LinearRows, frequencies: Array | None = None, bounds: tupl
     above, worst = omega > 0, worst_row(rows, omega)
     sizes = _largest_gains(rows, omega)[:, above]
     figure = bode_envelope(
-        "sensitivity", "", Envelope(omega[above], sizes, worst.row, worst.name), rows.models.closed.period, bounds
+        "sensitivity",
+        "",
+        Envelope(omega[above], sizes.astype(complex), worst.row, worst.name),
+        rows.models.closed.period,
+        bounds,
     )
     panel = replace(figure.panels[0], ylabel="|S| [dB]" if len(rows.models.channels) == 1 else "largest gain of S [dB]")
     return Picture(replace(figure, panels=(panel,)))
@@ -94,7 +98,7 @@ def step(
     said = [f"Step of 1 at {names[0]}."]
     if lost:
         said.append(f"Not stable, and not drawn: {lost} row{'s' if lost > 1 else ''}.")
-    draws = Envelope(t, values, worst.row, worst.name)
+    draws = Envelope(t, values.astype(complex), worst.row, worst.name)
     return Picture(envelope_figure("step", " ".join(said), draws, "time [s]", names[1], names[2]))
 
 
@@ -189,7 +193,7 @@ def _cut_at(rows: LinearRows, at: str | None) -> CutModels:
     return alone(rows.models, names.index(at))
 
 
-def _some(values: Any) -> Any:
+def _some(values: Complex) -> Integers:
     """The places of rows of poles (N, nx) that are drawn: all, or some with the extremes of each part among them."""
     count = max(1, DRAWN // max(1, values.shape[1]))
     if len(values) <= count:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 
@@ -22,7 +21,8 @@ from workbench.report.loop_pictures import (
 from workbench.report.loop_pictures import pole_zero_map as pole_zero_figure
 from workbench.report.picture import Picture
 from workbench.report.response_figures import responses_figure
-from workbench.report.system_curves import curves_of, matrices_of, one_channel, roots_of
+from workbench.report.system_curves import Systems, curves_of, matrices_of, one_channel, roots_of
+from workbench.study.document.frequency_curves import Complex
 from workbench.study.document.gain_bounds import Disk, GainBound
 
 GAINS = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 800)])  # of a root locus
@@ -30,7 +30,7 @@ GAINS = np.concatenate([[0.0], np.geomspace(1e-3, 1e3, 800)])  # of a root locus
 
 @door
 def bode(
-    systems: Any,
+    systems: Systems,
     frequencies: Array | None = None,
     margins: bool | None = None,
     asymptotes: bool = False,
@@ -71,7 +71,7 @@ def bode(
 
 @door
 def nyquist(
-    systems: Any,
+    systems: Systems,
     frequencies: Array | None = None,
     margins: bool = True,
     reach: float | None = None,
@@ -102,7 +102,7 @@ def nyquist(
 
 
 @door
-def nichols(systems: Any, frequencies: Array | None = None, margins: bool = True) -> Picture:
+def nichols(systems: Systems, frequencies: Array | None = None, margins: bool = True) -> Picture:
     """The Nichols plot of a loop gain L with one channel, of a loop, of several by their names, or of a curve.
 
     Systems, frequencies and margins are as of `bode`.
@@ -123,7 +123,7 @@ def nichols(systems: Any, frequencies: Array | None = None, margins: bool = True
 
 
 @door
-def singular_values(systems: Any, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
+def singular_values(systems: Systems, frequencies: Array | None = None, bounds: tuple[GainBound, ...] = ()) -> Picture:
     """The singular values over frequency of a system with several channels, or of several systems by their names.
 
     Of a `LinearLoop` they are those of its loop gain L at all channels, and the caption has their disk margin.
@@ -145,7 +145,7 @@ def singular_values(systems: Any, frequencies: Array | None = None, bounds: tupl
 
 
 @door
-def pole_zero_map(systems: Any, grid: bool = True) -> Picture:
+def pole_zero_map(systems: Systems, grid: bool = True) -> Picture:
     """The poles and zeros of a system of python-control, or of several by their names, with lines of damping.
 
     Of a `LinearLoop` they are the poles of the closed loop.
@@ -167,8 +167,8 @@ def pole_zero_map(systems: Any, grid: bool = True) -> Picture:
 
 @door
 def root_locus(
-    system: Any,
-    over: Any = None,
+    system: Systems,
+    over: object = None,
     values: Array | None = None,
     marked: tuple[float, ...] = (),
     grid: bool = True,
@@ -217,14 +217,14 @@ def root_locus(
     return Picture(figure)
 
 
-def _gain_scale(poles: Any, zeros: Any, gain: float | None) -> float:
+def _gain_scale(poles: Complex, zeros: Complex, gain: float | None) -> float:
     """A gain at which the poles have moved by about their size."""
     size = float(np.abs(np.concatenate([poles, zeros])).max(initial=0.0)) or 1.0
     return size ** (len(poles) - len(zeros)) / (gain or 1.0) if gain else 1.0
 
 
 @door
-def step_response(systems: Any, until: float | None = None) -> Picture:
+def step_response(systems: Systems, until: float | None = None) -> Picture:
     """The step response of a system with one channel, of a loop, or of several by their names, and its figures.
 
     Of a `LinearLoop` it is that of what the loop follows to its reference, or else to a load. Rise time, overshoot and

@@ -16,7 +16,7 @@ DRAWERS |= {Trajectories: plot_runs, LinearLoop: draw_loops, LinearRows: draw_ro
 
 
 @door
-def plot(thing: Any, *names: str, **options: Any) -> Any:
+def plot(thing: object, *names: str, **options: object) -> Any:
     """The picture of an object, or of several of one class by their names, as the `.plot()` of the object makes it.
 
     Parameters

@@ -8,7 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import Any, Literal
+from typing import Literal
 
 import typst
 
@@ -44,7 +44,7 @@ ALONE = b"""#set page(width: auto, height: auto, margin: 0pt)
 #image(bytes(sys.inputs.svg), format: "svg")"""
 OTHER_SCRIPTS = "\u2e80"  # from here on the fonts of typst have no letters
 
-Tree = dict[str, Any]
+Tree = dict[str, object]
 
 
 def pdf(document: Document, drawings: dict[str, str] | None = None) -> bytes:
@@ -228,10 +228,10 @@ class _Writer:
                 continue
             piece = self._part(part)
             pieces.append(piece)
-            room -= len(piece["text"])
+            room -= len(str(piece["text"]))
             if room < 0:
                 if piece["kind"] != "math":
-                    piece["text"] = piece["text"][:room]
+                    piece["text"] = str(piece["text"])[:room]
                 return [*pieces, {"kind": "text", "text": REST}]
         return pieces
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from inspect import signature
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -73,7 +72,7 @@ class Picture:
         return place
 
 
-def known_options(call: str, made: Callable[..., Picture], options: Mapping[str, Any]) -> Mapping[str, Any]:
+def known_options(call: str, made: Callable[..., Picture], options: Mapping[str, object]) -> Mapping[str, object]:
     """The options of a picture; one that it does not have is refused by its name."""
     _, *allowed = signature(made).parameters
     for name in options:

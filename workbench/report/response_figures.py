@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
 from workbench.core.validation.refusals import refusal
 from workbench.design.linear.system_answers import lti, period_of, step_answers
@@ -12,7 +11,7 @@ from workbench.design.linear_loop import LinearLoop
 from workbench.report.linear_loop_curves import signal_units
 from workbench.report.linear_loop_responses import Names, loop_responses, time_response
 from workbench.report.loop_pictures import TimeResponse, impulse_figure, step_figure
-from workbench.report.system_curves import named, one_channel
+from workbench.report.system_curves import Systems, named, one_channel
 from workbench.study.document.figure import Figure
 from workbench.study.document.frequency_curves import captioned, joined
 from workbench.study.document.phrases import Phrase
@@ -20,7 +19,7 @@ from workbench.study.document.phrases import Phrase
 
 def responses_figure(
     name: str,
-    systems: Any,
+    systems: Systems,
     until: float | None,
     inputs: Names = None,
     outputs: Names = None,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 from workbench.core.validation.refusals import Array, refusal
+from workbench.design.control_system import System
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.linear.system_answers import lti, system_answers, system_roots, unstable_poles
 from workbench.design.linear_loop import LinearLoop
@@ -14,8 +15,14 @@ from workbench.report.linear_loop_curves import Curves, channel_curves, loop_mat
 from workbench.report.loop_pictures import FrequencyMatrix, PoleZeroSet
 from workbench.study.document.frequency_curves import Corners, FrequencyCurve
 
+if TYPE_CHECKING:
+    Drawable: TypeAlias = System | LinearLoop | FrequencyCurve
+    Systems: TypeAlias = Drawable | Mapping[str, Drawable]
+else:
+    Systems = object  # each picture refuses what it cannot draw, in its own words
 
-def named(systems: Any) -> list[tuple[str, Any]]:
+
+def named(systems: Systems) -> list[tuple[str, System]]:
     """The systems by their names; a single one has no name."""
     if isinstance(systems, Mapping):
         if not systems:
@@ -24,7 +31,7 @@ def named(systems: Any) -> list[tuple[str, Any]]:
     return [("", systems)]
 
 
-def one_channel(call: str, system: Any) -> Any:
+def one_channel(call: str, system: System) -> System:
     """A system with one input and one output; any other is refused."""
     if not system.issiso():
         raise ValueError(
@@ -35,7 +42,7 @@ def one_channel(call: str, system: Any) -> Any:
 
 
 def curves_of(
-    call: str, systems: Any, frequencies: Array | None, margins: bool | None, asymptotes: bool = False
+    call: str, systems: Systems, frequencies: Array | None, margins: bool | None, asymptotes: bool = False
 ) -> Curves:
     """The curves of systems with what is to be drawn beside them; by default loops alone have margins."""
     found = Curves([])
@@ -50,7 +57,7 @@ def curves_of(
 
 
 def _system_curves(
-    call: str, label: str, system: Any, frequencies: Array | None, margins: bool, asymptotes: bool
+    call: str, label: str, system: System, frequencies: Array | None, margins: bool, asymptotes: bool
 ) -> Curves:
     """The curve of a system, and the sentence that refuses its margins if it has none."""
     held = one_channel(call, lti(call, system))
@@ -63,7 +70,7 @@ def _system_curves(
     return Curves([curve], [f"No margins of {name}: {refused}"] if refused else [], [unstable_poles(roots)])
 
 
-def _margins(system: Any) -> tuple[StabilityMargins | None, str]:
+def _margins(system: System) -> tuple[StabilityMargins | None, str]:
     """The certified margins of a loop gain, or none and the sentence that refuses them."""
     try:
         return stability_margins(system), ""
@@ -71,7 +78,7 @@ def _margins(system: Any) -> tuple[StabilityMargins | None, str]:
         return None, str(refusal)
 
 
-def matrices_of(call: str, systems: Any, frequencies: Array | None) -> tuple[list[FrequencyMatrix], list[str]]:
+def matrices_of(call: str, systems: Systems, frequencies: Array | None) -> tuple[list[FrequencyMatrix], list[str]]:
     """The answers of systems with several channels, the loop gains of loops, and sentences on what is refused."""
     held, remarks = [], list[str]()
     for label, one in named(systems):
@@ -85,7 +92,7 @@ def matrices_of(call: str, systems: Any, frequencies: Array | None) -> tuple[lis
     return held, remarks
 
 
-def roots_of(call: str, systems: Any) -> list[PoleZeroSet]:
+def roots_of(call: str, systems: Systems) -> list[PoleZeroSet]:
     """The poles and zeros of systems, and the poles of closed loops."""
     held = []
     for label, one in named(systems):

@@ -7,7 +7,7 @@ import io
 import math
 import re
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from workbench.core.notation import latex, text
 from workbench.report.number_text import Padding, Printed, measured, paddings, printed
@@ -253,7 +253,7 @@ def _latex(phrase: Phrase) -> str:
     return "".join(_latex_part(part) for part in parts(phrase))
 
 
-def _latex_part(part: Any) -> str:
+def _latex_part(part: Part) -> str:
     match part:
         case str():
             return _escaped(part)

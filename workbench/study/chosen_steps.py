@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from typing import Any
 
 from workbench.engine.step_choice import Choice
 from workbench.study.definition_text import UnseenError
@@ -20,7 +19,7 @@ class ChosenSteps:
     def __init__(self, chunks: Iterable[Chunk] = ()) -> None:
         self.chunks = {chunk.name: chunk for chunk in chunks if chunk.name.startswith(f"{STEP}/")}
 
-    def choice(self, asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
+    def choice(self, asked: tuple[object, ...], choose: Callable[[], Choice]) -> Choice:
         """The step that was chosen for these values, or is chosen now; always as it is read from its record."""
         try:
             name = f"{STEP}/{Definitions().digest(*asked)[:32]}"
@@ -41,7 +40,7 @@ def kept_in(steps: ChosenSteps) -> Iterator[None]:
         _here.reset(mark)
 
 
-def choice_of(asked: tuple[Any, ...], choose: Callable[[], Choice]) -> Choice:
+def choice_of(asked: tuple[object, ...], choose: Callable[[], Choice]) -> Choice:
     """The step that was chosen for these values, from the records of this context, or else one that is chosen now."""
     steps = _here.get()
     return choose() if steps is None else steps.choice(asked, choose)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 from workbench.engine.arithmetic import signature
 from workbench.study import cost
@@ -23,6 +22,7 @@ from workbench.study.study import Study
 from workbench.study.sweep_runs import SweepRuns
 from workbench.study.tuning.search import compile_tuning
 from workbench.study.tuning_runs import TuningRuns
+from workbench.study.user_values import UserValue
 from workbench.study.work import compile_works
 from workbench.study.work_runs import LaterWorkRuns, WorkRuns
 
@@ -92,7 +92,7 @@ class CompiledStudy:
             results = part.complete(site, results)
         return plan.study, results
 
-    def resolved(self, found: Mapping[str, Any], ledger: Ledger) -> CompiledStudy:
+    def resolved(self, found: Mapping[str, UserValue], ledger: Ledger) -> CompiledStudy:
         """The study with the sweeps and cases that follow from tunings and works; their chosen steps are recorded."""
         study, (of_sweep, of_cases) = self.study.resolved(found), self.arithmetics
         if not (callable(self.study.sweeps) or callable(self.study.cases)):

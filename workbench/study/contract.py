@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, is_dataclass, replace
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -159,8 +159,9 @@ def again(first: int, last: int, halved: int | None) -> Integers:
 
 def count_of(sweep: Sweep) -> str | None:
     """The name by which the design of a sweep has its number of samples; None where it has none."""
-    held: Any = fields(sweep.design) if is_dataclass(sweep.design) else ()
-    counts = {field.name for field in held if isinstance(getattr(sweep.design, field.name), int)}
+    design: object = sweep.design
+    own = fields(design) if is_dataclass(design) else ()
+    counts = {field.name for field in own if isinstance(getattr(design, field.name), int)}
     return next((name for name in COUNTS if name in counts), None)  # the `base` of `OneAtATime` is a quantile
 
 

@@ -12,16 +12,16 @@ import functools
 import hashlib
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
 from decimal import Decimal
 from fractions import Fraction
 from pathlib import PurePath
-from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
-from typing import Any
+from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType, ModuleType
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core import Ode, Sampled, Step
 from workbench.core.fingerprints import fingerprint_of
@@ -57,7 +57,7 @@ class Reader:
         self.found, self.place = found, place
         self._open: set[int] = set()  # values that are being written
 
-    def text(self, value: Any) -> str:
+    def text(self, value: object) -> str:
         """A value as text; of a definition its name, as its content follows."""
         if isinstance(value, enum.Enum):
             return f"{self.text(type(value))}.{value.name}"
@@ -81,7 +81,7 @@ class Reader:
         finally:
             self._open.discard(id(value))
 
-    def _of_parts(self, value: Any) -> str:
+    def _of_parts(self, value: object) -> str:
         if isinstance(value, tuple | list | set | frozenset | Mapping):
             return self._of_container(value)
         if isinstance(value, ca.SX | ca.MX | ca.DM | ca.Function):
@@ -90,7 +90,7 @@ class Reader:
             return self._of_equation(value)
         return self._of_callable(value) or self._of_object(value)
 
-    def _of_array(self, value: Any, kind: str) -> str:
+    def _of_array(self, value: NDArray[np.generic], kind: str) -> str:
         if value.dtype.hasobject or np.ma.is_masked(value):
             raise self._unseen(
                 value, "an array that is masked in part" if np.ma.is_masked(value) else "an array of objects"
@@ -98,7 +98,7 @@ class Reader:
         data = np.ascontiguousarray(value).tobytes()
         return f"{kind} {value.dtype.str} {value.shape} {data.hex() if len(data) <= 16 else _sha(data)}"
 
-    def _of_container(self, value: Any) -> str:
+    def _of_container(self, value: Collection[object]) -> str:
         kind = type(value)
         name = kind.__name__ if kind in (tuple, list, dict, set, frozenset) else self.text(kind)
         if isinstance(value, Mapping):
@@ -106,7 +106,7 @@ class Reader:
         parts = [self.text(part) for part in value]
         return f"{name} {sorted(parts) if isinstance(value, set | frozenset) else parts}"
 
-    def _of_expression(self, value: Any) -> str:
+    def _of_expression(self, value: ca.SX | ca.MX | ca.DM | ca.Function) -> str:
         if isinstance(value, ca.DM):
             return f"DM {value.sparsity().get_triplet()} {self.text(np.array(value.nonzeros()))}"
         if isinstance(value, ca.Function):
@@ -120,7 +120,7 @@ class Reader:
         names = [symbol.name() for symbol in symbols]
         return f"SX {value.shape} {names} {fingerprint_of(b'', ca.Function('value', symbols, [value]))}"
 
-    def _of_equation(self, value: Any) -> str:
+    def _of_equation(self, value: Ode | Sampled | Step) -> str:
         numbers = [self.text(layout.default) for layout in (value.parameters, value.states)]
         if isinstance(value, Step):
             rule, names = value.rule, [layout.labels for layout in (value.parameters, value.states)]
@@ -130,7 +130,7 @@ class Reader:
         signals = (flow.inputs, flow.follows, flow.drives, flow.measures, flow.counts, flow.horizon)
         return f"{type(value).__name__} {value.name} {signals} {value.fingerprint} {numbers}"
 
-    def _of_callable(self, value: Any) -> str:
+    def _of_callable(self, value: object) -> str:
         """The text of whatever else can be called; empty if it cannot."""
         if isinstance(value, ModuleType):
             if _is_library(value.__name__):
@@ -158,7 +158,7 @@ class Reader:
             return repr(value)
         return ""
 
-    def _of_object(self, value: Any) -> str:
+    def _of_object(self, value: object) -> str:
         kind = type(value)
         if is_dataclass(value):
             held = {field.name: getattr(value, field.name) for field in fields(value)}
@@ -181,7 +181,7 @@ class Reader:
         cells = [self._of_cell(cell, lenient=True) for cell in definition.__closure__]  # a study's own may be in it
         return f"{_versioned(module)}: {definition.__code__.co_qualname} {cells}"
 
-    def _of_cell(self, cell: Any, lenient: bool = False) -> str:
+    def _of_cell(self, cell: CellType, lenient: bool = False) -> str:
         try:
             return self.text(cell.cell_contents)
         except UnseenError:
@@ -251,7 +251,7 @@ class Reader:
                 raise
             raise UnseenError(f"{error} It is reached by `{name}`.") from None
 
-    def _unseen(self, value: Any, kind: str) -> UnseenError:
+    def _unseen(self, value: object, kind: str) -> UnseenError:
         shown = object.__repr__(value) if isinstance(value, Mapping | list | tuple) else brief(value, SHOWN)
         return UnseenError(
             f"{self.place} uses {shown if len(shown) <= SHOWN else shown[: SHOWN - 3] + '...'}, {kind}, whose contents "
@@ -267,7 +267,7 @@ def _sha(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _is_cached(part: Any) -> bool:
+def _is_cached(part: object) -> bool:
     return isinstance(part, functools.cached_property)
 
 

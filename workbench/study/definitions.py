@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator
-from typing import Any
 
 import casadi as ca
 
@@ -19,7 +18,7 @@ class Definitions:
     def __init__(self) -> None:
         self._contents: dict[int, tuple[Definition, str, tuple[Definition, ...]]] = {}
 
-    def digest(self, *roots: Any) -> str:
+    def digest(self, *roots: object) -> str:
         """The digest of values and of all definitions that they call (64 hexadecimal digits).
 
         Raises

@@ -11,6 +11,7 @@ from queue import Empty, Queue, SimpleQueue
 from threading import Event, Lock, Thread
 from threading import enumerate as enumerate_threads
 from time import monotonic
+from types import ModuleType
 from typing import Any, Protocol
 
 import casadi as ca
@@ -173,11 +174,11 @@ def _gathered(client: Any, address: str, source: Source, tasks: Sequence[Task]) 
 
 
 @contextmanager
-def _client(distributed: Any, address: str, workers: int | None) -> Iterator[Any]:
+def _client(distributed: ModuleType, address: str, workers: int | None) -> Iterator[Any]:
     """A client of the cluster, which has at least one worker."""
     from distributed.comm.addressing import resolve_address
 
-    local: dict[str, Any] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
+    local: dict[str, object] = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 50}
     for name in ("distributed", "asyncio", *logging.root.manager.loggerDict):
         if name.partition(".")[0] in ("distributed", "asyncio"):  # each has a level of its own
             logging.getLogger(name).setLevel(logging.CRITICAL)  # a connection that ends is said in one sentence

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from workbench.engine.metrics.score import Column
 from workbench.study.contract import Run
 from workbench.study.sample import Sample
 from workbench.study.tuning import Tuned
+from workbench.study.user_values import UserValue
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -158,7 +159,7 @@ class Results:
     outcomes: tuple[Outcome, ...] = ()
     samples: tuple[Sample, ...] = ()
     tunings: tuple[Tuned, ...] = ()
-    works: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    works: Mapping[str, tuple[UserValue, ...]] = field(default_factory=dict)
 
     def __getitem__(self, key: tuple[str, str]) -> Outcome:
         if not (isinstance(key, tuple) and len(key) == 2 and all(isinstance(name, str) for name in key)):
@@ -179,7 +180,7 @@ class Results:
         return held[known(name, held, "tunings of this study")]
 
     @door
-    def work(self, name: str) -> tuple[Any, ...]:
+    def work(self, name: str) -> tuple[UserValue, ...]:
         """The answers of the work of that name, in the order of its items."""
         return self.works[known(name, self.works, "works of this study")]
 
@@ -190,7 +191,7 @@ class Results:
         return (*self.samples, *held)
 
     @property
-    def rows(self) -> list[dict[str, Any]]:
+    def rows(self) -> list[dict[str, object]]:
         """A row for each case, metric and signal: value, error, unit, and the time of divergence.
 
         If a case has a tolerance: that too, and whether the metric is within it.

@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypedDict
 
-from workbench.study.ledger.about import UNUSED, About, SweepAbout
+from workbench.study.ledger.about import UNUSED, About, SweepAbout, WorkAbout
 from workbench.study.ledger.store import Ledger, about_in
 from workbench.study.order import Order
 from workbench.study.outcome import Results
 
-# What a part tells of itself: fields of `About`, and `tunings` for the sweeps of tunings.
-Share = Mapping[str, Any]
+
+class Share(TypedDict, total=False):
+    """The description that a part gives of itself: fields of `About`, and `tunings` for the sweeps of tunings."""
+
+    tunings: tuple[SweepAbout, ...]
+    sweeps: tuple[SweepAbout, ...]
+    works: tuple[WorkAbout, ...]
+    more: bool
+    cases: SweepAbout | None
 
 
 class AbstractPart(ABC):
@@ -50,9 +56,12 @@ class Description:
 
     def update(self, *shares: Share) -> None:
         """Let shares replace what is described in their fields."""
-        fields = {name: value for share in shares for name, value in share.items()}
-        self._tunings, self._sweeps = fields.pop("tunings", self._tunings), fields.pop("sweeps", self._sweeps)
-        self._about = replace(self._about, **fields)
+        for share in shares:
+            self._tunings = share.get("tunings", self._tunings)
+            self._sweeps = share.get("sweeps", self._sweeps)
+            about = self._about
+            works, more = share.get("works", about.works), share.get("more", about.more)
+            self._about = replace(about, works=works, more=more, cases=share.get("cases", about.cases))
 
     def write(self) -> None:
         """Write the record, if the ledger holds another one."""

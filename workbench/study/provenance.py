@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from workbench.core.validation.refusals import Array, as_array, described, finit
 from workbench.core.validation.signatures import door
 from workbench.study.document.document import Column, Phrase, Table
 from workbench.study.document.phrases import raised
+from workbench.study.user_values import UserValue
 
 Mark = Literal["stated", "derived", "assumed"]
 
@@ -22,7 +23,7 @@ class Given:
     """A number or a named choice with its origin; the range of an assumed number is where it could as well lie."""
 
     name: str
-    value: Any
+    value: UserValue
     unit: str
     mark: Mark
     source: str  # where it stands, what it follows from, or why it is assumed
@@ -51,19 +52,19 @@ class Given:
             )
 
 
-def stated(name: str, value: Any, unit: str, where: str, shown: Phrase = "") -> Given:
+def stated(name: str, value: UserValue, unit: str, where: str, shown: Phrase = "") -> Given:
     """A number that the paper prints, with section or equation."""
     return Given(name, value, unit, "stated", where, shown=shown)
 
 
-def derived(name: str, value: Any, unit: str, how: str, shown: Phrase = "") -> Given:
+def derived(name: str, value: UserValue, unit: str, how: str, shown: Phrase = "") -> Given:
     """A number that follows from other ones."""
     return Given(name, value, unit, "derived", how, shown=shown)
 
 
 def assumed(
     name: str,
-    value: Any,
+    value: UserValue,
     unit: str,
     why: str,
     low: float | None = None,
@@ -89,7 +90,7 @@ class Card:
     def __iter__(self) -> Iterator[Given]:
         return iter(self.entries)
 
-    def __getitem__(self, name: str) -> Any:
+    def __getitem__(self, name: str) -> UserValue:
         values = {given.name: given.value for given in self.entries}
         return values[known(name, values, "numbers on this card")]
 
@@ -112,7 +113,7 @@ class Card:
         return Table(name, caption, columns, rows)
 
 
-def written(value: Any) -> str:
+def written(value: UserValue) -> str:
     """A value as a person writes it down: diag(6, 6), (0.5, 0.4), 0.01."""
     if isinstance(value, str):
         return value

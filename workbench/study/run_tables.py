@@ -7,7 +7,7 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def to_csv(sample: Sample) -> bytes:
     return out.getvalue()
 
 
-def cases_to_csv(rows: Sequence[Mapping[str, Any]]) -> bytes:
+def cases_to_csv(rows: Sequence[Mapping[str, object]]) -> bytes:
     """The values of single cases after RFC 4180, one row a metric and signal; missing values are empty."""
     out = io.StringIO()
     writer = csv.writer(out)
@@ -124,7 +124,7 @@ def write_cases(folder: Path, form: str, table: Chunk | None = None) -> Path:
     return file
 
 
-def _rows_of(table: Chunk) -> list[dict[str, Any]]:
+def _rows_of(table: Chunk) -> list[dict[str, object]]:
     rows = table.content.get("rows")
     if not (isinstance(rows, list) and all(isinstance(row, dict) and row.keys() == rows[0].keys() for row in rows)):
         raise LedgerError(f"The record '{table.name}' is no table of cases: `workbench run` writes it again.")
@@ -140,15 +140,15 @@ def _to_parquet(frame: pd.DataFrame) -> bytes:
         ) from error
 
 
-def _to_mat(held: Mapping[str, Any]) -> bytes:
+def _to_mat(held: Mapping[str, object]) -> bytes:
     from scipy.io import savemat
 
-    out: Any = io.BytesIO()
-    savemat(out, dict(held), oned_as="column")
+    out = io.BytesIO()
+    savemat(out, dict(held), oned_as="column")  # type: ignore[arg-type]  # its stubs know paths alone
     return bytes(out.getvalue())
 
 
-def _arrays(sample: Sample) -> dict[str, Any]:
+def _arrays(sample: Sample) -> dict[str, object]:
     """Arrays as `Measurement` has them, and the names of their columns beside them."""
     found = sample.measurement
     labels = [f"{head} [{one.unit}]" for head, one in zip(found.heads, found.columns, strict=True)]
@@ -193,7 +193,7 @@ def _written(value: float) -> str:
 def table_of(sample: Sample) -> Chunk:
     """The sample as a record, which can be read without its study."""
     found = sample.measurement
-    words: dict[str, Any] = {name: getattr(sample, name) for name in WORDS}
+    words: dict[str, object] = {name: getattr(sample, name) for name in WORDS}
     words |= {"columns": found.columns, "h": found.h, "tolerance": found.tolerance}
     words |= {"choice": None if found.choice is None else found.choice.record}
     words |= {"unseen": found.unseen}
@@ -214,7 +214,7 @@ def sample_of(table: Chunk) -> Sample:
         shapes = ((times,), (runs, times, len(columns)), (runs,), (m,), (m, times, len(columns)), (m,), (m,))
         if tuple(arrays[name].shape for name in ARRAYS) != shapes or drawn.shape != (runs, len(factors)):
             raise ValueError(table.name)
-        looked_at = arrays.pop("looked_at")
+        looked_at = arrays["looked_at"]
         if not ((looked_at >= 0) & (looked_at < runs)).all():
             raise ValueError(table.name)
         found = Measurement(
@@ -224,7 +224,12 @@ def sample_of(table: Chunk) -> Sample:
             tolerance=None if words["tolerance"] is None else float(words["tolerance"]),
             choice=None if words["choice"] is None else Choice.read(words["choice"]),
             unseen=tuple(map(str, words["unseen"])),
-            **arrays,
+            t=arrays["t"],
+            values=arrays["values"],
+            diverged_at=arrays["diverged_at"],
+            errors=arrays["errors"],
+            half_diverged_at=arrays["half_diverged_at"],
+            limits=arrays["limits"],
         )
         rounding = str(words["arithmetic"])
         return Sample(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 from workbench.core.equations import answer
 from workbench.core.validation.refusals import seed, several, whole
@@ -17,6 +16,7 @@ from workbench.study.outcome import Case as Case
 from workbench.study.outcome import Outcome as Outcome
 from workbench.study.outcome import Results as Results
 from workbench.study.tuning import Tuning
+from workbench.study.user_values import UserValue
 from workbench.study.work import Work
 
 ENDS = ("", "_half")  # of the names of the two sweeps that each trial of a tuning becomes
@@ -65,11 +65,11 @@ class Study:
     method: str
     sections: Callable[[Results], Sequence[Section] | Page]
     headlines: Callable[[Results], Sequence[str]] = field(default=lambda results: ())
-    cases: tuple[Case, ...] | Callable[[Mapping[str, Any]], tuple[Case, ...]] = ()
+    cases: tuple[Case, ...] | Callable[[Mapping[str, UserValue]], tuple[Case, ...]] = ()
     fingerprints: Mapping[str, str] = field(default_factory=dict)
     measures_time: bool = False
     seed: int | None = None
-    sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, Any]], tuple[Sweep, ...]] = ()
+    sweeps: tuple[Sweep, ...] | Callable[[Mapping[str, UserValue]], tuple[Sweep, ...]] = ()
     tunings: tuple[Tuning, ...] = ()
     live: tuple[Knob, ...] | None = ()
     works: tuple[Work, ...] | Callable[[Results], tuple[Work, ...]] = ()
@@ -102,7 +102,7 @@ class Study:
             raise ValueError(f"`Study({part}=...)` needs distinct {part}; {sorted(twice)} came more than once.")
 
     @door
-    def resolved(self, tuned: Mapping[str, Any]) -> Study:
+    def resolved(self, tuned: Mapping[str, UserValue]) -> Study:
         """The study with the cases and sweeps that follow from its tunings and works.
 
         Parameters
@@ -110,12 +110,14 @@ class Study:
         tuned
             By name, what each tuning found, a `Tuned`, and the answers of each work that came first, a tuple.
         """
-        made: dict[str, Any] = {}
-        for part, kind in (("cases", Case), ("sweeps", Sweep)):
-            if callable(make := getattr(self, part)):
-                call = f"Study({part}=...)(tuned)"
-                made[part] = several(call, answer(call, make, tuned), kind)
-        return replace(self, **made)
+        cases, sweeps = self.cases, self.sweeps
+        if callable(cases):
+            call = "Study(cases=...)(tuned)"
+            cases = several(call, answer(call, cases, tuned), Case)
+        if callable(sweeps):
+            call = "Study(sweeps=...)(tuned)"
+            sweeps = several(call, answer(call, sweeps, tuned), Sweep)
+        return replace(self, cases=cases, sweeps=sweeps)
 
     @door
     def works_from(self, results: Results) -> tuple[Work, ...]:

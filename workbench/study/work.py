@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import typing
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from types import FunctionType
-from typing import Any, get_origin, get_type_hints
+from typing import get_origin, get_type_hints
 
 from workbench.core.validation.notebook_display import brief
 from workbench.core.validation.refusals import positive, raised, refusal
@@ -16,6 +17,7 @@ from workbench.study.definitions import Definitions
 from workbench.study.document.phrases import check_name
 from workbench.study.ledger.answers import AnswerError, answer_of, chunk_of_answer, classes_of
 from workbench.study.ledger.chunk import Chunk
+from workbench.study.user_values import UserValue
 
 GUESS = 2.0  # s for an item of a work that states no time
 LONGEST = 1e9  # s of an item
@@ -65,9 +67,9 @@ class Work:
     """
 
     name: str
-    function: Callable[[Any], Any]
-    over: tuple[Any, ...]
-    answer: Any = None
+    function: Callable[[UserValue], UserValue]
+    over: tuple[UserValue, ...]
+    answer: object = None
     seconds: float | None = None
 
     def __post_init__(self) -> None:
@@ -85,7 +87,9 @@ class Work:
             call = f"Work({self.name!r}, seconds=...)"
             if positive(call, self.seconds) > LONGEST:
                 raise refusal(call, f"at most {LONGEST:g} s, thirty years", self.seconds)
-        if not (self.answer is None or self.answer is Any or isinstance(self.answer, type) or get_origin(self.answer)):
+        if not (
+            self.answer is None or self.answer is typing.Any or isinstance(self.answer, type) or get_origin(self.answer)
+        ):
             raise refusal(f"Work({self.name!r}, answer=...)", "a type or a type hint, as `float` is", self.answer)
         _ = self.classes
 
@@ -153,7 +157,7 @@ class CompiledWork:
             why = f"its answer raised {raised(error).removesuffix('.')}"
             raise WorkError(f"The work '{work.name}' must give plain data, and at {item_text(item)} {why}.") from error
 
-    def answers(self, read: Callable[[str], Chunk]) -> tuple[Any, ...]:
+    def answers(self, read: Callable[[str], Chunk]) -> tuple[UserValue, ...]:
         """The answers, from the records that `read` returns by their names."""
         return tuple(answer_of(read(name), self.work.classes) for name in self.names)
 
@@ -189,6 +193,6 @@ def compile_work(work: Work, definitions: Definitions | None = None) -> Compiled
     return CompiledWork(work, tuple(names))
 
 
-def item_text(item: Any) -> str:
+def item_text(item: object) -> str:
     """An item in a message."""
     return brief(item, SHOWN)

@@ -8,7 +8,6 @@ from contextlib import nullcontext
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from workbench import __version__
 from workbench.core.equations import answer
@@ -77,7 +76,7 @@ def _page(study: Study, results: Results) -> Page:
     return Page("", (), several("Study(sections=...)(results)", given, Section))
 
 
-def _called(study: Study, part: str, results: Results) -> Any:
+def _called(study: Study, part: str, results: Results) -> object:
     """The return value of a function of the study for the results; an iterable other than text becomes a tuple.
 
     Nothing is simulated for it, unless the study measures time.

@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array
 from workbench.study.document.figure import Series
-from workbench.study.document.frequency_curves import Corners, FrequencyCurve
+from workbench.study.document.frequency_curves import Complexes, Corners, FrequencyCurve
 
 ORIGIN = 1e-9  # of the size of the largest root: one that is nearer to zero lies there
 DENSE = 400  # frequencies of a line of phases
@@ -62,7 +62,7 @@ def _turn(root: complex, omega: Array) -> Array:
     return np.asarray(90.0 * share * (-1.0 if root.real > 0 else 1.0))
 
 
-def _rooted(roots: Array, corners: Corners) -> Array:
+def _rooted(roots: Complexes, corners: Corners) -> Array:
     """The roots, with those that are zero as far as rounding can tell at zero."""
     largest = float(np.abs(np.concatenate([corners.poles, corners.zeros])).max(initial=0.0))
     return np.where(np.abs(roots) > ORIGIN * largest, roots, 0)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, numbers, refusal
 from workbench.core.validation.signatures import door
@@ -13,6 +13,7 @@ from workbench.design.frequency.frequency_axis import phases
 from workbench.report.loop_pictures.bode_pictures import DECIBELS, DEEPEST, DEGREES, FREQUENCY, limits_of, nyquist_lines
 from workbench.study.document.figure import Band, Figure, Label, Mark, Panel, Series
 from workbench.study.document.frequency_curves import (
+    Complexes,
     FrequencyCurve,
     captioned,
     complexes,
@@ -37,7 +38,7 @@ class Envelope:
     """
 
     x: Array
-    rows: Any
+    rows: Complexes
     worst: int | None = None
     worst_name: str = ""
 
@@ -55,7 +56,7 @@ class Envelope:
         object.__setattr__(self, "rows", rows)
 
     @property
-    def sound(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def sound(self) -> NDArray[np.bool_]:
         """True for the draws without a NaN."""
         return np.asarray(np.isfinite(self.rows).all(axis=1))
 

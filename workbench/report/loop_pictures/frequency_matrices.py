@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal
 from workbench.core.validation.signatures import door
 from workbench.study.document.figure import Label
-from workbench.study.document.frequency_curves import Complex, FrequencyCurve, complexes, number, rising
+from workbench.study.document.frequency_curves import Complex, Complexes, FrequencyCurve, complexes, number, rising
 from workbench.study.document.phrases import Phrase
 
 
@@ -26,7 +26,7 @@ class FrequencyMatrix:
 
     label: Label
     frequencies: Array
-    values: Any
+    values: Complexes
     inputs: tuple[str, ...] = ()
     outputs: tuple[str, ...] = ()
     period: float | None = None
@@ -47,7 +47,7 @@ class FrequencyMatrix:
         object.__setattr__(self, "values", values)
 
     @property
-    def known(self) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def known(self) -> NDArray[np.bool_]:
         """True at the frequencies at which all channels have an answer."""
         return np.asarray(np.isfinite(self.values).all(axis=(1, 2)))
 

@@ -94,7 +94,9 @@ def plane_reach(call: str, curves: Sequence[FrequencyCurve], reach: float | None
     if reach is not None:
         return positive(f"{call}(reach=...)", reach)
     sizes = [float(np.nanmax(np.abs(one.values))) for one in curves]
-    least = max(LEAST * abs(point), *(1.3 * cut for one in curves for cut in _cuts(one.values)), 0.0)
+    least = max(
+        LEAST * abs(point), *(1.3 * cut for one in curves for cut in _cuts(np.asarray(one.values, dtype=complex))), 0.0
+    )
     return max(sizes) if max(sizes) <= WHOLE * least else least
 
 
@@ -121,7 +123,7 @@ def plane_marks(curves: Sequence[FrequencyCurve], plane: Plane, mirrored: bool) 
 
 def _pieces(one: FrequencyCurve, label: Label, plane: Plane, style: Style, way: float = 1.0) -> list[Mark]:
     """The stretches of a curve, or of its mirror image, that are near enough, and the arrowheads on each of them."""
-    values = one.values if way > 0 else one.values.conj()
+    values = np.asarray(one.values if way > 0 else one.values.conj(), dtype=complex)
     far = np.abs(values) > BEYOND * plane.reach
     if (shown := one.sources("imaginary part", "real part", way)) is not None:
         held = Series(label, np.where(far, 0.0, values.real), np.where(far, np.nan, values.imag), style, sources=shown)

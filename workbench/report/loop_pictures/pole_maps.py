@@ -5,14 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from workbench.core.validation.refusals import Array, refusal, seconds
 from workbench.core.validation.signatures import door
 from workbench.study.document.figure import STYLES, Figure, Guides, Label, Mark, Panel, Points, Series, Style
-from workbench.study.document.frequency_curves import Complex, captioned, complexes, number
+from workbench.study.document.frequency_curves import Complex, Complexes, captioned, complexes, number
 from workbench.study.document.phrases import Cell, Column, Phrase, Table
 from workbench.study.document.source import Source
 
@@ -35,8 +34,8 @@ class PoleZeroSet:
     """
 
     label: Label
-    poles: Any
-    zeros: Any = ()
+    poles: Complexes
+    zeros: Complexes = ()  # type: ignore[assignment]  # an array cannot be a default
     period: float | None = None
     names: tuple[Label, ...] = ()
     style: Style | None = None

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from workbench.core.validation.refusals import Array, numbers, positive, refusal
 from workbench.core.validation.signatures import door
 from workbench.report.loop_pictures.pole_maps import grid_remarks, root_panel
 from workbench.study.document.figure import Arrows, Figure, Label, Mark, Points, Series
-from workbench.study.document.frequency_curves import Complex, captioned, complexes, joined, number
+from workbench.study.document.frequency_curves import Complex, Complexes, captioned, complexes, joined, number
 from workbench.study.document.phrases import Cell, Column, Phrase, Table, raised
 
 NAMED = 4  # crossings with a name
@@ -25,10 +24,10 @@ def root_locus_figure(
     caption: Phrase,
     parameter: Label,
     values: Array,
-    poles: Any,
+    poles: Complexes,
     unit: str = "",
     marked: Sequence[float] = (),
-    zeros: Any = (),
+    zeros: Complexes = (),  # type: ignore[assignment]
     period: float | None = None,
     reach: float | None = None,
     grid: bool = True,

@@ -132,7 +132,7 @@ def _sensitivities(name: str, outcome: Outcome, gain: LoopGain) -> Figure:
 
 
 def _gains(curves: Sequence[FrequencyCurve], marks: Sequence[Series]) -> Panel:
-    limits = limits_of([decibels(one.values) for one in curves], [0.0], DEEPEST)
+    limits = limits_of([decibels(np.asarray(one.values, dtype=complex)) for one in curves], [0.0], DEEPEST)
     return Panel(
         "magnitude [dB]",
         tuple(marks),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array
 from workbench.design.frequency import StabilityMargins
@@ -15,7 +15,7 @@ from workbench.report.live.linear_data import baseline_of, grid
 from workbench.study.document.source import Source
 from workbench.study.outcome import Outcome
 
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+Complex = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)

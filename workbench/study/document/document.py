@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 from workbench.core.notation.formula import Formula
 from workbench.core.validation.refusals import known, refusal
@@ -225,8 +225,8 @@ class Document:
         return f"<Document {self.title!r} of {len(self.sections)} sections>"
 
     def __post_init__(self) -> None:
-        for part in fields(self):
-            object.__setattr__(self, part.name, _cleaned(getattr(self, part.name)))
+        for name in [one.name for one in fields(self)]:
+            object.__setattr__(self, name, _cleaned(getattr(self, name)))
         blocks = (b for b in self.blocks if isinstance(b, Table | Figure | Equation) and b.name)
         names = [block.name for block in (*self.findings, *blocks)]
         if twice := sorted(name for name, count in Counter(names).items() if count > 1):
@@ -251,7 +251,7 @@ class Document:
         return tuple(block for block in self.blocks if isinstance(block, Figure))
 
 
-def _walk(held: Any) -> Iterator[Any]:
+def _walk(held: object) -> Iterator[object]:
     """Every part of a document, depth first."""
     yield held
     if isinstance(held, tuple):
@@ -262,7 +262,7 @@ def _walk(held: Any) -> Iterator[Any]:
         yield from _walk(item)
 
 
-def _cleaned(held: Any) -> Any:
+def _cleaned(held: object) -> object:
     """A part of a document whose texts are clean; the very same object where all were, as is a source, an address."""
     if isinstance(held, Source):
         return held

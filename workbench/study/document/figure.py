@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import ClassVar, Literal, TypeAlias
 
 import numpy as np
 
 from workbench.core.validation.refusals import Array, as_objects, described, refusal
 from workbench.core.validation.signatures import door
 from workbench.study.document.figure_checks import check_aspect, check_cut, check_sources, check_steps, check_width
-from workbench.study.document.mark_fields import STYLES, Label, Spans, Style, store
+from workbench.study.document.mark_fields import STYLES, Flags, Label, Spans, Style, store
 from workbench.study.document.phrases import Phrase, Table, check_name
 from workbench.study.document.plane_marks import Area, Arrows, Guides
 from workbench.study.document.source import Source
@@ -172,9 +172,9 @@ class Tiles:
     label: Label
     texts: tuple[tuple[tuple[str, ...], ...], ...]
     shades: Array
-    framed: Any = False
-    marked: Any = False
-    hatched: Any = False
+    framed: Flags = False
+    marked: Flags = False
+    hatched: Flags = False
     keys: tuple[Tiles, ...] = ()
 
     style: ClassVar[Style] = 0

@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.validation.refusals import Array, refusal, seconds
 from workbench.core.validation.signatures import door
@@ -18,7 +19,11 @@ from workbench.study.document.figure import STYLES, Label, Style
 from workbench.study.document.phrases import Phrase
 from workbench.study.document.source import Source
 
-Complex = np.ndarray[Any, np.dtype[np.complex128]]
+Complex = NDArray[np.complex128]
+if TYPE_CHECKING:
+    Complexes: TypeAlias = Complex | Array
+else:
+    Complexes = object  # any numbers, which the field's class makes into an array: it names the place that is wrong
 DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction of a turn is not certain
 
 
@@ -27,8 +32,8 @@ DOUBTFUL = 120.0  # degrees between two frequencies, beyond which the direction 
 class Corners:
     """The poles (n,) and zeros (m,) of G(s) = gain (s - z1) ... / (s - p1) ..., of which asymptotes are made."""
 
-    poles: Any
-    zeros: Any
+    poles: Complexes
+    zeros: Complexes
     gain: float
 
     def __post_init__(self) -> None:
@@ -61,7 +66,7 @@ class FrequencyCurve:
 
     label: Label
     frequencies: Array
-    values: Any
+    values: Complexes
     period: float | None = None
     unit: str = ""
     margins: StabilityMargins | None = None
@@ -86,7 +91,7 @@ class FrequencyCurve:
     def logarithmic(self) -> tuple[Array, Complex]:
         """The frequencies above zero, which have a logarithm, and the answers there."""
         above = self.frequencies > 0
-        return self.frequencies[above], self.values[above]
+        return self.frequencies[above], np.asarray(self.values[above], dtype=complex)
 
     @door
     def sources(self, up: str, across: str = "frequency", scale: float = 1.0) -> tuple[Source, Source] | None:
@@ -106,7 +111,7 @@ def rising(call: str, frequencies: Array, period: float | None) -> Array:
     return omega
 
 
-def complexes(call: str, value: Any, ndim: int, gaps: bool = False, infinite: bool = False) -> Complex:
+def complexes(call: str, value: object, ndim: int, gaps: bool = False, infinite: bool = False) -> Complex:
     """Complex numbers on `ndim` axes, finite but for NaN where `gaps` are allowed; `infinite` ones become gaps."""
     must = f"complex numbers on {ndim} {'axis' if ndim == 1 else 'axes'}{', NaN for a gap' if gaps else ', finite'}"
     try:
@@ -208,7 +213,7 @@ def joined(parts: Sequence[Phrase]) -> str:
     return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
-def breaks(inside: np.ndarray[Any, np.dtype[np.bool_]]) -> list[tuple[int, int]]:
+def breaks(inside: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """The first place of each stretch of True, and the place behind its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], np.asarray(inside, dtype=int), [0]])))
     return list(pairwise(edges.tolist()))[::2]

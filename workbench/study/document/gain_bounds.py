@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Literal, TypeAlias
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from workbench.study.document.frequency_curves import Complex, decibels, rising
 
 FAR = 1000.0  # decibels beyond all pictures
 TURN = np.linspace(0, 2 * np.pi, 181)[:-1]
+
+if TYPE_CHECKING:
+    Point: TypeAlias = complex
+else:
+    Point = object  # any number, real ones too, which `Disk` makes complex
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,7 +58,7 @@ class Disk:
     """A disk of the plane of a loop gain that its curve must not enter, by its centre and its radius."""
 
     label: Label
-    centre: Any
+    centre: Point
     radius: float
 
     def __post_init__(self) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Literal, Protocol, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core.notation.formula import Formula
 from workbench.core.validation.refusals import Array, described
@@ -12,11 +13,29 @@ from workbench.core.validation.refusals import Array, described
 Label: TypeAlias = str | Formula | tuple[str | Formula, ...]
 Style: TypeAlias = int | Literal["reference", "bound", "aid"]
 Spans: TypeAlias = tuple[tuple[Array, ...], tuple[Array, ...]]  # all numbers along the abscissa, and along the ordinate
+if TYPE_CHECKING:
+    Flags: TypeAlias = NDArray[np.bool_] | bool
+else:
+    Flags = object  # whatever NumPy makes into truths: the field's class refuses the rest
 
 STYLES = 12
 
 
-def store(mark: Any, names: tuple[str, ...], gaps: tuple[str, ...] = (), intervals: tuple[str, ...] = ()) -> None:
+class AbstractMark(Protocol):
+    """A mark with a label and a style, and fields by their names."""
+
+    @property
+    def label(self) -> Label:
+        """The label, in the legend."""
+
+    @property
+    def style(self) -> Style:
+        """The look."""
+
+
+def store(
+    mark: AbstractMark, names: tuple[str, ...], gaps: tuple[str, ...] = (), intervals: tuple[str, ...] = ()
+) -> None:
     """Copy fields to read-only arrays (N,), finite but for NaN in `gaps`; of `intervals` any numbers, or NaN."""
     call = f"{type(mark).__name__}({described(mark.label)})"
     if mark.style not in (*range(STYLES), "reference", "bound", "aid"):

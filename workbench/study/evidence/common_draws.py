@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -77,14 +76,14 @@ class Paired:
 
 @door
 def paired(
-    values: Mapping[str, Any],
+    values: Mapping[str, object],
     *,
     metric: str,
     unit: str = "",
     errors: Mapping[str, float] | None = None,
     note: str = "",
     samples: Mapping[str, Sample] | None = None,
-    repeated: Mapping[str, Any] | None = None,
+    repeated: Mapping[str, object] | None = None,
 ) -> Paired:
     """The values of one metric, of which less is better, by law.
 
@@ -148,7 +147,7 @@ def _errors(given: Mapping[str, float], columns: Mapping[str, Array]) -> Array:
     return found
 
 
-def _repeated(given: Mapping[str, Any], columns: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
+def _repeated(given: Mapping[str, object], columns: Mapping[str, Array], shape: tuple[int, ...]) -> Array:
     """The errors (N, L) of the runs that were run again."""
     if set(given) != set(columns):
         raise ValueError(
@@ -198,7 +197,7 @@ def same_draws(samples: Mapping[str, Sample]) -> str:
     return f"{runs}{seed}; {step}, and half of it in {again:,} runs{beyond}."
 
 
-def _column(law: str, given: Any) -> Array:
+def _column(law: str, given: object) -> Array:
     column = as_outputs(given)
     if column is None or column.ndim != 1 or np.isneginf(column).any():
         raise ValueError(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 
@@ -109,8 +109,11 @@ def judge(
     words = [one.words for one in estimands]
     if len(set(words)) < len(words):
         raise ValueError(f"`judge(asked, others)` must be different estimands; got {', '.join(words)}.")
-    how: dict[str, Any] = {"confidence": confidence, "margin": margin, "resamples": resamples, "seed": seed}
-    return Judgement({one.words: compare(paired, one, **how) for one in estimands})
+    found = {
+        one.words: compare(paired, one, confidence=confidence, margin=margin, resamples=resamples, seed=seed)
+        for one in estimands
+    }
+    return Judgement(found)
 
 
 def figures(one: Comparison, law: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TypeVar
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from workbench.core.validation.signatures import answer, door
 from workbench.engine.metrics import AbstractMetric, measure
 from workbench.study.evidence.threshold import Between, Threshold, search
 
+T = TypeVar("T")
 ROUNDING = 1e-9  # of a count of steps
 
 
@@ -55,7 +56,7 @@ class LoopLimits:
 
     loop: Callable[[float], Loop | Ode | Sampled]
     metrics: Callable[[float], Sequence[AbstractMetric]]
-    limits: Mapping[str, Any]
+    limits: Mapping[str, float | Array]
     until: float
     longest_step: float
     seed: int = 0
@@ -91,7 +92,8 @@ class LoopLimits:
         until = span * max(round(self.until / span), 1)
         found = measure(equation, metrics, until=until, every=until, h=h, seed=self.seed)
         shares, errors = {}, {}
-        for name, limit in self.limits.items():
+        for name, given in self.limits.items():
+            limit = np.asarray(given)
             value, error = np.array([one.pair for one in found.scores_of(name)]).T
             if limit.shape not in ((), value.shape):
                 must = f"one number, or {len(value)}, as '{name}' has"
@@ -101,9 +103,10 @@ class LoopLimits:
         return LoopTrial(shares, errors)
 
 
-def _given(call: str, must: str, function: Callable[[float], Any], setting: float) -> Any:
+def _given(call: str, must: str, function: Callable[[float], T], setting: float) -> T:
     """The result of a function of the user's own at a setting; its refusals pass."""
-    return answer(f"{call}({setting:g})", must, lambda: function(setting), lambda given: given, refuses=True)
+    given: T = answer(f"{call}({setting:g})", must, lambda: function(setting), lambda given: given, refuses=True)
+    return given
 
 
 @dataclass(frozen=True, eq=False)

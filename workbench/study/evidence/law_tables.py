@@ -6,7 +6,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from string import ascii_uppercase
-from typing import Any
 
 from workbench.core import Roles, grouped
 from workbench.core.validation.refusals import described, finite, known, nearest, refusal, whole
@@ -193,7 +192,7 @@ def ranking(published: Published, outcomes: Mapping[str, Outcome], margin: float
 
 @door
 def information_table(
-    name: str, caption: Phrase, loops: Mapping[str, Any], tuned: Mapping[str, int] | None = None
+    name: str, caption: Phrase, loops: Mapping[str, object], tuned: Mapping[str, int] | None = None
 ) -> Table:
     """A row a law: how positions and velocities reach it, its model, its estimate of the disturbance, its states.
 
@@ -222,7 +221,7 @@ def information_table(
     return Table(name, caption, tuple(heads), tuple(rows), notes)
 
 
-def _roles_of(law: str, given: Any) -> Roles:
+def _roles_of(law: str, given: object) -> Roles:
     """The roles of a loop, or of an object with that loop as its `loop`."""
     held = given if isinstance(given, Roles) else getattr(getattr(given, "loop", given), "roles", None)
     if not isinstance(held, Roles):

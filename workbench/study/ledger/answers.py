@@ -9,11 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
-from typing import Any, get_args, get_type_hints
+from typing import get_args, get_type_hints
 
 import numpy as np
+from numpy.typing import NDArray
 
-from workbench.core.validation.refusals import a
+from workbench.core.validation.refusals import Array, a
 from workbench.study.ledger.chunk import Chunk, chunk_of
 
 NUMBERS = "fiucb"  # the kinds of arrays
@@ -26,7 +27,7 @@ class AnswerError(ValueError):
     """The error of an answer that is no plain data, with its place."""
 
 
-def classes_of(hint: Any) -> dict[str, type]:
+def classes_of(hint: object) -> dict[str, type]:
     """The frozen dataclasses and named tuples in a type hint and in the hints of their fields, by their names.
 
     Raises
@@ -41,7 +42,7 @@ def classes_of(hint: Any) -> dict[str, type]:
     return found
 
 
-def _classes_in(hint: Any, seen: set[Any]) -> Iterator[type]:
+def _classes_in(hint: object, seen: set[object]) -> Iterator[type]:
     for part in get_args(hint):
         yield from _classes_in(part, seen)
     if isinstance(hint, type) and (is_dataclass(hint) or _is_named_tuple(hint)) and hint not in seen:
@@ -55,7 +56,7 @@ def _classes_in(hint: Any, seen: set[Any]) -> Iterator[type]:
             yield from _classes_in(part, seen)
 
 
-def chunk_of_answer(name: str, item: str, answer: Any, classes: Classes) -> Chunk:
+def chunk_of_answer(name: str, item: str, answer: object, classes: Classes) -> Chunk:
     """An answer as a chunk, with its item in words.
 
     Raises
@@ -64,12 +65,12 @@ def chunk_of_answer(name: str, item: str, answer: Any, classes: Classes) -> Chun
         If it is not plain data, or holds a class that is not in `classes`.
     """
     _refuse_deep(answer)
-    arrays: dict[str, Any] = {}
+    arrays: dict[str, Array] = {}
     tree = _tree(answer, "the answer", classes, arrays)
     return chunk_of(name, arrays, {"item": item, "answer": tree})
 
 
-def answer_of(chunk: Chunk, classes: Classes) -> Any:
+def answer_of(chunk: Chunk, classes: Classes) -> object:
     """The answer in a chunk; a `LookupError` if it holds a class that is not named."""
     return _value(chunk.content["answer"], classes, chunk.arrays())
 
@@ -79,7 +80,7 @@ def has_answer(chunk: Chunk) -> bool:
     return b'"answer":' in chunk.head and "answer" in chunk.content
 
 
-def _refuse_deep(answer: Any) -> None:
+def _refuse_deep(answer: object) -> None:
     """Refuse an answer whose parts lie deeper in one another than a reader goes, as one that holds itself does."""
     level = [answer]
     for _ in range(DEEPEST):
@@ -89,7 +90,7 @@ def _refuse_deep(answer: Any) -> None:
     raise AnswerError(f"the answer holds itself, or has parts more than {DEEPEST} deep in one another")
 
 
-def _parts(value: Any) -> Iterable[Any]:
+def _parts(value: object) -> Iterable[object]:
     if isinstance(value, Mapping):
         return value.values()
     if isinstance(value, list | tuple):
@@ -97,7 +98,7 @@ def _parts(value: Any) -> Iterable[Any]:
     return vars(value).values() if is_dataclass(value) and hasattr(value, "__dict__") else ()
 
 
-def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> Any:
+def _tree(value: object, place: str, classes: Classes, arrays: dict[str, Array]) -> object:
     """A value as JSON: what JSON does not tell apart stands in an object of one key, which names its kind."""
     if value is None or isinstance(value, bool | np.bool_):
         return None if value is None else bool(value)
@@ -124,11 +125,11 @@ def _tree(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> A
     return _tree_of_object(value, place, classes, arrays)
 
 
-def _fits_double(dtype: np.dtype[Any]) -> bool:
+def _fits_double(dtype: np.dtype[np.generic]) -> bool:
     return dtype.itemsize <= (16 if dtype.kind == "c" else 8)
 
 
-def _tree_of_array(value: Any, place: str, arrays: dict[str, Any]) -> Any:
+def _tree_of_array(value: NDArray[np.generic], place: str, arrays: dict[str, Array]) -> object:
     kind = value.dtype.kind
     if np.ma.is_masked(value):
         raise AnswerError(f"{place} is an array that is masked in part: fill it, with NaN for instance")
@@ -144,7 +145,7 @@ def _tree_of_array(value: Any, place: str, arrays: dict[str, Any]) -> Any:
     return {"truths" if kind == "b" else "integers": [list(value.shape), value.ravel().tolist()]}
 
 
-def _tree_of_object(value: Any, place: str, classes: Classes, arrays: dict[str, Any]) -> Any:
+def _tree_of_object(value: object, place: str, classes: Classes, arrays: dict[str, Array]) -> object:
     kind = type(value)
     name = kind.__qualname__
     if not (is_dataclass(value) or _is_named_tuple(kind)):
@@ -152,19 +153,19 @@ def _tree_of_object(value: Any, place: str, classes: Classes, arrays: dict[str, 
             f"{place} is {a(kind)}; plain data are numbers, text, None, tuples, lists, dicts by text, arrays of "
             "numbers, and frozen dataclasses of these"
         )
-    if is_dataclass(value) and not kind.__dataclass_params__.frozen:
+    if is_dataclass(value) and not vars(kind)["__dataclass_params__"].frozen:
         raise AnswerError(f"{place} is {a(kind)}, a dataclass that is not frozen")
     if classes.get(name) is not kind:
         raise AnswerError(
             f"{place} is {a(kind)}, which the hint of the result does not name: write `-> {name}` at the function, "
             f"or `Work(answer={name})`"
         )
-    names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else value._fields
+    names = [field.name for field in fields(value) if field.init] if is_dataclass(value) else vars(kind)["_fields"]
     held = [[one, _tree(getattr(value, one), f"{place}.{one}", classes, arrays)] for one in names]
     return {"object": [name, held]}
 
 
-def _value(tree: Any, classes: Classes, arrays: Mapping[str, Any]) -> Any:
+def _value(tree: object, classes: Classes, arrays: Mapping[str, Array]) -> object:
     if not isinstance(tree, dict):
         return tree
     ((kind, held),) = tree.items()
@@ -188,7 +189,7 @@ def _is_named_tuple(kind: type) -> bool:
     return issubclass(kind, tuple) and hasattr(kind, "_fields")
 
 
-def plain_json(tree: Any, arrays: Mapping[str, Any]) -> Any:
+def plain_json(tree: object, arrays: Mapping[str, Array]) -> object:
     """The answer of a record as plain JSON for readers, in which numbers that JSON lacks are text."""
     if isinstance(tree, float) and not math.isfinite(tree):
         return repr(tree)

@@ -8,7 +8,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from workbench.core.validation.refusals import Array
 
 FORMAT = b"workbench record 2"  # the first line of a record; counts up when its meaning changes
 
@@ -36,7 +39,7 @@ class Chunk:
         """The content of the head."""
         return dict(json.loads(self.head))
 
-    def arrays(self) -> dict[str, Any]:
+    def arrays(self) -> dict[str, Array]:
         """The arrays by name."""
         import numpy as np
 
@@ -48,7 +51,7 @@ class Chunk:
         return arrays
 
 
-def chunk_of(name: str, arrays: Mapping[str, Any], content: Mapping[str, Any] | None = None) -> Chunk:
+def chunk_of(name: str, arrays: Mapping[str, Array], content: Mapping[str, object] | None = None) -> Chunk:
     """Arrays of floats as a chunk, with plain data beside them."""
     import numpy as np
 
@@ -81,6 +84,6 @@ def _is_whole(chunk: Chunk) -> bool:
         return False
 
 
-def plain(data: Any) -> bytes:
+def plain(data: object) -> bytes:
     """Plain data as JSON that is the same in every process."""
     return json.dumps(data, sort_keys=True, separators=(",", ":")).encode()

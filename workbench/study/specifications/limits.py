@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
 from workbench.core.validation.refusals import as_number, refusal
 from workbench.design.frequency import CertifiedValue
@@ -28,7 +28,7 @@ class FigureKind:
     high: float
     why: str
 
-    def checked(self, limit: Any) -> float:
+    def checked(self, limit: object) -> float:
         """The limit, if it lies within the range, its ends not included."""
         number = as_number(limit)
         if number is None or not self.low < number < self.high:
@@ -67,7 +67,7 @@ class Limit:
     high: float
 
     @staticmethod
-    def of(kind: FigureKind, value: Any) -> Limit:
+    def of(kind: FigureKind, value: object) -> Limit:
         """The limit that a specification names."""
         if kind.side == "within":
             return Limit(kind, *_range(kind, value))
@@ -101,7 +101,7 @@ class Limit:
         return f"{self.low:g} <= {self.kind.name} <= {self.high:g}{unit}"
 
 
-def _range(kind: FigureKind, value: Any) -> tuple[float, float]:
+def _range(kind: FigureKind, value: object) -> tuple[float, float]:
     """Both ends of a range; the upper one may be infinite, and the lower one zero."""
     call, must = f"Specification({kind.name}=...)", f"a pair (low, high) in {kind.unit} with 0 <= low < high"
     ends = [as_number(end) for end in value] if isinstance(value, list | tuple) else []

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from workbench.core import Layout
 from workbench.core.validation.refusals import refusal
+from workbench.design.control_system import System
 from workbench.design.frequency import StabilityMargins, stability_margins
 from workbench.design.frequency.pole_figures import PoleFigures, closed_pole_figures, pole_figures
 from workbench.design.linear import DiskMargin, disk_margin
@@ -31,11 +31,11 @@ class LoopSystems:
     `answer` is the name of an input and of an output of the closed loop; without it the answer is T at the cut.
     """
 
-    loop: Any
+    loop: LinearLoop | System
     answer: tuple[str, str] | None
 
     @staticmethod
-    def of(call: str, loop: Any, inputs: str | None, outputs: str | None) -> LoopSystems:
+    def of(call: str, loop: LinearLoop | System, inputs: str | None, outputs: str | None) -> LoopSystems:
         """The systems of a loop; without names the answer is that of the one number which follows a reference.
 
         Raises
@@ -117,14 +117,14 @@ class LoopSystems:
         S = sensitivity(self.loop)
         return pole_figures(np.asarray(S.A, dtype=float), float(S.dt) or None)
 
-    def system(self, kind: str) -> Any:
+    def system(self, kind: str) -> System:
         """S or T at the cut."""
         if isinstance(self.loop, LinearLoop):
             return self.loop.system(kind)
         return sensitivity(self.loop) if kind == "S" else complementary(self.loop)
 
     @cached_property
-    def answering(self) -> Any:
+    def answering(self) -> System:
         """The system of one channel whose bandwidth and step are told."""
         if self.answer is not None:
             return self.loop.system("closed", *self.answer)
@@ -136,7 +136,7 @@ class LoopSystems:
         return self.system("T")
 
     @property
-    def noise(self) -> Any:
+    def noise(self) -> System:
         """The system from the noise of the readings to the inputs of the plant."""
         if not isinstance(self.loop, LinearLoop):
             raise ValueError("a loop gain alone does not tell what noise does; give a `linear_loop`")

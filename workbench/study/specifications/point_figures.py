@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
+from workbench.design.control_system import System
 from workbench.design.frequency import CertifiedValue, Peak, StableMargins, bandwidth, hinf_norm
 from workbench.design.frequency.certified_values import enclosure, least
 from workbench.design.linear.feedback_loops import largest_gain
@@ -61,7 +61,7 @@ def _peak(systems: LoopSystems, kind: str) -> LoopFigure:
     return _largest_gain(systems.system(kind), "of all channels ")
 
 
-def _largest_gain(system: Any, of: str) -> LoopFigure:
+def _largest_gain(system: System, of: str) -> LoopFigure:
     """The H-infinity norm; by eigenvalues in doubles where exact arithmetic does not enclose it."""
     try:
         peak = hinf_norm(system)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Any
 
 from workbench.core.validation.refusals import refusal, seed, whole
 from workbench.core.validation.signatures import door
+from workbench.design.control_system import System
 from workbench.design.linear_loop import LinearLoop
 from workbench.design.loop_boxes import ParameterBox
 from workbench.design.matrices import Refused
@@ -96,8 +96,8 @@ class Specification:
     @door
     def check(
         self,
-        loop: Any,
-        box: Mapping[str, Any] | None = None,
+        loop: LinearLoop | System,
+        box: Mapping[str, object] | None = None,
         *,
         inputs: str | None = None,
         outputs: str | None = None,
@@ -168,7 +168,7 @@ def _seed(value: int) -> int:
     return seed(f"{CHECK}(seed=...)", value)
 
 
-def _subject(loop: Any) -> str:
+def _subject(loop: LinearLoop | System) -> str:
     return f"'{loop.point.equations.closed.name}'" if isinstance(loop, LinearLoop) else f"'{loop.name}'"
 
 

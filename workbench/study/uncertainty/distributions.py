@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, is_dataclass
 from math import inf, log
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -211,10 +211,11 @@ def _bell(u: Array, low: float, high: float) -> Array:
     return np.asarray(ndtri(ndtr(low) * (1 - u) + ndtr(high) * u))
 
 
-def _check(distribution: Any, above_zero: tuple[str, ...] = ()) -> None:
+def _check(distribution: AbstractDistribution, above_zero: tuple[str, ...] = ()) -> None:
     """Refuse numbers that are not finite, but for open ends, or not positive where they must be, and an empty range."""
     kind = type(distribution).__name__
-    for field in fields(distribution):
+    given: object = distribution
+    for field in fields(given) if is_dataclass(given) else ():
         value = getattr(distribution, field.name)
         if field.default is MISSING or value != field.default:
             (positive if field.name in above_zero else finite)(f"{kind}({field.name}=...)", value)
@@ -228,7 +229,7 @@ def _check(distribution: Any, above_zero: tuple[str, ...] = ()) -> None:
         )
 
 
-def _check_cut(distribution: Any, low: float, high: float) -> None:
+def _check_cut(distribution: AbstractDistribution, low: float, high: float) -> None:
     """Refuse cuts of a bell between which hardly anything is left, given in deviations from its middle."""
     from scipy.special import ndtr
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 
@@ -38,17 +37,17 @@ class MorrisEffects:
     @door
     def __getitem__(self, name: str) -> MorrisEffects:
         """The effects on one output; one that was refused is refused again, with its reason."""
-        return cast(MorrisEffects, of_output(self, name, "mu", "mu_star", "sigma"))
+        return of_output(self, name, "mu", "mu_star", "sigma")
 
 
 @door
 def morris(
     design: MorrisDesign,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None = None,
     *,
     factors: Sequence[str] | None = None,
-    errors: Any = None,
+    errors: object = None,
     confidence: float = 0.95,
 ) -> MorrisEffects:
     """Morris's mu, mu* and sigma of every output, with the jackknife's intervals over the trajectories.
@@ -149,13 +148,13 @@ class Tornado:
     @door
     def __getitem__(self, name: str) -> Tornado:
         """The tornado of one output; one that was refused is refused again, with its reason."""
-        return cast(Tornado, of_output(self, name, "base", "moved"))
+        return of_output(self, name, "base", "moved")
 
 
 @door
 def tornado(
     design: OneAtATime,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None = None,
     *,
     factors: Sequence[str] | None = None,

@@ -6,7 +6,6 @@ A quadratic polynomial serves as control variate: what it explains has exact ind
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ Means = dict[str, Array]
 EACH = 4  # runs for each coefficient, below which a fit follows the runs instead of the function
 
 
-def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> tuple[Any, ...]:
+def column_indices(design: SobolDesign, y: Array, t: float, groups: Array, control: bool) -> tuple[object, ...]:
     """Of columns (N, c) the values and halves of intervals (c, ...) of S1, of ST, of S2 and of the sums of S1 and of ST
     over groups (G, d) of factors; True where a factor moves nothing (c, d); and the standard deviations (c,).
     """

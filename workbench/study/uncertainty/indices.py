@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from types import ModuleType
 
 import numpy as np
 
@@ -65,7 +65,7 @@ class SobolIndices:
     @door
     def __getitem__(self, name: str) -> SobolIndices:
         """The indices of one output; one that was refused is refused again, with its reason."""
-        return cast(SobolIndices, of_output(self, name, "S1", "ST", "S2", "deviation", "sums1", "sumsT"))
+        return of_output(self, name, "S1", "ST", "S2", "deviation", "sums1", "sumsT")
 
     @door
     def of_group(self, group: str, total: bool = False) -> Estimate:
@@ -79,11 +79,11 @@ class SobolIndices:
 @door
 def sobol(
     design: SobolDesign,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None = None,
     *,
     factors: Sequence[str] | None = None,
-    errors: Any = None,
+    errors: object = None,
     confidence: float = 0.95,
     groups: Mapping[str, Sequence[str]] | None = None,
     control: bool = False,
@@ -194,7 +194,7 @@ def _unmoved(held: Outputs, unmoved: Flags) -> tuple[str, ...]:
 @door
 def sobol_by_salib(
     design: SobolDesign,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None = None,
     *,
     factors: Sequence[str] | None = None,
@@ -232,7 +232,7 @@ def sobol_by_salib(
 
 
 def _by_salib(
-    analysis: Any, design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
+    analysis: ModuleType, design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
 ) -> list[tuple[Array, Array]]:
     """S1, ST and S2 with halves of their intervals, as SALib has them; NaN for a column of NaN."""
     d = design.dimensions

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from workbench.core import Entry, Layout, Ode, Sampled, Step
 from workbench.core.validation.refusals import Array, described, known, matrix, seconds, vector
@@ -68,7 +68,7 @@ class LocalSensitivities:
     switches: tuple[str, ...]
 
     @door
-    def holds(self, metric: str) -> np.ndarray[Any, np.dtype[np.bool_]]:
+    def holds(self, metric: str) -> NDArray[np.bool_]:
         """True where the gradient is the slope of the metric, (k, m): to 0.1 % over the narrow width, 10 % the wide.
 
         Along a run that switches a gradient may hold between two switchings and say nothing beyond them.

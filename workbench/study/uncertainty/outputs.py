@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Protocol, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from workbench.core.validation.refusals import Array, as_array, described, known
 from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.designs import AbstractDesign
 
-Flags = np.ndarray[Any, np.dtype[np.bool_]]
+Flags = NDArray[np.bool_]
 
 # A spread of this many last places of the largest value: rounding is then 1e-5 of the variance and hides no index.
 LEAST_SPREAD = 100 * np.finfo(float).eps
@@ -79,10 +80,10 @@ class Outputs:
 def outputs_of(
     call: str,
     design: AbstractDesign,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None,
     factors: Sequence[str] | None,
-    errors: Any = None,
+    errors: object = None,
 ) -> Outputs:
     """The outputs (N,) or (N, k) of all runs of a design, NaN where a run failed, judged one by one.
 
@@ -130,7 +131,7 @@ def _blur(errors: Array, scaled: Array, spread: float) -> tuple[float, str]:
 
 
 def columns_of(
-    call: str, design: AbstractDesign, outputs: Any, names: Sequence[str] | None
+    call: str, design: AbstractDesign, outputs: object, names: Sequence[str] | None
 ) -> tuple[tuple[str, ...], Array]:
     """The names (k,) and numbers (N, k) of the outputs of all runs of a design, or a refusal."""
     columns = _columns(f"{call}(outputs=...)", outputs, design.size)
@@ -145,7 +146,22 @@ def _names_of(what: str, call: str, given: Sequence[str] | None, default: list[s
     return held
 
 
-def of_output(found: Any, name: str, *parts: str) -> Any:
+class AbstractResult(Protocol):
+    """The results of several outputs by name, of which some were refused for a reason."""
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of the outputs."""
+
+    @property
+    def refused(self) -> Mapping[str, str]:
+        """The reasons by the names of those that were refused."""
+
+
+R = TypeVar("R", bound=AbstractResult)
+
+
+def of_output(found: R, name: str, *parts: str) -> R:
     """The results of one output, by its row of each of the `parts`; one that was refused is refused by its reason."""
     if name in found.refused:
         raise ValueError(f"There is no result for '{name}': {found.refused[name]}.")
@@ -153,7 +169,7 @@ def of_output(found: Any, name: str, *parts: str) -> Any:
     if first.value.ndim == 1 if isinstance(first, Estimate) else first.ndim == 0:  # those of one output alone
         return found
     rows = {part: None if (held := getattr(found, part)) is None else held[j] for part in parts}
-    return replace(found, names=(name,), refused={}, **rows)
+    return replace(found, names=(name,), refused={}, **rows)  # type: ignore[type-var]
 
 
 def t_quantile(call: str, confidence: float, freedom: int) -> float:
@@ -163,7 +179,7 @@ def t_quantile(call: str, confidence: float, freedom: int) -> float:
     return float(stdtrit(freedom, 0.5 + confidence / 2))
 
 
-def as_outputs(given: Any) -> Array | None:
+def as_outputs(given: object) -> Array | None:
     """A new array of doubles, truths as 0 and 1, NaN where it is masked; None of anything else."""
     try:
         if isinstance(given, np.ma.MaskedArray):  # what is masked is not known, and NumPy would take what lies below
@@ -174,7 +190,7 @@ def as_outputs(given: Any) -> Array | None:
     return as_array(array.astype(float) if array.dtype.kind == "b" else array)
 
 
-def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -> None:
+def check_size(call: str, array: Array, infinite: bool = False) -> None:
     """Refuse numbers whose sums a double does not hold, and infinite ones unless they mean something."""
     size = np.abs(array)
     if (beyond := size[(size > LARGEST) & ~(np.isinf(size) & infinite)]).size:
@@ -184,7 +200,7 @@ def check_size(call: str, array: np.ndarray[Any, Any], infinite: bool = False) -
         )
 
 
-def _columns(call: str, given: Any, runs: int) -> Array:
+def _columns(call: str, given: object, runs: int) -> Array:
     values = as_outputs(given)
     if values is None:
         raise ValueError(f"`{call}` must be an array of numbers, one row a run; got {described(given)}.")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.special import bdtr, betaincinv
@@ -47,7 +46,7 @@ class Share:
 @door
 def quantiles(
     design: MonteCarlo | LatinHypercube,
-    outputs: Any,
+    outputs: object,
     names: Sequence[str] | None = None,
     *,
     levels: tuple[float, ...] = (0.05, 0.5, 0.95),
@@ -80,7 +79,7 @@ def quantiles(
 
 
 @door
-def share(holds: Any, confidence: float = 0.95) -> Share:
+def share(holds: object, confidence: float = 0.95) -> Share:
     """The share of independent runs in which something holds (Clopper and Pearson 1934, Biometrika 26).
 
     `holds` (N,) is 1 or True where it does, 0 or False where it does not, NaN where the run failed and nobody knows.
