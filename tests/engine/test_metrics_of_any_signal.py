@@ -31,7 +31,6 @@ from workbench.engine.metrics import (
     total_variation,
     violation,
 )
-from workbench.engine.metrics.signal_choice import product, work
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
@@ -259,31 +258,20 @@ def test_a_study_of_a_plant_names_its_signals_and_their_units():
     assert to_csv(sample).startswith(b"run,k,IAE[q] [m s],IAE[q] (error) [m s],IAE[phi] [rad s],")
 
 
-UNITS = [
-    ((("rad", 1), ("s", 1)), "rad s"),
-    ((("rad", 2), ("s", 1)), "rad^2 s"),
-    ((("rad", 1), ("s", 2)), "rad s^2"),
-    ((("N m", 1), ("s", -1)), "N m/s"),
-    ((("m/s", 1), ("s", 1)), "m"),
-    ((("m/s^2", 2), ("s", 1)), "m^2/s^3"),
-    ((("W/(m^2 K)", 1), ("s", 1)), "W s/(m^2 K)"),
-    ((("", 1), ("s", -1)), "1/s"),
-    ((("1", 2), ("s", 1)), "s"),
-    ((("1/s", 1), ("s", 1)), ""),
-    ((("V/sqrt(Hz)", 2), ("s", 1)), "(V/sqrt(Hz))^2 s"),
-    ((("°C", 1), ("s", 1)), "(°C) s"),
-    ((("?", 1), ("s", 1)), "?"),
-]
+UNITS = [("rad", "rad s", "rad^2 s"), ("m/s", "m", "m^2/s"), ("", "s", "s"), ("1", "s", "s"), ("1/s", "", "1/s")]
+UNITS += [("W/(m^2 K)", "W s/(m^2 K)", "W^2 s/(m^4 K^2)"), ("V/sqrt(Hz)", "V s/Hz^(1/2)", "V^2 s/Hz")]
+UNITS += [("°C", "°C s", "°C^2 s"), ("?", "?", "?")]
 
 
-@pytest.mark.parametrize(("units", "printed"), UNITS)
-def test_a_product_of_units_is_printed_as_one_writes_it(units, printed):
-    assert product(*units) == printed
+@pytest.mark.parametrize(("unit", "of_size", "of_square"), UNITS)
+def test_an_integral_over_time_is_in_the_unit_of_its_integrand_times_seconds(unit, of_size, of_square):
+    assert (iae().measure(unit), ise().measure(unit)) == (of_size, of_square)
 
 
-@pytest.mark.parametrize(
-    ("pair", "printed"),
-    [(("N m", "rad/s"), "J"), (("V", "A"), "J"), (("N", "m/s"), "J"), (("V", "rad/s"), "V rad"), (("V", "?"), "?")],
-)
-def test_effort_times_flow_times_seconds_is_an_energy_where_it_is_one(pair, printed):
-    assert work(*pair) == printed
+POWERS = [("N m", "rad/s", "J"), ("V", "A", "J"), ("N", "m/s", "J"), ("Pa", "m^3/s", "J")]
+POWERS += [("V", "rad/s", "V rad"), ("V", "?", "?"), ("mm N", "1/s", "mm N")]
+
+
+@pytest.mark.parametrize(("effort_unit", "flow_unit", "printed"), POWERS)
+def test_effort_times_flow_times_seconds_is_an_energy_where_it_is_one(effort_unit, flow_unit, printed):
+    assert energy(("u", "i")).measure(effort_unit, flow_unit) == printed

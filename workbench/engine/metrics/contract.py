@@ -13,6 +13,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+from workbench.core.units import declared, joined, unit_of_each
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, described, several
 from workbench.core.validation.signatures import answer, door
@@ -55,8 +56,7 @@ class AbstractMetric(ABC):
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each of its numbers."""
-        several = tuple(self.unit.split(", "))
-        return several if len(several) == len(self.labels) else (self.unit,) * len(self.labels)
+        return unit_of_each(self.unit, len(self.labels))
 
     @property
     def is_time(self) -> bool:
@@ -120,7 +120,7 @@ def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] =
     """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
     seen = watched(metric.name, signal, ode)
     units = [measure(unit) for unit in seen.units]
-    unit = metric.unit or (units[0] if len(set(units)) == 1 else ", ".join(units))
+    unit = declared(f"{type(metric).__name__}({metric.name}, unit=...)", metric.unit) or joined(units)
     about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
     return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
 

@@ -13,10 +13,11 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from workbench.core.units import SECOND, in_base_units, read
 from workbench.core.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import Integral
-from workbench.engine.metrics.signal_choice import Choice, product, work
+from workbench.engine.metrics.signal_choice import Choice
 from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 
 
@@ -50,7 +51,14 @@ def _error(
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
     """The unit of an integral over time: powers of the units of the signal and of time, multiplied."""
-    return lambda unit: product((unit, order), ("s", seconds))
+    return lambda unit: str(read(unit) ** order * SECOND**seconds)
+
+
+def unit_of_work(effort: str, flow: str) -> str:
+    """The unit of effort times flow times seconds: J where that is an energy."""
+    power = read(effort) * read(flow)
+    watts = in_base_units(power, angles=False) == in_base_units(read("W"))
+    return "J" if watts else str(power * SECOND)
 
 
 @door
@@ -119,7 +127,7 @@ def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
     u, v = power
     about = f"integral of |{u} {v}|, nothing recovered"
     name = "energy" if power == ("tau_applied", "qd") else f"energy of {u} {v}"
-    return Integral(name, "", about, lambda t, y: ca.fabs(y[u] * y[v]), _whole, power, measure=work)
+    return Integral(name, "", about, lambda t, y: ca.fabs(y[u] * y[v]), _whole, power, measure=unit_of_work)
 
 
 @door
