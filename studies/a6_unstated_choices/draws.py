@@ -23,8 +23,8 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import LAWS
+from workbench.arms.peak_torque import peak_torque
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.metrics import peak_torque
 from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results

@@ -15,7 +15,7 @@ from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, seconds
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import AbstractSignalMetric, Parts
-from workbench.engine.metrics.signal_choice import Choice, Signal, Watched, column, levels
+from workbench.engine.metrics.signal_choice import Choice, Signal, SignalColumn, column, levels
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 LEVELS = Choice("level")  # all that is followed
@@ -163,7 +163,7 @@ class AbstractStepResponse(AbstractSignalMetric):
         signal = self.signal
         _, wanted = levels(signal, ode.outputs.view(ode.output))
         if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
-            names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
+            names = ", ".join(signal.wanted if isinstance(signal, SignalColumn) else ())
             raise ValueError(
                 f"The metric '{self.name}' needs a piecewise constant reference, as it is measured from one jump to "
                 f"the next; the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and "
