@@ -13,6 +13,8 @@ from workbench.arms.peak_torque import peak_torque
 from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Hold
 from workbench.core import block, initial, layout, parameter
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import (
     effort,
     energy,
@@ -36,8 +38,6 @@ from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.run_tables import to_csv
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 
 @block

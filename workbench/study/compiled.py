@@ -19,6 +19,7 @@ from workbench.engine import Trajectories
 from workbench.engine.arithmetic import signature
 from workbench.engine.batch import SECONDS_PER_OPERATION
 from workbench.engine.divergence import Divergence
+from workbench.engine.factors import Space
 from workbench.engine.job import Progress
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.measured_run import Accumulation, MeasuredRun, arithmetic_for, points_of
@@ -31,7 +32,6 @@ from workbench.study.ledger.chunk import Chunk, chunk_of, plain
 from workbench.study.ledger.store import FOLDER, LedgerError, file_of
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import AbstractDesign, Alone
-from workbench.study.uncertainty.factors import Space
 
 SECONDS = 2.0  # of one processor, by the cautious estimate of the engine, that a chunk takes: in truth about a third
 BYTES = 64 * 2**20  # of kept states that a chunk may hold
