@@ -173,6 +173,14 @@ def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Int
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> found = wb.measure(loop.ode(), wb.metrics.violation("omega", high=1.1), until=5.0, h=1e-3)
+    >>> [float(score.value.round(3)[0]) for score in found.scores]
+    [0.205, 0.18]
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
     sizes = {limit.size for limit in (least, most)} - {1}
