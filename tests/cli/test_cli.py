@@ -13,7 +13,7 @@ from workbench import __version__, study
 from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
-from workbench.cli import derive, export
+from workbench.cli import export
 from workbench.handover import law_export
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")

@@ -12,7 +12,6 @@ from workbench.cli.errors import one_sentence, printable_lines
 if TYPE_CHECKING:
     from workbench.arms.dynamics import AbstractArm
 
-# Those of `arms.code`, and of `law_export` in `export.py`: rooms that take too long to load for a help text.
 FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
 
 
