@@ -26,7 +26,6 @@ def test_help_imports_nothing_heavy():
 
 
 def test_the_forms_that_help_lists_are_those_that_are_written():
-    assert tuple(FORMS) == derive.FORMS
     assert tuple(law_export.FORMS) == export.FORMS
 
 

@@ -206,8 +206,15 @@ def _printed(text: str) -> str:
 
 def filled(template: str, texts: Mapping[str, str]) -> str:
     """A unit in which `{name}` stands for the unit of that name: '{x}/s' of 'rad/s' is 'rad/s^2'."""
-    plain = reduce(lambda text, name: text.replace(f"{{{name}}}", texts[name]), texts, template)
-    whole = reduce(lambda text, name: text.replace(f"{{{name}}}", f"({texts[name] or 1})"), texts, template)
+    return _filled(template, tuple(texts.items()))
+
+
+@lru_cache(maxsize=4096)
+def _filled(template: str, texts: tuple[tuple[str, str], ...]) -> str:
+    plain = whole = template
+    for name, text in texts:
+        plain = plain.replace(f"{{{name}}}", text)
+        whole = whole.replace(f"{{{name}}}", f"({text or 1})")
     try:
         unit = read(whole)
     except UnitError:  # of alternatives, or to be refused where it is declared
