@@ -75,6 +75,8 @@ from workbench.design.linear_loop import linear_loop
 from workbench.design.riccati import lqg, lqr, steady_kalman
 from workbench.design.step_response import step_info
 from workbench.engine import simulate
+from workbench.engine.distributions import LogUniform, Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, measure, overshoot, peak_error, rmse, settling_time, total_variation
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.fmi.archive import fmu
@@ -106,8 +108,6 @@ from workbench.study.knob import Knob
 from workbench.study.specifications import Specification
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import SobolDesign, sobol
-from workbench.study.uncertainty.distributions import LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
 from workbench.study.work import Work
 
 __version__: str

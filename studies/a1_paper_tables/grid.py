@@ -8,12 +8,12 @@ from studies.paper.card import CARD
 from studies.paper.laws import proposed_as_printed
 from workbench.arms.laws.aosmc_rgs import SHAPES
 from workbench.core.validation.refusals import Array
+from workbench.engine.distributions import LogUniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import AbstractMetric
 from workbench.study.contract import Run, Sweep
 from workbench.study.study import Results
 from workbench.study.uncertainty import Listed
-from workbench.study.uncertainty.distributions import LogUniform
-from workbench.study.uncertainty.factors import Factor
 
 UNTIL = 15.0  # s
 H = 2e-4  # s, below the limit of stability of (34) with the least R, 0.4 ms

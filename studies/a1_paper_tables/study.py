@@ -13,6 +13,7 @@ from studies.paper.card import CARD, LAWS, PROPOSED, SCENARIOS
 from studies.paper.laws import RIVALS, proposed_as_printed, proposed_repaired, rival
 from studies.paper.rest import REST, rest_case, rest_section
 from workbench.arms.laws.aosmc_rgs import SHAPES
+from workbench.arms.peak_torque import peak_torque
 from workbench.blocks.loop import ClosedLoop
 from workbench.engine import metrics
 from workbench.study.contract import Run
@@ -28,7 +29,7 @@ BOTH = (
     metrics.rmse(),
     metrics.rmse("e_hat", name="RMSE of e_hat"),
     *(metrics.iae(), metrics.ise(), metrics.itae(), metrics.peak_error()),
-    *(metrics.effort(), metrics.energy(), metrics.peak_torque(), metrics.total_variation(sample=1e-3)),
+    *(metrics.effort(), metrics.energy(), peak_torque(), metrics.total_variation(sample=1e-3)),
 )
 METRICS = {
     "FS": (*BOTH, metrics.late_error(LATE)),

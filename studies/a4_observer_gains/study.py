@@ -24,7 +24,8 @@ from studies.a4_observer_gains.settled_error import settled_error
 from studies.paper.card import CARD
 from studies.paper.laws import ARM, proposed_repaired
 from workbench.arms.observers import Luenberger, OracleFilter, WithDisturbance
-from workbench.engine.metrics import late_error, observer_error, peak_torque
+from workbench.arms.peak_torque import peak_torque
+from workbench.engine.metrics import late_error, observer_error
 from workbench.study.contract import Run
 from workbench.study.document.document import Page, Section
 from workbench.study.study import Case, Results, Study

@@ -23,14 +23,14 @@ from studies.a6_unstated_choices.loops import (
     slug,
 )
 from studies.paper.card import LAWS
+from workbench.arms.peak_torque import peak_torque
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.metrics import peak_torque
+from workbench.engine.distributions import LogUniform, Uniform
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.uncertainty import Listed, MonteCarlo, SobolDesign
-from workbench.study.uncertainty.distributions import LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 Scale: TypeAlias = Literal["linear", "log"]
 LIMIT = 100.0, 50.0  # N m, of either joint

@@ -38,12 +38,12 @@ from studies.a6_unstated_choices.loops import (
 from studies.paper.card import LAWS
 from workbench.blocks.loop import ClosedLoop
 from workbench.core.validation.refusals import Array, Integers
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
-from workbench.study.uncertainty.factors import Factor
 
 COMMON = (18, 22, 26)  # s, the horizons at which the rows of the first scenario are sought
 OF_COMMON, COMMON_POPULATION = 864, 24  # choices of each search; 288 find four rows of six

@@ -13,9 +13,9 @@ from workbench.arms.manipulator import DirectDrive
 from workbench.arms.observers import Luenberger
 from workbench.blocks.loop import AbstractController, ClosedLoop, DigitalLoop
 from workbench.core.validation.refusals import Array
+from workbench.engine.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import sampled_rmse
-from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 PROPOSED, PID = "AOSMC-RGS", "PID"
 SCENARIOS = {"FS": "first scenario", "SS": "second scenario"}
@@ -55,7 +55,7 @@ class Reading(AbstractDistribution):
 
 
 def _card(name: str, *paths: str, words: str = "", orders: bool = False) -> Factor:
-    return replace(Factor.of(next(g for g in CARD if g.name == name), paths, log_scale=orders), name=words or name)
+    return replace(next(g for g in CARD if g.name == name).factor(paths, log_scale=orders), name=words or name)
 
 
 def _reading(name: str, names: Sequence[str], *paths: str) -> Factor:

@@ -19,12 +19,12 @@ from studies.a6_unstated_choices.fits import (
 from studies.a6_unstated_choices.loops import LONGEST, PROPOSED, RMSE, STEPS, Reading, factors_of, in_words, loop, slug
 from workbench.arms.laws.aosmc_rgs import SHAPES
 from workbench.core.validation.refusals import Array, Integers
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run, Sweep
 from workbench.study.sample import Sample
 from workbench.study.study import Results
 from workbench.study.tuning import Trial, Tuned, Tuning
 from workbench.study.uncertainty import Listed
-from workbench.study.uncertainty.factors import Factor
 
 PLUS, MINUS, TWO = "plus", "minus", "minus, two repairs"
 PRINTED = {  # the reading that the paper prints

@@ -17,12 +17,13 @@ from studies.a6_unstated_choices.scope import OMITTED
 from studies.a6_unstated_choices.shares import COLUMNS, RIVALS, Cell, Cells, Rerun
 from studies.paper import unstated
 from studies.paper.card import LAWS, PUBLISHED
+from workbench.engine.factors import Space
 from workbench.report.pictures import rank_figure
 from workbench.study.document.document import Cell as Entry
 from workbench.study.document.document import Column, Figure, Measured, Table
 from workbench.study.evidence import Ranks
 from workbench.study.study import Results
-from workbench.study.uncertainty.factors import Space
+from workbench.study.uncertainty import factor_table
 
 Fits = Mapping[tuple[str, str], Fit]  # by law and target
 COUNTED = (Column("of draws", align="right"), Column("of search", align="right"))
@@ -223,7 +224,9 @@ def omitted_table() -> Table:
 def open_table(law: str) -> Table:
     equations = loops.loop(law, "SS").ode()
     space = Space(loops.factors_of(law, "SS"), equations.parameters, equations.states)
-    return space.table(slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario.")
+    return factor_table(
+        space, slug("open", law), f"What the paper leaves open of {law}; a1, a2 and f in the second scenario."
+    )
 
 
 def trust_table(results: Results) -> Table:

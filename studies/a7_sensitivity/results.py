@@ -25,6 +25,7 @@ from studies.a7_sensitivity.sweeps import (
 )
 from workbench.core import Ode
 from workbench.core.validation.refusals import Array
+from workbench.engine.factors import Factor, Space
 from workbench.engine.metrics import measure
 from workbench.study.sample import Sample
 from workbench.study.study import Results
@@ -39,7 +40,6 @@ from workbench.study.uncertainty import (
     sobol,
     tornado,
 )
-from workbench.study.uncertainty.factors import Factor, Space
 from workbench.study.uncertainty.local import LocalSensitivities, local_sensitivities
 
 LEVELS = (0.05, 0.5, 0.95)

@@ -11,11 +11,11 @@ from studies.a7_sensitivity.sweeps import LATE, SEED, STEPS, UNTIL, factors, loo
 from workbench.core import Ode
 from workbench.core.validation.refusals import Array
 from workbench.engine import simulate
+from workbench.engine.factors import Space
 from workbench.engine.metrics import late_error, measured
 from workbench.engine.metrics.accumulators import final_values
 from workbench.study.sample import Sample
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.outputs import Flags
 
 ASTRAY = 1.0  # rad, of a late error: as large as the reference itself

@@ -27,12 +27,12 @@ from studies.a7_sensitivity.stray_runs import later_by_law, strays
 from studies.a7_sensitivity.sweeps import METRICS, PROPOSED, SCENARIO, called, factors, group_of, loop
 from studies.a7_sensitivity.torque_variation import torque_variation
 from studies.paper.rest import REST, rest_section
+from workbench.engine.factors import Space
 from workbench.report.pictures import morris_plane, quantile_bands, sobol_bars, tornado_figure
 from workbench.report.pictures.traces import loops_section
 from workbench.study import Results, Study, Work
 from workbench.study.document.document import Cell, Column, Figure, Page, Paragraph, Phrase, Section, Table
-from workbench.study.uncertainty import Estimate, SobolIndices
-from workbench.study.uncertainty.factors import Space
+from workbench.study.uncertainty import Estimate, SobolIndices, factor_table
 
 FELT = 0.02  # of the variance, below which a pair is not worth a word
 SHOWN = ("RMSE", "late error", "TV")
@@ -155,7 +155,7 @@ def varied_section(laws: Mapping[str, LawResults]) -> Section:
 def ranges_table(law: str) -> Table:
     ode = loop(law).ode()
     space = Space(factors(law), ode.parameters, ode.states)
-    return space.table(called(law, "ranges"), f"What is varied of {law}.")
+    return factor_table(space, called(law, "ranges"), f"What is varied of {law}.")
 
 
 def left_table(laws: Mapping[str, LawResults]) -> Table:

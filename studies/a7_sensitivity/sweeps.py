@@ -16,6 +16,8 @@ from studies.paper.laws import RIVALS, proposed_repaired, rival
 from studies.paper.rest import rest_case
 from workbench.blocks.loop import ClosedLoop
 from workbench.core.notation.formula import symbol
+from workbench.engine.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import AbstractMetric, effort, ise, late_error, observer_error, rmse, total_variation
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Phrase
@@ -23,8 +25,6 @@ from workbench.study.provenance import Given
 from workbench.study.study import Case
 from workbench.study.uncertainty import MonteCarlo, MorrisDesign, OneAtATime, SobolDesign, least_base
 from workbench.study.uncertainty.designs import AbstractDesign
-from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 TOLERANCE = 0.1  # of what is stated or derived
 SPAN = 1.5  # of what is assumed, either way

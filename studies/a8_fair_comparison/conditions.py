@@ -22,11 +22,11 @@ from workbench.blocks.loop import (
 )
 from workbench.blocks.signals import Hold, Sines, SineTorque, SquareWave
 from workbench.core.validation.refusals import Array
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import AbstractMetric, effort, rmse, total_variation
 from workbench.engine.metrics.contract import Integral
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 PERIOD = 1e-3  # s, of the computer
 HORIZON = 6.0  # s

@@ -6,9 +6,10 @@ from studies.a8_fair_comparison import conditions
 from studies.a8_fair_comparison.changes import SEEN, listed
 from studies.a8_fair_comparison.conditions import HELD_OUT, TERMS
 from studies.a8_fair_comparison.entrants import BOTH, ENTRANTS, GIVEN, PROPOSAL, READINGS
+from workbench.engine.factors import Space
 from workbench.study.document.document import Column, Paragraph, Reference, Section, Table
 from workbench.study.evidence.law_tables import information_table
-from workbench.study.uncertainty.factors import Space
+from workbench.study.uncertainty import factor_table
 
 
 def conditions_section() -> Section:
@@ -34,7 +35,9 @@ def conditions_section() -> Section:
             ),
             information(),
             scenarios(),
-            drawn.table("drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."),
+            factor_table(
+                drawn, "drawn", "The numbers that are drawn in each run of a scenario, shown for the first scenario."
+            ),
             Table(
                 "objective",
                 "The terms of the cost. Each metric of both joints together is divided by its acceptable value.",

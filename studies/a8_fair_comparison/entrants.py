@@ -23,8 +23,8 @@ from workbench.arms.laws import (
 )
 from workbench.arms.observers import FullState, Luenberger, MomentumObserver, VelocityFilter, WithDisturbance
 from workbench.blocks.loop import AbstractController, AbstractObserver, DigitalLoop
-from workbench.study.uncertainty.distributions import LogUniform
-from workbench.study.uncertainty.factors import Factor
+from workbench.engine.distributions import LogUniform
+from workbench.engine.factors import Factor
 
 PROPOSED = "AOSMC-RGS"
 FARTHER = 1e3  # times a range: as far as a search may go beyond where it begins

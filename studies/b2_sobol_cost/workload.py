@@ -8,6 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.performance.workload import HORIZON, PARAMETERS, VARIED, H, loop
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import rmse
 from workbench.engine.metrics.step_metrics import TotalVariation
 from workbench.report.pictures.sobol_pictures import sobol_bars
@@ -15,8 +17,6 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Section
 from workbench.study.study import Results, Study
 from workbench.study.uncertainty import SobolDesign, sobol
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 BASE = 1024
 METRICS = (rmse(), TotalVariation("TV", "N m/s", "total variation of tau a second", "tau", H))

@@ -15,8 +15,8 @@ from studies.paper.linearization import LEVEL
 from workbench.core.validation.refusals import Array
 from workbench.design.linear import disk_margin
 from workbench.design.linear_loop import LinearLoop
+from workbench.engine.factors import Factor, Space
 from workbench.study import MonteCarlo, Results
-from workbench.study.uncertainty.factors import Factor, Space
 
 COUNT = 100
 OMEGA = np.geomspace(0.1, 1e4, 81)  # rad/s

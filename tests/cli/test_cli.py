@@ -13,6 +13,8 @@ from workbench import __version__, study
 from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
+from workbench.cli import export
+from workbench.handover import law_export
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
 
@@ -21,6 +23,10 @@ def test_help_imports_nothing_heavy():
     code = f"import sys, workbench.cli.command; print([name for name in {HEAVY} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_the_forms_that_help_lists_are_those_that_are_written():
+    assert tuple(law_export.FORMS) == export.FORMS
 
 
 def test_the_version_is_that_of_the_package(command):

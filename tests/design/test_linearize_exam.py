@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import control
 import numpy as np
 import pytest
 
@@ -10,7 +11,8 @@ from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import urdf
 from workbench.blocks.loop import open_loop
 from workbench.design import linearize
-from workbench.design.linear import forward_differences
+from workbench.design.linear import to_control
+from workbench.design.linear.operating_point import row_of
 
 SHARED = Path(__file__).parents[3] / "shared" / "exams" / "dynamics"
 ROBOTS = ("paper_2r_pointmass", "cartpole", "scara_rrpr", "ur5", "panda_arm")
@@ -29,7 +31,10 @@ def test_a_and_b_are_the_reference_derivatives(name):
     worst = {"ours": 0.0, "python-control": 0.0}
     for s in range(len(data["q"])):
         x, u = np.concatenate([data["q"][s][back], data["qd"][s][back]]), data["tau_in"][s][back]
-        models = {"ours": linearize(ode, 0.0, x, u=u), "python-control": forward_differences(ode, 0.0, x, u=u)}
+        models = {
+            "ours": linearize(ode, 0.0, x, u=u),
+            "python-control": control.linearize(to_control(ode, row_of(ode, None, u)), x, u),
+        }
         for who, G in models.items():
             blocks = {"ddq_dq": G.A[n:, :n], "ddq_dqd": G.A[n:, n:], "ddq_dtau": G.B[n:]}
             for key, block in blocks.items():

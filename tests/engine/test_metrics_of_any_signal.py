@@ -1,18 +1,20 @@
 """Metrics of the signals of any plant, in their units."""
 
-from types import SimpleNamespace
-
 import casadi as ca
 import numpy as np
 import pytest
 
+from tests.support.timed_signals import TIME, measured, of_time
 from workbench.arms.laws import PID
 from workbench.arms.manipulator import Manipulator
 from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
+from workbench.arms.peak_torque import peak_torque
 from workbench.blocks.loop import AbstractController, AbstractPlant, AbstractReference, ClosedLoop, open_loop
 from workbench.blocks.signals import Hold
-from workbench.core import Entry, Layout, Ode, block, initial, layout, parameter
+from workbench.core import block, initial, layout, parameter
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import (
     effort,
     energy,
@@ -20,18 +22,15 @@ from workbench.engine.metrics import (
     ise,
     itae,
     late_error,
-    measure,
     observer_error,
     overshoot,
     peak,
     peak_error,
-    peak_torque,
     rmse,
     settling_time,
     total_variation,
     violation,
 )
-from workbench.engine.metrics.signal_choice import product, work
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
 from workbench.study.contract import Run, Sweep
@@ -39,10 +38,6 @@ from workbench.study.evidence.law_tables import side_by_side
 from workbench.study.run_tables import to_csv
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
-
-TIME = ca.SX.sym("time")
 
 
 @block
@@ -89,22 +84,6 @@ def cart(**wanted):
 def arm():
     law = PID(Kp=[60.0, 60.0], Ki=[0.0, 0.0], Kd=[10.0, 10.0])
     return ClosedLoop(Manipulator(paper_arm(), q=[0.0, 0.0]), FullState(2), law, Hold([1.0, 0.5]))
-
-
-def measured(ode, *metrics, until=2.0, h=1e-3):
-    """By its name each metric as the equation has it, and its values (1, k)."""
-    found = measure(ode, metrics, until=until, h=h)
-    return {
-        one.name: SimpleNamespace(metric=one, value=np.array([[score.value[0] for score in found.scores_of(one.name)]]))
-        for one in found.metrics
-    }
-
-
-def of_time(**signals):
-    """An equation whose outputs are expressions of time."""
-    t, clock = ca.SX.sym("t"), Layout((Entry("clock", np.zeros(1)),))
-    outputs = {name: ca.substitute(ca.SX(y), TIME, t) for name, y in signals.items()}
-    return Ode.of("of time", clock, Layout(), (t, clock.symbols(), ca.SX(0, 1)), {"clock": ca.SX(1)}, outputs)
 
 
 def test_a_metric_without_a_signal_is_of_all_that_the_loop_follows_each_in_its_unit():
@@ -174,18 +153,6 @@ def test_the_metrics_of_an_arm_have_the_names_units_and_numbers_that_they_had():
     assert {name: score.metric.unit for name, score in found.items()} == names
     assert {score.metric.labels for score in found.values()} == {("joint 1", "joint 2")}
     assert found["RMSE"].metric.about == "root mean square of e"
-
-
-def test_the_energy_of_two_signals_is_the_integral_of_their_product():
-    score = measured(of_time(u=ca.cos(TIME), i=2 * ca.cos(TIME)), energy(("u", "i")), until=2 * np.pi, h=np.pi / 500)
-    assert score["energy of u i"].value == pytest.approx(2 * np.pi, rel=1e-9)  # Simpson's rule at a thousand points
-    with pytest.raises(
-        LookupError, match=r"'energy' is of 'tau_applied' times 'qd', .* has no 'tau_applied': name a pair"
-    ):
-        measured(of_time(u=TIME), energy())
-    two = of_time(u=TIME, i=ca.vertcat(TIME, TIME))
-    with pytest.raises(ValueError, match=r"number by number; 'u' has 1 and 'i' has 2: name two of one size"):
-        measured(two, energy(("u", "i")))
 
 
 def test_a_violation_is_how_far_and_how_long_a_signal_leaves_its_limits():
@@ -259,31 +226,11 @@ def test_a_study_of_a_plant_names_its_signals_and_their_units():
     assert to_csv(sample).startswith(b"run,k,IAE[q] [m s],IAE[q] (error) [m s],IAE[phi] [rad s],")
 
 
-UNITS = [
-    ((("rad", 1), ("s", 1)), "rad s"),
-    ((("rad", 2), ("s", 1)), "rad^2 s"),
-    ((("rad", 1), ("s", 2)), "rad s^2"),
-    ((("N m", 1), ("s", -1)), "N m/s"),
-    ((("m/s", 1), ("s", 1)), "m"),
-    ((("m/s^2", 2), ("s", 1)), "m^2/s^3"),
-    ((("W/(m^2 K)", 1), ("s", 1)), "W s/(m^2 K)"),
-    ((("", 1), ("s", -1)), "1/s"),
-    ((("1", 2), ("s", 1)), "s"),
-    ((("1/s", 1), ("s", 1)), ""),
-    ((("V/sqrt(Hz)", 2), ("s", 1)), "(V/sqrt(Hz))^2 s"),
-    ((("°C", 1), ("s", 1)), "(°C) s"),
-    ((("?", 1), ("s", 1)), "?"),
-]
+UNITS = [("rad", "rad s", "rad^2 s"), ("m/s", "m", "m^2/s"), ("", "s", "s"), ("1", "s", "s"), ("1/s", "", "1/s")]
+UNITS += [("W/(m^2 K)", "W s/(m^2 K)", "W^2 s/(m^4 K^2)"), ("V/sqrt(Hz)", "V s/Hz^(1/2)", "V^2 s/Hz")]
+UNITS += [("°C", "°C s", "°C^2 s"), ("?", "?", "?")]
 
 
-@pytest.mark.parametrize(("units", "printed"), UNITS)
-def test_a_product_of_units_is_printed_as_one_writes_it(units, printed):
-    assert product(*units) == printed
-
-
-@pytest.mark.parametrize(
-    ("pair", "printed"),
-    [(("N m", "rad/s"), "J"), (("V", "A"), "J"), (("N", "m/s"), "J"), (("V", "rad/s"), "V rad"), (("V", "?"), "?")],
-)
-def test_effort_times_flow_times_seconds_is_an_energy_where_it_is_one(pair, printed):
-    assert work(*pair) == printed
+@pytest.mark.parametrize(("unit", "of_size", "of_square"), UNITS)
+def test_an_integral_over_time_is_in_the_unit_of_its_integrand_times_seconds(unit, of_size, of_square):
+    assert (iae().measure(unit), ise().measure(unit)) == (of_size, of_square)

@@ -12,6 +12,7 @@ from workbench.arms.manipulator import Friction, Manipulator
 from workbench.arms.mechanics import PlanarArm
 from workbench.arms.mechanics.planar_arm import PointMass
 from workbench.arms.observers import FullState
+from workbench.arms.peak_torque import peak_torque
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Hold
 from workbench.core import Entry, Layout, Ode, Sampled
@@ -22,7 +23,6 @@ from workbench.engine.metrics import (
     measure,
     observer_error,
     overshoot,
-    peak_torque,
     rmse,
     sampled_rmse,
     total_variation,

@@ -13,12 +13,17 @@ from workbench.engine import simulate
 from workbench.engine.metrics import ise, measure, peak_error, rmse
 from workbench.engine.metrics.accumulators import final_values
 from workbench.engine.metrics.measured_equation import MeasuredEquation
-from workbench.engine.metrics.step_for_metrics import choose_step
+from workbench.engine.metrics.step_for_metrics import step_for
 from workbench.engine.stability import longest_steps
 from workbench.engine.step_choice import Choice
 from workbench.study.case_runs import run
 
 HOW = {"until": 2.0, "tolerance": 1e-4}
+
+
+def choose_step(equation, metrics, p, x0, *, until, **how):
+    """The step for some metrics of an equation, over pilot runs p, x0."""
+    return step_for(MeasuredEquation.of(equation, metrics, until), p, x0, until=until, **how)
 
 
 def column(ode):

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core.validation.refusals import Array
+from workbench.engine.distributions import AbstractDistribution, LogNormal, Normal, Triangular, Uniform
 from workbench.study.uncertainty import AbstractDesign, MorrisDesign, SobolDesign, morris, sobol
-from workbench.study.uncertainty.distributions import AbstractDistribution, LogNormal, Normal, Triangular, Uniform
 
 from .graders import Loaded
 

@@ -8,13 +8,13 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import rmse
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.document import Paragraph, Section
 from workbench.study.study import Study
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 
 class Spring:

@@ -21,7 +21,6 @@ from tests.support.c_runs import needs_compiler
 from tests.support.digital_laws import motor_law
 from workbench.core import Entry, Layout, Ode
 from workbench.handover.fmi import fmu
-from workbench.handover.fmi.units import unit_of
 
 needs_fmpy = pytest.mark.skipif(importlib.util.find_spec("fmpy") is None, reason="this environment has no FMPy")
 VERSIONS = "2.0", "3.0"
@@ -400,11 +399,3 @@ pathlib.Path(sys.argv[1]).write_text(json.dumps([told, end]))
 """
     path = fmu(spring(horizon=0.5), h=0.01).write(tmp_path / "spring.fmu")
     assert in_another_process(script, tmp_path, path) == ["refused", 0.5]
-
-
-def test_units_are_powers_of_the_base_units_of_the_si():
-    assert unit_of("N m/(rad s)") == (1.0, {"kg": 1, "m": 2, "s": -3, "rad": -1})
-    assert unit_of("l/min") == (1e-3 / 60, {"m": 3, "s": -1})
-    assert unit_of("J/(g K)") == (1000.0, {"m": 2, "s": -2, "K": -1})
-    assert unit_of("V s/V") == (1.0, {"s": 1})
-    assert [unit_of(text) for text in ("rad^(1-rho)/s^2", "?", "N/m s", "a/b/c", "(m)")] == [None] * 5

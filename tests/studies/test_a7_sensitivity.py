@@ -14,9 +14,9 @@ from studies.a7_sensitivity.study import acting_pairs, left_table
 from studies.a7_sensitivity.sweeps import HELD, LAWS, PROPOSED, SPAN, TOLERANCE, factors, free, group_of, loop, metrics
 from studies.a7_sensitivity.torque_variation import first_second, torque_variation
 from tests.support.samples import made_sample, with_measurement
+from workbench.engine.factors import Space
 from workbench.engine.metrics import late_error, measure
 from workbench.study.uncertainty import Estimate, MonteCarlo, MorrisDesign, SobolDesign
-from workbench.study.uncertainty.factors import Space
 from workbench.study.uncertainty.local import LocalSensitivities
 
 T = 5

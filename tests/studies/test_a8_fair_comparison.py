@@ -44,10 +44,10 @@ from tests.support.samples import made_sample
 from tests.support.tunings import tuning
 from workbench.blocks.loop import roles
 from workbench.core import Signals, grouped, lift
+from workbench.engine.factors import Space
 from workbench.study.evidence import Standings, compare, leave_one_out, paired
 from workbench.study.evidence.pooling import WAYS
 from workbench.study.tuning import tune
-from workbench.study.uncertainty.factors import Space
 
 PAPER, JUMPS = HELD_OUT[0], next(one for one in HELD_OUT if one.jumps)
 RNG = np.random.default_rng(5)

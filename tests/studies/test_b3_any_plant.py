@@ -36,11 +36,11 @@ from studies.b3_any_plant.settings import REGULATOR as REGULATOR_OF_LQG
 from workbench.core import rk4
 from workbench.design.linear import sensitivity
 from workbench.engine import simulate
+from workbench.engine.factors import Space
 from workbench.engine.metrics import measure
 from workbench.report.pictures.loop_gains import loop_gain
 from workbench.study import Results, Study
 from workbench.study.case_runs import run as run_study
-from workbench.study.uncertainty.factors import Space
 
 BY_NAME = {setting.name: setting for setting in SETTINGS}
 EACH = pytest.mark.parametrize("setting", SETTINGS, ids=lambda setting: setting.name)

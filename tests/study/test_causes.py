@@ -12,6 +12,8 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
 from workbench.blocks.loop import AbstractController, ClosedLoop
 from workbench.blocks.signals import Hold
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import rmse
 from workbench.study.case_runs import run
 from workbench.study.compiled import compile_sweep
@@ -19,8 +21,6 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.evidence.divergence_causes import Causes, causes, causes_in_sweep
 from workbench.study.study import Case, Study
 from workbench.study.uncertainty import Listed
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 ARM, I = paper_arm(), np.eye(2)
 STIFF = {"Lambda": [6.0, 5.0], "phi": 0.05, "K": 107 * I, "P": 10 * I, "Q": 3 * I, "R": I}

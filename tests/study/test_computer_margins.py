@@ -17,6 +17,7 @@ from workbench.blocks.plants import DCMotor
 from workbench.blocks.signals import Hold, SineTorque
 from workbench.core import Entry, Layout, Ode, Sampled
 from workbench.engine import simulate
+from workbench.engine.factors import Space
 from workbench.engine.kernel.noise import normals
 from workbench.engine.metrics import rmse
 from workbench.handover.single.single_precision import single_precision
@@ -29,7 +30,6 @@ from workbench.study.evidence.computer_margins import (
     computer_sweep,
     computer_table,
 )
-from workbench.study.uncertainty.factors import Space
 
 T = 0.02
 MOTOR = DCMotor(omega=0.3)

@@ -15,6 +15,8 @@ from workbench.blocks.signals import Sines
 from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
 from workbench.engine import simulate
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor, Space
 from workbench.engine.metrics import (
     effort,
     iae,
@@ -28,8 +30,6 @@ from workbench.engine.metrics import (
 )
 from workbench.engine.metrics.accumulators import final_values
 from workbench.study.uncertainty import SobolDesign, sobol
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor, Space
 from workbench.study.uncertainty.local import local_sensitivities
 
 

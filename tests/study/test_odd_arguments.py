@@ -20,8 +20,6 @@ from workbench.study.evidence.largest_setting import LoopTrial
 from workbench.study.tuning.search import tune
 from workbench.study.uncertainty.designs import MorrisDesign, OneAtATime
 from workbench.study.uncertainty.effects import Tornado, morris, tornado
-from workbench.study.uncertainty.indices import sobol_by_salib
-from workbench.study.uncertainty.sobol_design import SobolDesign
 
 ELEMENTS = [
     wb.Saturation("v", -1.0, 1.0),
@@ -256,13 +254,6 @@ def test_an_integral_is_of_one_signal_at_least():
     metric = Integral("I", "1", "about nothing", lambda t, y: t, lambda value, horizon: value, signals=())
     with pytest.raises(ValueError, match=r"^The metric 'I' has no signal: name at least one"):
         metric.of(wb.open_loop(wb.DCMotor()))
-
-
-def test_a_bootstrap_has_no_more_resamples_than_the_memory_holds():
-    pytest.importorskip("SALib")
-    design = SobolDesign(2, 16, seed=1)
-    with pytest.raises(ValueError, match=r"^`sobol_by_salib\(resamples=\.\.\.\)` must be a whole number from 2 to \d+"):
-        sobol_by_salib(design, design.points()[:, 0], resamples=2**31)
 
 
 def test_a_trial_has_an_error_for_each_share():

@@ -8,6 +8,8 @@ import pytest
 import workbench as wb
 from workbench.engine import simulate
 from workbench.engine.arithmetic import default_for
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics.accumulators import final_values, measured
 from workbench.study import case_runs
 from workbench.study.compiled import compile_case, compile_sweep
@@ -15,8 +17,6 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.study import Case, Study
 from workbench.study.tuning import Trial, Tuning, tune
 from workbench.study.uncertainty import Listed, MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 MOTOR, UNTIL, H = wb.DCMotor(), 2.0, 0.01
 LAW = wb.PID2(MOTOR.outputs, MOTOR.inputs, Kp=100.0, Ki=200.0)

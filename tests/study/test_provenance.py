@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from workbench.report.table_text import unit_of
+from workbench.report.table_text import unit_of_column
 from workbench.study.document.document import Column
 from workbench.study.provenance import Card, Given, assumed, derived, stated, written
 
@@ -80,7 +80,7 @@ def test_a_value_is_written_as_a_person_writes_it(value, text):
 )
 def test_a_unit_is_the_same_on_a_card_and_at_the_head_of_a_column(unit, printed):
     assert Card((stated("a", 1.0, unit, "here"),)).table("stated", "numbers", "All.").rows[0][2] == printed
-    assert unit_of(Column("a", unit)) == f"[{printed}]"
+    assert unit_of_column(Column("a", unit)) == f"[{printed}]"
 
 
 @pytest.mark.parametrize("value", [None, float("nan"), float("inf"), [1.0, np.nan], object()])

@@ -1,12 +1,11 @@
 """Sobol indices against closed forms and SALib; and what has none."""
 
-import sys
-
 import numpy as np
 import pytest
 
+from tests.support.salib_indices import sobol_by_salib
 from tests.support.sensitivity_functions import Exact, ishigami, ishigami_exact, linear, over, sobol_g, sobol_g_exact
-from workbench.study.uncertainty import MonteCarlo, SobolDesign, sobol, sobol_by_salib
+from workbench.study.uncertainty import MonteCarlo, SobolDesign, sobol
 
 A = np.array([0.0, 1.0, 4.5, 9.0, 99.0])
 C = np.array([1.0, -2.0, 3.0, 0.0])
@@ -163,7 +162,6 @@ def test_an_output_without_indices_is_refused_by_name_and_spoils_no_other(spoil,
     np.testing.assert_allclose(both["good"].ST.value, sobol(design, y).ST.value[0], atol=1e-13)
     with pytest.raises(ValueError, match="There is no result for 'bad'"):
         both["bad"]
-    assert np.isnan(sobol_by_salib(design, np.stack([spoil(y), y], axis=1)).ST.value[0]).all()
 
 
 def test_what_is_masked_is_a_run_that_failed():
@@ -241,7 +239,6 @@ def test_errors_of_the_runs_are_told_where_they_blur_and_refused_where_they_are_
         (lambda d, y: sobol(d, y, confidence=95), "between 0 and 1; got 95"),
         (lambda d, y: sobol(d, y, errors=np.zeros((40, 2))), "must have the outputs' shape"),
         (lambda d, y: sobol(MonteCarlo(3, 40), y), "must be a `SobolDesign`; got a `MonteCarlo`"),
-        (lambda d, y: sobol_by_salib(d, y, resamples=1), "from 2 to 2500000"),
     ],
 )
 def test_what_cannot_be_judged_is_refused_in_a_sentence(call, said):
@@ -254,13 +251,6 @@ def test_an_output_that_is_not_there_is_answered_with_the_nearest():
     design = SobolDesign(3, 8)
     with pytest.raises(LookupError, match="no 'rmes' among the 1 outputs. Did you mean 'rmse'"):
         sobol(design, over(design, ishigami), ["rmse"])["rmes"]
-
-
-def test_salib_where_it_is_not_installed_is_asked_for_in_a_sentence(monkeypatch):
-    monkeypatch.setitem(sys.modules, "SALib.analyze", None)
-    design = SobolDesign(3, 8)
-    with pytest.raises(ValueError, match=r"needs the package SALib: install it by .*control-workbench\[data\]"):
-        sobol_by_salib(design, over(design, ishigami))
 
 
 @pytest.mark.parametrize("control", [False, True])

@@ -16,8 +16,8 @@ from workbench.core import Entry, Layout, Ode
 from workbench.engine.metrics import ise
 from workbench.engine.metrics.contract import Integral
 from workbench.engine.metrics.step_metrics import Peak
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study

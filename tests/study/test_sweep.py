@@ -17,6 +17,8 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, measure, rmse
 from workbench.study import cost, run_tables
 from workbench.study.compiled import compile_sweep
@@ -24,8 +26,6 @@ from workbench.study.executors import on_threads
 from workbench.study.ledger.store import Counter, chunks, complete, opened
 from workbench.study.sweep_runs import tasks_of
 from workbench.study.uncertainty import Listed, MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 
 def sample(out, given, **options):

@@ -11,14 +11,14 @@ from tests.support.samples import with_measurement
 from tests.support.sweeps import Explosion
 from tests.support.tunings import GAINS, DoubleIntegrator, quadratic, tuning
 from workbench.core import Entry, Layout, Ode
+from workbench.engine.distributions import LogUniform, Normal, Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, iae, ise, total_variation
 from workbench.study import cost
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, equal_budget, tune
 from workbench.study.tuning.convergence import reasons_of
 from workbench.study.tuning.search import compile_tuning, here
-from workbench.study.uncertainty.distributions import LogUniform, Normal, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 METRICS = (ise(), effort())
 

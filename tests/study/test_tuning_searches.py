@@ -13,13 +13,13 @@ from workbench.arms.mechanics import paper_arm
 from workbench.arms.observers import FullState
 from workbench.blocks.loop import ClosedLoop
 from workbench.blocks.signals import Sines
+from workbench.engine.distributions import LogUniform, Triangular, Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, ise, rmse
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning, equal_budget, tune
 from workbench.study.tuning.contract import population_of
 from workbench.study.tuning.search import compile_tuning
-from workbench.study.uncertainty.distributions import LogUniform, Triangular, Uniform
-from workbench.study.uncertainty.factors import Factor
 
 FAR = tuple(Factor(name, (name,), LogUniform(1e-6, 1e4)) for name in ("Kp", "Kd"))
 LOW = {"Kp": (1e-5, 1e-3), "Kd": (1e-5, 1e-3)}  # three decades and more below the best, Kp = 1 and Kd = sqrt(2)

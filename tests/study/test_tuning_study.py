@@ -28,9 +28,9 @@ SIGNED = signature("fused")
 TUNED = """
 from tests.support.tunings import DoubleIntegrator, quadratic, tuning
 from workbench.engine.metrics import effort, ise
-from workbench.study.uncertainty.distributions import Uniform
+from workbench.engine.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
-from workbench.study.uncertainty.factors import Factor
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Case, Study

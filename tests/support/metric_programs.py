@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 
+from workbench.arms.peak_torque import peak_torque
 from workbench.core import Entry, Layout, Ode
 from workbench.engine import simulate
 from workbench.engine.metrics import (
@@ -18,7 +19,6 @@ from workbench.engine.metrics import (
     overshoot,
     peak,
     peak_error,
-    peak_torque,
     rmse,
     sampled_rmse,
     settling_time,
@@ -26,6 +26,7 @@ from workbench.engine.metrics import (
     violation,
 )
 
+POWER = "tau_applied", "qd"
 HORIZON, STEP, RUNS = 1.0, 1e-2, 300
 ODD = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, 1.0, -1.0, 1e-300, 1e30, 2e30, HORIZON, 5e-324, 1.7e308])
 
@@ -43,8 +44,23 @@ def pair() -> Ode:
 
 def catalogue() -> tuple[AbstractMetric, ...]:
     return (
-        *(rmse(), sampled_rmse(0.02), iae(), ise(), itae(), effort("tau_applied"), energy(), observer_error("x_error")),
-        *(peak_error(), late_error(0.5), peak("tau_applied"), peak_torque(), *violation("q", -1.0, 2.0)),
+        *(
+            rmse(),
+            sampled_rmse(0.02),
+            iae(),
+            ise(),
+            itae(),
+            effort("tau_applied"),
+            energy(POWER),
+        ),
+        *(
+            observer_error("x_error"),
+            peak_error(),
+            late_error(0.5),
+            peak("tau_applied"),
+            peak_torque(),
+            *violation("q", -1.0, 2.0),
+        ),
         *(total_variation(0.03, "tau_applied"), total_variation(0.03, "tau_applied", 0.5)),
         *(overshoot(), settling_time()),
     )

@@ -5,11 +5,11 @@ import numpy as np
 
 from workbench.core import Entry, Layout, Ode
 from workbench.core.numbers import Bounds
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import iae, ise
 from workbench.study.contract import Run, Sweep
 from workbench.study.uncertainty import MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 
 class Decay:

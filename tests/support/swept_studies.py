@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 from workbench.core import Entry, Layout, Ode
 from workbench.engine.metrics import iae, ise
-from workbench.study.uncertainty.distributions import Uniform
+from workbench.engine.distributions import Uniform
 from workbench.study.document.document import Paragraph, Section
-from workbench.study.uncertainty.factors import Factor
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.uncertainty import MonteCarlo
 from workbench.study.study import Study

@@ -4,11 +4,11 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+from workbench.engine.distributions import LogUniform
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import effort, ise
 from workbench.study.contract import Run
 from workbench.study.tuning import Trial, Tuning
-from workbench.study.uncertainty.distributions import LogUniform
-from workbench.study.uncertainty.factors import Factor
 
 HORIZON = 20.0  # s: at the best gains nothing is left after that
 

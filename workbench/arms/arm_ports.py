@@ -14,7 +14,7 @@ from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import AbstractController, AbstractObserver, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals
 from workbench.core.block import Number
-from workbench.core.port import ANY
+from workbench.core.units import ANY, joined
 
 ORDERS = {"q": "", "qd": "/s", "qdd": "/s^2"}
 
@@ -51,7 +51,7 @@ def _port(units_of_each: tuple[tuple[str, tuple[str, ...]], ...]) -> Layout:
 
 
 def _entry(name: str, units: tuple[str, ...]) -> Entry:
-    return Entry(name, np.zeros(len(units)), units[0] if len(set(units)) == 1 else ", ".join(units))
+    return Entry(name, np.zeros(len(units)), joined(units))
 
 
 class AbstractJoints(ABC):

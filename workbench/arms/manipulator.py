@@ -124,6 +124,7 @@ class Manipulator(AbstractPlant):
     """
 
     counts = "joint"
+    power = ("tau", "qd")
 
     arm: AbstractArm
     q: Vector = initial(unit="{q_unit}", shape=("n",))

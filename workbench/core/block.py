@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds, shaped
-from workbench.core.port import ANY
+from workbench.core.units import ANY, declared, filled
 from workbench.core.validation.notebook_display import cell, show, table_to_html
 from workbench.core.validation.refusals import a, numbers, one_of, refusal
 from workbench.core.validation.signatures import door, fit_field
@@ -131,7 +131,7 @@ def quantities(owner: Any) -> list[tuple[Field[Any], Quantity]]:
     return [(f, f.metadata["quantity"]) for f in fields(owner) if "quantity" in f.metadata]
 
 
-def unit_of(owner: Any, quantity: Quantity) -> str:
+def unit_of_quantity(owner: Any, quantity: Quantity) -> str:
     """The unit of a number, in which `{name}` stands for the text of an attribute: the unit of a signal, say."""
     names = PLACE.findall(quantity.unit)
     if missing := [name for name in names if not hasattr(owner, name)]:
@@ -140,18 +140,15 @@ def unit_of(owner: Any, quantity: Quantity) -> str:
             f"whose texts become parts of the unit; it has no {missing[0]!r}."
         )
     texts = {name: str(getattr(owner, name)).split(", ") for name in names}
-    units = [quantity.unit] * max(map(len, texts.values()), default=1)
-    for name, each in texts.items():
-        units = [unit.replace(f"{{{name}}}", each[i % len(each)]) for i, unit in enumerate(units)]
-    if texts:
-        units = [f"1{unit}" if unit.startswith("/") else unit.replace("/s/s", "/s^2") for unit in units]
+    count = max(map(len, texts.values()), default=1)
+    units = [filled(quantity.unit, {name: each[i % len(each)] for name, each in texts.items()}) for i in range(count)]
     return ", ".join(units) if quantity.shape else " or ".join(dict.fromkeys(units))
 
 
 def initial_states(block: object) -> Layout:
     """The fields that a block declares by `initial`, as the layout of its states."""
     held = ((f.name, np.asarray(getattr(block, f.name), dtype=float), q) for f, q in quantities(block) if not q.lifted)
-    return Layout(tuple(Entry(name, x, unit_of(block, q), symbol=q.symbol) for name, x, q in held))
+    return Layout(tuple(Entry(name, x, unit_of_quantity(block, q), symbol=q.symbol) for name, x, q in held))
 
 
 @dataclass_transform(
@@ -195,11 +192,14 @@ def block(cls: type[T]) -> type[T]:
     cls.__setstate__ = _restore  # type: ignore[attr-defined]
     cls._repr_html_ = vars(cls).get("_repr_html_", _repr_html_)  # type: ignore[attr-defined]
     show(cls)
-    return dataclass(frozen=True, eq=False)(cls)
+    made = dataclass(frozen=True, eq=False)(cls)
+    for f, quantity in quantities(made):
+        declared(f"{cls.__name__}.{f.name} = parameter(unit=...)", PLACE.sub("x", quantity.unit))
+    return made
 
 
 def _repr_html_(self: Any) -> str:
-    units = {f.name: unit_of(self, quantity) for f, quantity in quantities(self)}
+    units = {f.name: unit_of_quantity(self, quantity) for f, quantity in quantities(self)}
     rows = [(f.name, cell(getattr(self, f.name)), units.get(f.name, "")) for f in fields(self)]
     return table_to_html(type(self).__name__, ("name", "value", "unit"), rows)
 
@@ -225,6 +225,8 @@ def _check_fields(owner: Any) -> None:
             if "convert" in f.metadata:
                 object.__setattr__(owner, f.name, f.metadata["convert"](value))
             object.__setattr__(owner, f.name, fit_field(owner, f))
+            if f.name == "unit":
+                object.__setattr__(owner, f.name, declared(f"{type(owner).__name__}(unit=...)", owner.unit))
 
 
 def _check_quantities(owner: Any) -> None:
@@ -237,7 +239,7 @@ def _check_quantities(owner: Any) -> None:
         value.flags.writeable = False
         object.__setattr__(owner, f.name, float(value) if value.ndim == 0 else value)
         if not quantity.bounds.allow(value).all():
-            unit = unit_of(owner, quantity)
+            unit = unit_of_quantity(owner, quantity)
             unit = f" [{unit}]" if unit and ANY not in unit else ""
             shown = f"{float(value):g}" if value.ndim == 0 else np.array2string(value, separator=", ")
             raise ValueError(f"`{call}` must be {quantity.bounds}{unit}; got {shown}.")

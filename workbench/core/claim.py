@@ -18,7 +18,7 @@ Margin = Callable[[Signals], ca.SX]
 @dataclass(frozen=True)
 @door
 class Claim:
-    """A statement that can be true or false, with its hypotheses and its source: data, which `verify` judges.
+    """A statement that can be true or false, with its hypotheses and its source: data, which `proofs` judges.
 
     The margin maps signals by name to an expression (k, 1) that is >= 0 at every instant of a run for which the claim
     holds; it is None where no instant can tell. The claim of a block sees its own parameters and memory by their own

@@ -15,6 +15,7 @@ from workbench.core.expressions import refuse_misfit
 from workbench.core.notation import mathml
 from workbench.core.notation.formula import symbol
 from workbench.core.numbers import Bounds
+from workbench.core.units import declared, unit_of_each
 from workbench.core.validation.notebook_display import Markup, listed, table_to_html
 from workbench.core.validation.refusals import Array, as_array, described, known, refusal
 from workbench.core.validation.refusals import name as check_name
@@ -36,7 +37,8 @@ class Entry:
         check_name("Entry(name=...)", self.name)
         if self.default.ndim > 2:
             raise refusal("Entry(default=...)", "a number, a vector or a matrix", self.default)
-        self.__setstate__({**self.__dict__, "default": self.default.copy()})
+        unit = declared(f"Entry({self.name}, unit=...)", self.unit)
+        self.__setstate__({**self.__dict__, "default": self.default.copy(), "unit": unit})
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
         state["default"].flags.writeable = False  # NumPy's copies of an array can be written to
@@ -55,8 +57,7 @@ class Entry:
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each of its numbers: `unit` may name them one by one, as in "m, rad"."""
-        several = tuple(self.unit.split(", "))
-        return several if len(several) == self.size else (self.unit,) * self.size
+        return unit_of_each(self.unit, self.size)
 
     def labels(self) -> list[str]:
         """The names of its numbers in their order in the flat vector: `K[0,1]`, column by column."""

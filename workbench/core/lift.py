@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import casadi as ca
 import numpy as np
 
-from workbench.core.block import Quantity, is_block, unit_of
+from workbench.core.block import Quantity, is_block, unit_of_quantity
 from workbench.core.layout import Entry, Layout
 from workbench.core.port import Signals
 from workbench.core.validation.refusals import refusal
@@ -54,7 +54,7 @@ def _twin(block: T, path: str, index: str, found: list[tuple[Entry, ca.SX]]) -> 
         quantity: Quantity | None = f.metadata.get("quantity")
         if quantity is not None and quantity.lifted and value is not None:
             entry = _entry(
-                f"{path}{f.name}", value, quantity, unit_of(block, quantity), quantity.symbol or f.name, index
+                f"{path}{f.name}", value, quantity, unit_of_quantity(block, quantity), quantity.symbol or f.name, index
             )
             found.append((entry, _symbol(entry)))
             value = found[-1][1]

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.core.block import Matrix, Vector, block, parameter
 from workbench.core.layout import Entry, Layout
 from workbench.core.point import Point
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.notebook_display import listed
 from workbench.core.validation.refusals import known, refusal, seconds, vector
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import ClassVar
 
@@ -56,6 +56,8 @@ class Ode:
     follows: tuple[str, ...] = ()  # of a loop, the outputs that follow a reference, each beside it (`x_ref`)
     drives: tuple[str, ...] = ()  # of a loop, the commands
     measures: tuple[str, ...] = ()  # of a loop, the outputs of its plant
+    differences: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # of a loop, `e_x` by its x and `x_ref`
+    power: tuple[str, ...] = ()  # of a loop, the two outputs whose product is the power that its inputs bring
     horizon: float = math.inf  # s, the last time at which the equations hold: that of the last row of a table, say
     counts: str = ""  # the thing that each number of a vector belongs to, as 'tank'; empty where indices do
     drawing: Drawing | None = None  # of the plant, in t, x and p
@@ -69,9 +71,9 @@ class Ode:
     def __post_init__(self) -> None:
         of = {"x": "states", "p": "parameters", "rate": "states", "output": "outputs"}
         refuse_misfit("Ode", "t", self.t, 1, 1, "the time")
-        for field, layout in of.items():
+        for part, layout in of.items():
             size = getattr(self, layout).size
-            refuse_misfit("Ode", field, getattr(self, field), size, 1, f"one number for each of its {layout}")
+            refuse_misfit("Ode", part, getattr(self, part), size, 1, f"one number for each of its {layout}")
         symbols = {"t": self.t, "x": self.x, "p": self.p}
         refuse_unknown("Ode", symbols, rate=self.rate, output=self.output)
         if self.drawing is not None:

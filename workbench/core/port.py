@@ -11,16 +11,15 @@ import casadi as ca
 import numpy as np
 
 from workbench.core.layout import Entry, Layout
+from workbench.core.units import declared, joined, read
 from workbench.core.validation.notebook_display import LINE, table_to_html
 from workbench.core.validation.refusals import as_text, described, known, nearest, numbers, refusal
 from workbench.core.validation.signatures import door
 
-ANY = "?"  # the unit of a signal whose block was told none, as a system of python-control is
 Way: TypeAlias = Literal["read", "filtered", "estimated"]
 Information: TypeAlias = tuple[tuple[tuple[str, tuple[Way, ...]], ...], bool, bool, bool]
 AFFIX = re.compile(r"d{1,3}|_\w+|\d+")  # of a name that is derived from another one: `xd`, `x_ref`, `x2`
 NUMBER = re.compile(r"\d+")
-SECONDS = re.compile(r"/s(?:\^(\d+))?$")
 
 
 class NoSignalError(AttributeError, LookupError):
@@ -120,16 +119,15 @@ def _entry(name: str, value: Any) -> Entry:
     if name in METHODS:
         raise ValueError(f"`{call}` must have another name, as `{name}` is a method of the `Signals` that hold it.")
     if (unit := as_text(value)) is not None:
-        return Entry(name, np.array(0.0), unit)
+        return Entry(name, np.array(0.0), declared(call, unit))
     if isinstance(value, tuple) and len(value) == 2 and (unit := as_text(value[0])) is not None:
-        return Entry(name, numbers(call, value[1]), unit)
+        return Entry(name, numbers(call, value[1]), declared(call, unit))
     raise refusal(call, "a unit, as 'rad/s' is, or a unit and the numbers at the start", value)
 
 
 def one_entry(port: Layout, name: str) -> Entry:
     """All signals of a port as one column with the unit of each number."""
-    units = [unit for entry in port.entries for unit in entry.units]
-    return Entry(name, np.zeros(port.size), units[0] if len(set(units)) == 1 else ", ".join(units))
+    return Entry(name, np.zeros(port.size), joined([unit for entry in port.entries for unit in entry.units]))
 
 
 def misfits(wanted: Layout, offered: Layout) -> list[str]:
@@ -145,7 +143,7 @@ def misfits(wanted: Layout, offered: Layout) -> list[str]:
         if entry.size != other.size:
             want, got = ("one number" if e.size == 1 else f"{e.size} numbers" for e in (entry, other))
             clauses.append(f"'{entry.name}' as {want}, where {{gives}} it as {got}")
-        elif any(a != b and ANY not in (a, b) for a, b in zip(entry.units, other.units, strict=True)):
+        elif not all(read(a).fits(read(b)) for a, b in zip(entry.units, other.units, strict=True)):
             want, got = (e.unit or "1" for e in (entry, other))
             clauses.append(f"'{entry.name}' in [{want}], where {{gives}} it in [{got}]")
     return clauses
@@ -193,44 +191,6 @@ def column(call: str, name: str, shape: tuple[int, ...], value: Any) -> ca.SX:
     if part.shape != want:
         raise ValueError(f"`{call}` must return '{name}' in shape {want}; it returned shape {part.shape}.")
     return part
-
-
-def per_second(unit: str, order: int = 1) -> str:
-    """The unit of a derivative: of 'rad' 'rad/s', of 'm/s' with order 2 'm/s^3', of 'm, rad' 'm/s, rad/s'."""
-    return ", ".join(each if each == ANY else _derivative(each, order) for each in unit.split(", "))
-
-
-def _derivative(unit: str, order: int) -> str:
-    base, power = _split(unit)
-    return f"{base or '1'}/{_power(power + order)}"
-
-
-def gain(out: str, of: str, seconds: int = 0) -> str:
-    """The unit of a gain from signals in `of` to signals in `out`, times a power of s: 'V' of 'rad/s' is 'V s/rad'."""
-    outs, ofs = out.split(", "), of.split(", ")
-    count = max(len(outs), len(ofs))
-    return ", ".join(_gain(outs[i % len(outs)], ofs[i % len(ofs)], seconds) for i in range(count))
-
-
-def _gain(out: str, of: str, seconds: int) -> str:
-    if ANY in (out, of):
-        return ANY
-    base, order = _split(of)
-    power = order + seconds
-    top = " ".join(filter(None, (out, _power(power) if power > 0 else "")))
-    below = [f"({base})" if "/" in base else base, _power(-power) if power < 0 else ""]
-    bottom = " ".join(filter(None, below))
-    return f"{top or '1'}/{f'({bottom})' if ' ' in bottom else bottom}" if bottom else top
-
-
-def _split(unit: str) -> tuple[str, int]:
-    match = SECONDS.search(unit)
-    base = unit[: match.start()] if match else unit
-    return "" if base == "1" else base, int(match[1] or 1) if match else 0
-
-
-def _power(order: int) -> str:
-    return "s" if order == 1 else f"s^{order}"
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from workbench.report.live.page_data import LiveData
 from workbench.report.live_page import PRINTED, live_page
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Placed, chapters, findings, labels, legend, named, notes, provenance
-from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of
+from workbench.report.table_text import Shown, alignments, grid, plain, short_columns, unit_of_column
 from workbench.study.document.document import Code, Document, Part, Phrase, Reference, Strong, Table, parts
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def html(
         alignments=alignments,
         short_columns=short_columns,
         notes=notes(document),
-        unit_of=unit_of,
+        unit_of=unit_of_column,
         drawing=lambda name: Markup(drawings[name]),
         live=None if live is None else live_page(live, {name: sheet.plate for name, sheet in figures.items()}),
         live_cell=lambda *place: cells.get(place),

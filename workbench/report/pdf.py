@@ -16,7 +16,7 @@ from workbench.core.notation import typst_math
 from workbench.report.figures import drawings as drawings_of
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
-from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of
+from workbench.report.table_text import Shown, alignments, grid, length, plain, unit_of_column
 from workbench.study.document.document import (
     Code,
     Document,
@@ -190,7 +190,7 @@ class _Writer:
         columns = [
             {
                 "header": self.phrase(column.header),
-                "unit": unit_of(column),
+                "unit": unit_of_column(column),
                 "align": align,
                 "width": column.width or 0,
                 "length": max([length(row[i]) for row in cells], default=0),

@@ -130,7 +130,7 @@ def measures(table: Table) -> bool:
     return any(isinstance(bare(cell), Measured) for row in table.rows for cell in row)
 
 
-def unit_of(column: Column) -> str:
+def unit_of_column(column: Column) -> str:
     """The unit as it is printed, in brackets: '[m/s²]'; empty for a number without one."""
     return "" if column.unit in ("", "1") else f"[{raised(column.unit)}]"
 
@@ -162,7 +162,7 @@ def to_csv(table: Table) -> str:
     parts_of = [_fields_of([bare(row[i]) for row in table.rows]) for i in range(len(table.columns))]
     head: list[str] = []
     for column, names in zip(table.columns, parts_of, strict=True):
-        name, unit = plain(column.header), f" {unit_of(column)}".rstrip()
+        name, unit = plain(column.header), f" {unit_of_column(column)}".rstrip()
         head += [f"{name}{unit}", *(f"{name} ({part}){unit}" for part in names)]
     writer.writerow(map(spreadsheet_text, head))
     for row in table.rows:
@@ -207,7 +207,8 @@ def to_latex(table: Table) -> str:
     notes = (BRACKETS, *table.notes) if measures(table) else table.notes
     letters = "".join({"left": "l", "center": "c", "right": "r"}[a] for a in alignments(table))
     heads = [
-        _latex(column.header) + (f" {_escaped(unit)}" if (unit := unit_of(column)) else "") for column in table.columns
+        _latex(column.header) + (f" {_escaped(unit)}" if (unit := unit_of_column(column)) else "")
+        for column in table.columns
     ]
     lines = [
         r"\begin{table}",

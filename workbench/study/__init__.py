@@ -17,10 +17,8 @@ _FILES = {
     "marks": "bars cell points",
     "study": "Case Results Study",
     "tuning": "Trial Tuning",
-    "uncertainty": "LatinHypercube MonteCarlo MorrisDesign OneAtATime SobolDesign least_base morris quantiles sobol "
-    "tornado",
-    "uncertainty.distributions": "LogNormal LogUniform Normal Triangular Uniform",
-    "uncertainty.factors": "Factor",
+    "uncertainty": "Factor LatinHypercube LogNormal LogUniform MonteCarlo MorrisDesign Normal OneAtATime SobolDesign "
+    "Triangular Uniform least_base morris quantiles sobol tornado",
     "work": "Work",
 }
 _HOMES = {name: file for file, names in _FILES.items() for name in names.split()}

@@ -14,6 +14,7 @@ from workbench.core import Ode, Sampled
 from workbench.core.equations import equations_of
 from workbench.core.validation.refusals import Array, multiple
 from workbench.engine.arithmetic import signature
+from workbench.engine.factors import Space
 from workbench.engine.job import Progress
 from workbench.engine.metrics.measured_equation import MeasuredEquation
 from workbench.engine.metrics.measured_run import MeasuredRun, arithmetic_for, points_of
@@ -27,7 +28,6 @@ from workbench.study.ledger.chunk import Chunk, chunk_of
 from workbench.study.run_cost import RunCost
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import AbstractDesign, Alone
-from workbench.study.uncertainty.factors import Space
 
 CASES = "cases"  # the name of the sweep that each case is
 

@@ -11,10 +11,10 @@ from workbench.core import Ode, Sampled
 from workbench.core.equations import LOOP, Loop, is_loop
 from workbench.core.validation.refusals import Integers, multiple, positive, refusal, seconds, seed, whole
 from workbench.core.validation.signatures import door
+from workbench.engine.factors import Factor
 from workbench.engine.metrics import AbstractMetric
 from workbench.study.document.phrases import check_name
 from workbench.study.uncertainty.designs import AbstractDesign
-from workbench.study.uncertainty.factors import Factor
 
 TOLERANCE = 1e-3
 HALVED = 16

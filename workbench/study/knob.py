@@ -12,9 +12,8 @@ import numpy as np
 from workbench.core import Layout, Step
 from workbench.core.validation.refusals import Array, nearest
 from workbench.core.validation.signatures import door
-from workbench.study.provenance import Mark
-from workbench.study.uncertainty.distributions import LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor, Space
+from workbench.engine.distributions import LogUniform, Uniform
+from workbench.engine.factors import Factor, Mark, Space
 
 TAILS = 0.005, 0.995  # quantiles where a distribution without ends is cut off
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from workbench.core.validation.refusals import Array, as_array, described, finite, known
 from workbench.core.validation.signatures import door
+from workbench.engine.distributions import LogUniform, Uniform
+from workbench.engine.factors import Factor, Mark
 from workbench.study.document.document import Column, Phrase, Table
 from workbench.study.document.phrases import raised
 from workbench.study.user_values import UserValue
-
-Mark = Literal["stated", "derived", "assumed"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +49,23 @@ class Given:
             raise ValueError(
                 f"`Given({self.name!r})` is assumed, so it needs the range `low` to `high` it could lie in."
             )
+
+    @door
+    def factor(self, paths: Sequence[str], log_scale: bool = False) -> Factor:
+        """The number as a factor over the range in which it could lie, with its mark.
+
+        Raises
+        ------
+        ValueError
+            If the number has no range, or one that is none for a distribution.
+        """
+        if self.low is None or self.high is None:
+            raise ValueError(
+                f"`Given.factor(paths)` needs a range to vary '{self.name}', which is {self.mark}, in; it has none: "
+                "write `Factor(...)` with a distribution of your own."
+            )
+        spread = LogUniform(self.low, self.high) if log_scale else Uniform(self.low, self.high)
+        return Factor(self.name, tuple(paths), spread, self.mark)
 
 
 def stated(name: str, value: UserValue, unit: str, where: str, shown: Phrase = "") -> Given:

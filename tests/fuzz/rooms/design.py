@@ -105,7 +105,6 @@ def _linear() -> dict[str, Any]:
         "observability": partial(linear.observability, SYSTEM, 1e-9),
         "disk_margin": partial(linear.disk_margin, loop),
         "equilibria": partial(linear.equilibria, ODE, {"x[0]": (-1.0, 4.0), "x[1]": (-1.0, 1.0)}, None, None, starts=4),
-        "forward_differences": partial(linear.forward_differences, ODE, 0.0, REST, None, [0.0]),
         "frequency_response": partial(linear.frequency_response, SYSTEM, np.array([1.0, 2.0])),
         "freeze": partial(linear.freeze, cut, ("plant.q",)),
         "lead_lag": partial(linear.lead_lag, control.tf([10.0], [1.0, 1.0, 0.0]), 5.0, 50.0, 2.0),

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 import workbench as wb
+from workbench.core import layout
 from workbench.study import evidence
 from workbench.study import uncertainty as sensitivity
 from workbench.study.uncertainty import LatinHypercube, Listed, MonteCarlo, MorrisDesign, OneAtATime, SobolDesign
@@ -52,6 +53,17 @@ def calls() -> dict[str, Any]:
     part = sensitivity.Estimate(flat, flat)
     told = {"a": outputs(RANDOM)[:, 0], "b": outputs(RANDOM)[:, 1]}
     return {
+        "AbstractDistribution": sensitivity.Uniform(0.5, 4.0),
+        "Factor": partial(sensitivity.Factor, "k", ("k",), sensitivity.Uniform(0.5, 4.0), "stated", True),
+        "LogNormal": partial(sensitivity.LogNormal, 1.0, 0.5, 0.1, 4.0),
+        "LogUniform": partial(sensitivity.LogUniform, 0.5, 4.0),
+        "Normal": partial(sensitivity.Normal, 1.0, 0.5, 0.1, 4.0),
+        "Space": partial(sensitivity.Space, (), layout(k="1/s"), layout(x="m")),
+        "Triangular": partial(sensitivity.Triangular, 0.5, 1.0, 4.0),
+        "Uniform": partial(sensitivity.Uniform, 0.5, 4.0),
+        "factor_table": partial(
+            sensitivity.factor_table, sensitivity.Space((), layout(k="1/s"), layout(x="m")), "drawn", "What is drawn."
+        ),
         "AbstractDesign": RANDOM,
         "LatinHypercube": partial(LatinHypercube, 2, 24, 3),
         "Listed": partial(Listed, [[0.5, 0.25], [0.0, 1.0]]),
@@ -88,8 +100,6 @@ def calls() -> dict[str, Any]:
             {},
             ("a remark",),
         ),
-        "Predictor": partial(evidence.Predictor, "k", "above", 1.0, 0.9, 0.01, 20, 3),
-        "Shape": partial(evidence.Shape, "a", "error", "rad", "one group", [0, 1], 40, 1.0, 1.0, 0.1, None),
         "Standings": partial(evidence.Standings, {"paper": JUDGEMENT}),
         "Success": partial(evidence.Success, 1.0),
         "Tail": partial(evidence.Tail, 0.6),
@@ -133,7 +143,6 @@ def calls() -> dict[str, Any]:
         "ranks": partial(evidence.ranks, PAIRED, 0.9),
         "same_draws": partial(evidence.same_draws, {"a": sample(), "b": sample()}),
         "share": partial(sensitivity.share, [1.0, 0.0, np.nan], 0.9),
-        "shapes": partial(evidence.shapes, PAIRED, RANDOM.points(), FACTORS, confidence=0.9, seed=1),
         "sobol": partial(
             sensitivity.sobol,
             PAIRS,
@@ -145,9 +154,6 @@ def calls() -> dict[str, Any]:
         ),
         "least_base": partial(sensitivity.least_base, 12, True),
         "least_draws": partial(evidence.least_draws, (evidence.Mean(), evidence.Tail(0.9))),
-        "sobol_by_salib": partial(
-            sensitivity.sobol_by_salib, PAIRS, outputs(PAIRS), NAMES, factors=FACTORS, resamples=4, seed=1
-        ),
         "statistics_table": partial(evidence.statistics_table, "t", "c", JUDGEMENT, ("a note",)),
         "tornado": partial(sensitivity.tornado, ALONE, outputs(ALONE), NAMES, factors=FACTORS),
     }

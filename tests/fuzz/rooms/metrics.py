@@ -93,7 +93,6 @@ def calls() -> dict[str, Any]:
         "SampledRms": partial(SampledRms, "own", "m", "about", "y", 0.1),
         "Overshoot": partial(Overshoot, "own", "m", "about"),
         "SettlingTime": partial(SettlingTime, "own", "m", "about", 0.1),
-        "peak_torque": partial(room.peak_torque),
         **{name: partial(getattr(room, name), "y")
            for name in ("effort", "iae", "ise", "itae", "overshoot", "peak", "peak_error")},
         "energy": partial(room.energy, ("y", "y")),

@@ -8,6 +8,8 @@ import casadi as ca
 
 from workbench import study
 from workbench.core import Entry, Layout, Ode
+from workbench.engine.distributions import LogUniform, Uniform
+from workbench.engine.factors import Factor, Space
 from workbench.engine.metrics import iae, ise
 from workbench.study import case_runs, provenance, tuning, writeup
 from workbench.study.compiled import compile_sweep
@@ -15,9 +17,7 @@ from workbench.study.contract import Run, Sweep
 from workbench.study.document import document
 from workbench.study.evidence import law_tables
 from workbench.study.study import Case, Results, Study
-from workbench.study.uncertainty import Listed, MonteCarlo, factors, local
-from workbench.study.uncertainty.distributions import LogUniform, Uniform
-from workbench.study.uncertainty.factors import Factor
+from workbench.study.uncertainty import Listed, MonteCarlo, factor_table, local
 from workbench.study.work import Work
 
 MODULES = ("workbench.study", "workbench.study.tuning")
@@ -99,7 +99,7 @@ def outcomes() -> Any:
 
 
 def calls() -> dict[str, Any]:
-    space = partial(factors.Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
+    space = partial(Space, (FACTOR,), Layout((Entry("k", 2.0),)), Layout((Entry("x", 1.0),)))
     given = provenance.assumed("k", 1.0, "1/s", "nobody says", 0.5, 2.0)
     published = law_tables.Published("table 1", "IAE", 0, {"law": 0.4}, 2)
     return {
@@ -118,7 +118,8 @@ def calls() -> dict[str, Any]:
             variations=(study.Variation("the median in place of the mean", "SMC", "1.2 against 1.4"),),
             cites=("a8_fair_comparison/best",),
         ),
-        "Factor.of": partial(Factor.of, given, ("k",), True),
+        "Given.factor": partial(given.factor, ("k",), True),
+        "factor_table": partial(factor_table, space(), "drawn", "What is drawn."),
         "Given": partial(provenance.Given, "k", 1.0, "1/s", "assumed", "nobody says", 0.5, 2.0, "k"),
         "Card": partial(provenance.Card, (given,)),
         "Knob": partial(study.Knob, "k", ("k",), 0.5, 4.0, True, "stated", False),

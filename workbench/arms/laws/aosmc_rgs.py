@@ -16,7 +16,7 @@ from workbench.core import Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Matrix, Number, Scalar, Vector
 from workbench.core.claim import Claim
 from workbench.core.numbers import Bounds
-from workbench.core.port import gain
+from workbench.core.units import gain
 
 VELOCITIES = {
     "printed": "(28) as printed: qdd_d and qd_d, which leaves Lambda e2 uncancelled in (30)",

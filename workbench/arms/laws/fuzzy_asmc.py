@@ -17,7 +17,7 @@ from workbench.arms.laws.sliding_surface import SWITCHINGS
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Entry, Layout, block, initial, option, parameter
 from workbench.core.block import Column, Matrix, Number, Scalar, Vector
-from workbench.core.port import per_second
+from workbench.core.units import per_second
 
 
 @block

@@ -9,7 +9,7 @@ from workbench.arms.dynamics import AbstractArm
 from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Entry, Layout, block, parameter
 from workbench.core.block import Number, Vector
-from workbench.core.port import gain
+from workbench.core.units import gain
 
 
 @block

@@ -11,6 +11,7 @@ from workbench.blocks.loop.contracts import Follows, Parts, Reads
 from workbench.core import Layout, block, parameter
 from workbench.core.block import Matrix, Number
 from workbench.core.point import gain_of
+from workbench.core.units import joined
 from workbench.core.validation.refusals import Array, as_array, refusal
 
 
@@ -84,7 +85,7 @@ class StateFeedback(AbstractArmController):
 
     def _gain(self, over: str) -> str:
         each = [f"{force}{over}{unit}" for unit in self.model.units for force in self.drives["tau"].units]
-        return each[0] if len(set(each)) == 1 else ", ".join(each)
+        return joined(each)
 
     def torque(self, t: Number, z: Parts, est: Reads, ref: Follows) -> ca.SX:
         e, ed = est.q - ref.q, est.qd - ref.qd

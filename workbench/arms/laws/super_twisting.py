@@ -12,7 +12,7 @@ from workbench.blocks.loop.contracts import EULER, Follows, Parts, Reads
 from workbench.core import Entry, Layout, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
 from workbench.core.claim import Claim
-from workbench.core.port import per_second
+from workbench.core.units import per_second
 
 TINY = np.finfo(float).tiny
 SWITCHED_RATE_IS_BOUNDED = Claim(

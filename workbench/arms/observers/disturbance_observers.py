@@ -17,7 +17,7 @@ from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Number, Scalar, Vector, initial_states
 from workbench.core.claim import Claim
 from workbench.core.claim import Signals as Run
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 
 ROUNDING = 1e-7  # of rates that are exact but for the last digits
 

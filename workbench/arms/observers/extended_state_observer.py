@@ -8,7 +8,7 @@ from workbench.blocks.loop.contracts import AbstractObserver, Inputs, Parts, Rea
 from workbench.blocks.observers.model import HAT, phi, with_hats
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Number, Scalar
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import name as checked_name
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -26,64 +25,40 @@ from workbench.core.notation.formula import (
     children,
     letters,
 )
+from workbench.core.units import BASE, ONE, Unit, in_base_units, read
 
 PLAIN = 24  # the largest whole number in a fraction that is no measured value
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit kg^a m^b s^c; an angle has none."""
-
-    kg: Fraction = Fraction(0)
-    m: Fraction = Fraction(0)
-    s: Fraction = Fraction(0)
-
-    def __mul__(self, other: Unit) -> Unit:
-        return Unit(self.kg + other.kg, self.m + other.m, self.s + other.s)
-
-    def __pow__(self, n: Fraction | int) -> Unit:
-        return Unit(self.kg * n, self.m * n, self.s * n)
-
-    def __truediv__(self, other: Unit) -> Unit:
-        return self * other**-1
-
-    def __str__(self) -> str:
-        """The unit as text: kg m^2/s."""
-        powers = {"kg": self.kg, "m": self.m, "s": self.s}
-        above = " ".join(name if n == 1 else f"{name}^{n}" for name, n in powers.items() if n > 0)
-        below = " ".join(name if n == -1 else f"{name}^{-n}" for name, n in powers.items() if n < 0)
-        return (above or "1") + (f"/({below})" if " " in below else f"/{below}" if below else "")
-
-
-NONE, KG, METRE, SECOND = Unit(), Unit(kg=Fraction(1)), Unit(m=Fraction(1)), Unit(s=Fraction(1))
-NEWTON = KG * METRE / SECOND**2
-KNOWN = {"kg": KG, "m": METRE, "s": SECOND, "rad": NONE, "1": NONE, "N": NEWTON, "J": NEWTON * METRE}
-_FACTOR = re.compile(r"([A-Za-z]+|1)(\^(-?\d+))?")
+METRE, SECOND = read("m"), read("s")
+ENERGY = read("kg m^2/s^2")
 
 
 class UnitsError(ValueError):
     """The error of a formula that adds terms of different units, or takes the sine of a term with a unit."""
 
 
-def unit_of(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
+def unit_of_formula(formula: Formula, units: Mapping[Symbol, Unit]) -> Unit | None:
     """The unit of a formula, None for zero, which has any; terms that do not match raise a `UnitsError`."""
     match formula:
         case Number(value):
-            return None if value == 0 else NONE
+            return None if value == 0 else ONE
         case Symbol():
-            return NONE if formula == PI and formula not in units else units[formula]
+            return ONE if formula == PI and formula not in units else units[formula]
         case Sum(terms):
-            known = [(term, unit) for term in terms if (unit := unit_of(term, units)) is not None]
-            first, wanted = known[0] if known else (formula, None)
+            known = [(term, unit) for term in terms if (unit := unit_of_formula(term, units)) is not None]
+            if not known:
+                return None
+            first, wanted = known[0]
             for term, unit in known:
                 if unit != wanted:
-                    raise UnitsError(f"{text.emit(first)} in {wanted} is added to {text.emit(term)} in {unit}")
+                    raise UnitsError(
+                        f"{text.emit(first)} in {_text(wanted)} is added to {text.emit(term)} in {_text(unit)}"
+                    )
             return wanted
         case Call(function, (argument,)) if function != "sqrt":
-            if (unit := unit_of(argument, units)) not in (None, NONE):
-                raise UnitsError(f"{function} is taken of {text.emit(argument)}, in {unit}")
-            return NONE
-    inner = [unit for part in children(formula) if (unit := unit_of(part, units)) is not None]
+            if (unit := unit_of_formula(argument, units)) is not None and unit != ONE:
+                raise UnitsError(f"{function} is taken of {text.emit(argument)}, in {_text(unit)}")
+            return ONE
+    inner = [unit for part in children(formula) if (unit := unit_of_formula(part, units)) is not None]
     if len(inner) < len(children(formula)):
         return None
     match formula:
@@ -108,10 +83,10 @@ class Units:
     def of_entry(self, place: Place) -> Unit:
         """The unit of an entry of M, C or G."""
         matrix, row, column = place
-        power = KG * METRE**2 / SECOND**2 / self.joints[row - 1]
+        power = ENERGY / self.joints[row - 1]
         if matrix == "G":
             return power
-        return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else NONE)
+        return power * SECOND**2 / self.joints[column - 1] / (SECOND if matrix == "C" else ONE)
 
     def mismatch(self, place: Place, printed: Formula) -> str:
         """The fault in the units of an entry, in words; empty if there is none, or if its numbers may have some."""
@@ -119,11 +94,11 @@ class Units:
         if not all(map(_is_plain, numbers)) or (numbers and all(letter.letter == "q" for letter in letters(printed))):
             return ""
         try:
-            found = unit_of(printed, self.symbols)
+            found = unit_of_formula(printed, self.symbols)
         except UnitsError as error:
             return str(error)
         right = self.of_entry(place)
-        return "" if found in (None, right) else f"it is in {found}, where {right} is right"
+        return "" if found in (None, right) else f"it is in {_text(found)}, where {_text(right)} is right"
 
 
 def _is_plain(number: Number) -> bool:
@@ -136,7 +111,7 @@ def units_of(dynamics: Dynamics) -> Units | None:
     if any(entry.bounds.low == entry.bounds.high != 0 for entry in dynamics.p.entries if not entry.shape):
         return None  # numbers may then stand for it, and have its unit
     letters = {name: symbol for symbol, name in symbols_of(dynamics).items()}
-    joints = tuple(METRE if unit == "m" else NONE for unit in dynamics.units)
+    joints = tuple(METRE if unit == "m" else ONE for unit in dynamics.units)
     known: dict[Symbol, Unit] = {}
     for i, unit in enumerate(joints):
         known |= {letters[f"q[{i}]"]: unit, letters[f"qd[{i}]"]: unit / SECOND}
@@ -147,14 +122,11 @@ def units_of(dynamics: Dynamics) -> Units | None:
     return Units(known, joints)
 
 
-def read_unit(said: str) -> Unit | None:
-    """The unit that a parameter declares, such as kg m^2 or m/s^2; None if a part of it is unknown."""
-    result = NONE
-    for k, part in enumerate(said.split("/")):
-        for factor in part.replace("*", " ").split():
-            found = _FACTOR.fullmatch(factor.strip("()"))
-            if found is None or found[1] not in KNOWN:
-                return None
-            power = KNOWN[found[1]] ** int(found[3] or 1)
-            result = result / power if k else result * power
-    return result
+def read_unit(text: str) -> Unit | None:
+    """The unit of a text in kg, m and s, where an angle has none; None if it has other parts or a factor."""
+    base = in_base_units(read(text), angles=False)
+    return base[1] if base is not None and base[0] == 1 else None
+
+
+def _text(unit: Unit) -> str:
+    return str(Unit(tuple(sorted(unit.powers, key=lambda power: BASE.index(power[0]))))) or "1"

@@ -7,7 +7,8 @@ import numpy as np
 from workbench.blocks.loop.contracts import AbstractController, Follows, Parts, Reads
 from workbench.core import Entry, Layout, Signals, block, option, parameter
 from workbench.core.block import Number, Scalar, Vector
-from workbench.core.port import gain, one_entry
+from workbench.core.port import one_entry
+from workbench.core.units import gain
 
 
 @block

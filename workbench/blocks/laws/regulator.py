@@ -8,7 +8,7 @@ from workbench.blocks.loop.contracts import AbstractController, AbstractPlant, F
 from workbench.blocks.loop.plant_rest import point_for
 from workbench.core import Layout, Signals, block, parameter
 from workbench.core.block import Matrix, Number, Vector
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import known, matrix
 
 

@@ -254,6 +254,8 @@ def _around(closed: ClosedLoop, name: str, outside: Outside) -> Ode:
         follows=() if outside.cut.size else closed.follows,
         drives=inputs.names,
         measures=wiring.measures(closed),
+        differences=wiring.differences(closed),
+        power=wiring.power(closed),
         horizon=wiring.horizon(closed),
         counts=closed.plant.counts,
         drawing=wiring.drawn(loop.plant, t, z["plant"], symbols[-1], lifted.layout + outside.layout),

@@ -18,7 +18,7 @@ import numpy as np
 from workbench.blocks.loop.signal_units import fitted
 from workbench.core import Entry, Layout, Signals, block, parameter
 from workbench.core.block import Scalar, Vector, quantities
-from workbench.core.port import ANY, per_second
+from workbench.core.units import ANY, per_second
 from workbench.core.validation.refusals import Array, described, seconds, whole
 
 TINY = float(np.finfo(float).tiny)

@@ -46,6 +46,7 @@ class AbstractPlant(ABC):
 
     update: Callable[..., Parts]
     counts: str = ""  # the thing that the numbers of its vectors count, as 'tank'
+    power: tuple[str, ...] = ()  # an input and an output whose product is a power, as ("v", "i")
     period: float | None = None  # s, of a plant in discrete time, which has an `update` in place of a `rate`
 
     @property

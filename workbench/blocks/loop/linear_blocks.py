@@ -19,7 +19,7 @@ from workbench.blocks.loop.contracts import (
 )
 from workbench.core import Layout, LinearSystem, Signals, block, initial, parameter
 from workbench.core.block import Number, States, Vector, socket
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import vector
 
 WANTED = "_ref"  # an input of a law by this ending is a wanted signal

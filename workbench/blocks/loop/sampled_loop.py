@@ -61,7 +61,7 @@ def digital(
     flow = replace(flow, notes=wiring.notes(loop), horizon=wiring.horizon(loop), counts=loop.plant.counts)
     drawing = wiring.drawn(lifted.block.plant, t, wiring.split(states.view(x))["plant"], p, parameters)
     flow = replace(flow, follows=follows, drives=loop.plant.inputs.names, drawing=drawing)
-    flow = replace(flow, measures=wiring.measures(loop))
+    flow = replace(flow, measures=wiring.measures(loop), differences=wiring.differences(loop), power=wiring.power(loop))
     methods = _methods(loop, every["controller"] * period, fine)
     law = partial(law_alone, loop, period, instruments, queue, fine)
     crossed = states.flatten(after)

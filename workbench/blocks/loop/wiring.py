@@ -133,6 +133,32 @@ def shown(
     return layout, {name: ca.densify(ca.SX(part)) for name, part, _ in parts}
 
 
+def differences(loop: Blocks) -> dict[str, tuple[str, str]]:
+    """The outputs that are the difference of two signals, by the names under which the loop shows all three."""
+    outputs, truths, gives = loop.plant.outputs, loop.plant.truths, loop.observer.gives
+    follows = [name for name in loop.reference.says.names if name in outputs]
+    pairs = {f"e_{name}": (name, f"{name}_ref") for name in follows}
+    pairs |= {f"e_hat_{name}": (f"{name}_hat", f"{name}_ref") for name in follows if name in gives}
+    pairs |= {f"{name}_error": (name, f"{name}_hat") for name in (outputs + truths).names if name in gives}
+    short = loop.plant.labels
+    return {short.get(name, name): (short.get(a, a), short.get(b, b)) for name, (a, b) in pairs.items()}
+
+
+def power(loop: Blocks) -> tuple[str, ...]:
+    """The effort and the flow that the plant declares, as they act, by the names under which the loop shows them."""
+    plant = loop.plant
+    if not plant.power:
+        return ()
+    effort, flow = plant.power if len(plant.power) == 2 else ("", "")
+    if effort not in plant.inputs or flow not in plant.outputs + plant.truths:
+        raise ValueError(
+            f"`{type(plant).__name__}.power` must be an input and an output whose product is a power, as ('v', 'i') "
+            f"is; got {plant.power!r}. Its inputs are {', '.join(plant.inputs.names)}, its outputs "
+            f"{', '.join((plant.outputs + plant.truths).names)}."
+        )
+    return f"{effort}_applied", plant.labels.get(flow, flow)
+
+
 def measures(loop: Blocks) -> tuple[str, ...]:
     """The outputs of the plant, by the names under which the loop shows them."""
     return tuple(loop.plant.labels.get(name, name) for name in loop.plant.outputs.names)

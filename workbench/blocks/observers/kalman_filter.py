@@ -21,7 +21,7 @@ from workbench.core import Entry, Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Scalar
 from workbench.core.methods import runge_kutta
 from workbench.core.numbers import Bounds
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import known, seconds, whole
 from workbench.core.validation.signatures import door
 

@@ -20,7 +20,7 @@ from workbench.blocks.observers.model import (
 from workbench.core import Layout, Signals, block, initial, parameter
 from workbench.core.block import Matrix, Number, Vector
 from workbench.core.methods import runge_kutta
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import seconds, whole
 
 

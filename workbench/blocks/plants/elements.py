@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.core import Entry, Layout, block, initial, parameter
 from workbench.core.block import Column, Scalar, Vector, initial_states, quantities
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import whole
 
 NOISE = "white noise in continuous time has no step, so give the instruments to `digital(period, instruments)`"

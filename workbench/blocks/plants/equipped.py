@@ -22,6 +22,10 @@ class AbstractAround(AbstractPlant):
     plant: AbstractPlant
 
     @property
+    def power(self) -> tuple[str, ...]:  # type: ignore[override]
+        return self.plant.power
+
+    @property
     def labels(self) -> Mapping[str, str]:
         return self.plant.labels
 

@@ -17,7 +17,7 @@ from workbench.core import Entry, Layout, Ode, Signals, block
 from workbench.core.block import Number, States, parameters
 from workbench.core.expressions import SymbolError, symbols_are_no_numbers
 from workbench.core.ode import time_beside
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.core.validation.refusals import Array, described, nearest, raised, text, vector
 
 Port = Layout | tuple[str, ...]

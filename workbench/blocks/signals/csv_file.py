@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from workbench.core.units import declared, joined, read
 from workbench.core.validation.refusals import Array, Integers, described, known, seconds
 
 LARGEST = 2**26  # bytes of a file
@@ -121,8 +122,8 @@ class CsvFile:
 
     def unit(self, columns: Sequence[str], given: str | None) -> str:
         """The unit of a signal, or one for each of its numbers; the first line and the given unit must agree."""
-        said = [self.units[self.place(column)] for column in columns]
-        own = [None] if given is None else given.split(", ")
+        said = [declared(f"{column} [...]", self.units[self.place(column)]) for column in columns]
+        own = [None] if given is None else declared("Table.from_csv(unit=...)", given).split(", ")
         own = own * len(said) if len(own) == 1 else own
         if len(own) != len(said):
             raise ValueError(
@@ -134,13 +135,13 @@ class CsvFile:
                     f"`{self.call}` must say the unit of '{column}', as '{column} [rad/s]' does, and {self.name} does "
                     "not: give it by `unit`."
                 )
-            if unit and other not in (None, unit):
+            if unit and other is not None and read(unit) != read(other):
                 raise ValueError(
                     f"`Table.from_csv(unit=...)` must be the unit of the file, in which nothing is converted; "
                     f"'{column}' of {self.name} is in [{unit}], and got {other!r}."
                 )
         units = [unit or str(other) for unit, other in zip(said, own, strict=True)]
-        return units[0] if len(set(units)) == 1 else ", ".join(units)
+        return joined(units)
 
 
 def _name_and_unit(cell: str) -> tuple[str, str]:

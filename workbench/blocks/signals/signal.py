@@ -10,7 +10,7 @@ import numpy as np
 from workbench.blocks.loop.surroundings import AbstractReference
 from workbench.core import Entry, Layout, Signals, block
 from workbench.core.block import Number, quantities
-from workbench.core.port import per_second
+from workbench.core.units import per_second
 
 Motion = tuple[ca.SX, ca.SX, ca.SX]  # a signal, its first and its second derivative, each (n, 1)
 ROUNDING = 2.0**-50  # more than k h may lack of the decimal number that is meant: 30 times 0.03 is less than 0.9

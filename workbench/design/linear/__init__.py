@@ -9,7 +9,7 @@ from workbench.design.linear.equilibria import Equilibria, Equilibrium, equilibr
 from workbench.design.linear.feedback_loops import frequency_response, one_loop, sensitivity
 from workbench.design.linear.linear_modes import Hautus, Mode, Pole, controllability, observability, poles
 from workbench.design.linear.linear_path import LinearPath, LyapunovExponents, along, freeze, lyapunov_exponents
-from workbench.design.linear.linearization import forward_differences, linearize, to_control
+from workbench.design.linear.linearization import linearize, to_control
 from workbench.design.linear.loop_cuts import broken_loop, broken_loops
 from workbench.design.linear.loop_margins import DiskMargin, LoopMargins, disk_margin, loop_margins
 from workbench.design.linear.operating_point import OperatingPoint, operating_point
@@ -32,7 +32,6 @@ __all__ = [
     "controllability",
     "disk_margin",
     "equilibria",
-    "forward_differences",
     "freeze",
     "frequency_response",
     "lead_lag",

@@ -163,13 +163,3 @@ def to_control(ode: Ode, p: Any = None, name: str | None = None) -> control.Nonl
         return np.array(ode.h(t, x, with_input(u))).ravel()
 
     return control.nlsys(update, output, name=name or ode.name, **names_of(ode))
-
-
-@door
-def forward_differences(ode: Ode, t: float, x: Any, p: Any = None, u: Any = None) -> control.StateSpace:
-    """The linear model that python-control's own `linearize` gives, by forward differences: to be held beside ours."""
-    import control
-
-    row = row_of(ode, p, u)
-    state = vector_of("x", x, ode.states)
-    return control.linearize(to_control(ode, row), state, row[places_of(ode)], t=time_of(t))

@@ -13,11 +13,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Entry, Layout, Ode
+from workbench.core.units import declared, joined, unit_of_each
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, described, several
 from workbench.core.validation.signatures import answer, door
 from workbench.core.validation.type_hints import KindError, fit_of
-from workbench.engine.metrics.signal_choice import Signal, column, names_of, watched
+from workbench.engine.metrics.signal_choice import Signal, choose, column, names_of
 
 # Outputs of a loop, or the memory of a metric, by name.
 Parts = Mapping[str, ca.SX]
@@ -55,8 +56,7 @@ class AbstractMetric(ABC):
     @property
     def units(self) -> tuple[str, ...]:
         """The unit of each of its numbers."""
-        several = tuple(self.unit.split(", "))
-        return several if len(several) == len(self.labels) else (self.unit,) * len(self.labels)
+        return unit_of_each(self.unit, len(self.labels))
 
     @property
     def is_time(self) -> bool:
@@ -118,9 +118,9 @@ Own = TypeVar("Own", bound=AbstractMetric)
 
 def bound(metric: Own, signal: Signal, ode: Ode, measure: Callable[[str], str] = str, /, **parts: Any) -> Own:
     """A metric of a signal of this equation, whose units are measured from those of the signal where it has none."""
-    seen = watched(metric.name, signal, ode)
+    seen = choose(metric.name, signal, ode)
     units = [measure(unit) for unit in seen.units]
-    unit = metric.unit or (units[0] if len(set(units)) == 1 else ", ".join(units))
+    unit = declared(f"{type(metric).__name__}({metric.name}, unit=...)", metric.unit) or joined(units)
     about = metric.about if metric.labels else metric.about.replace("{}", seen.words) + seen.remark  # said once
     return replace(metric, unit=unit, about=about, labels=seen.labels, **parts)
 
@@ -198,7 +198,7 @@ class AbstractSignalMetric(AbstractMetric):
     @door
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric with its signal as this equation has it."""
-        seen = watched(self.name, self.signal, ode)
+        seen = choose(self.name, self.signal, ode)
         return bound(self, seen, ode, self.measured_in, signal=seen)
 
     @door
@@ -246,7 +246,7 @@ class Integral(AbstractMetric):
     def of(self, ode: Ode) -> AbstractMetric:
         """The metric with its signal as this equation has it."""
         if self.signal is not None:
-            seen = watched(self.name, self.signal, ode)
+            seen = choose(self.name, self.signal, ode)
             return bound(self, seen, ode, self.measure or str, signal=seen)
         if not self.signals:
             raise ValueError(f"The metric '{self.name}' has no signal: name at least one, `Integral(signals=('e',))`.")
@@ -257,7 +257,7 @@ class Integral(AbstractMetric):
                 f"'{missing[0]}': name a pair whose product is a power, as in `energy(power=('v', 'i'))`. It has: "
                 f"{', '.join(ode.outputs.names) or 'none'}."
             )
-        first, *others = [watched(self.name, name, ode) for name in self.signals]
+        first, *others = [choose(self.name, name, ode) for name in self.signals]
         for other in others:
             if self.measure is not None and len(other.units) != len(first.units):
                 raise ValueError(

@@ -12,6 +12,7 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Layout, Ode, Sampled, Step, runge_kutta_step, with_quadrature
+from workbench.core.units import declared
 from workbench.core.validation.refusals import MOST, Array, multiple, seconds, text
 from workbench.core.validation.signatures import door
 from workbench.engine import Trajectories
@@ -49,6 +50,7 @@ class MeasuredEquation:
             raise ValueError(f"`measured(metrics=...)` needs distinct names; got {names}.")
         bound = tuple(m.of(ode) for m in metrics)
         for m in bound:
+            declared(f"{type(m).__name__}({m.name}, unit=...)", m.unit)
             for signal in watches(m):
                 refuse_unknown(m.name, signal, ode)
             _grid(m)

@@ -13,10 +13,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from workbench.core.units import SECOND, read
 from workbench.core.validation.refusals import Array, described, finite, numbers, positive, seconds, vector
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import Integral
-from workbench.engine.metrics.signal_choice import Choice, product, work
+from workbench.engine.metrics.energy import Energy
+from workbench.engine.metrics.signal_choice import Choice
 from workbench.engine.metrics.step_metrics import Overshoot, Peak, SampledRms, SettlingTime, TotalVariation
 
 
@@ -50,7 +52,7 @@ def _error(
 
 def _over_time(order: int, seconds: int) -> Callable[[str], str]:
     """The unit of an integral over time: powers of the units of the signal and of time, multiplied."""
-    return lambda unit: product((unit, order), ("s", seconds))
+    return lambda unit: str(read(unit) ** order * SECOND**seconds)
 
 
 @door
@@ -111,21 +113,32 @@ def effort(signal: str | None = None) -> Integral:
 
 
 @door
-def energy(power: tuple[str, str] = ("tau_applied", "qd")) -> Integral:
+def energy(power: tuple[str, str] | None = None) -> Energy:
     """Integral of |u v| dt of an effort u and a flow v: the energy moved either way, none of it recovered.
 
-    The product of the two signals is a power: torque and velocity of an arm, voltage and current of a motor.
+    The product of the two signals is a power, as that of a voltage and its current is. By default they are those that
+    the plant of the loop declares by its `power`.
+
+    Examples
+    --------
+    >>> @wb.block
+    ... class Mass(wb.Plant):
+    ...     v: float = wb.initial(default=0.0, unit="m/s")
+    ...     inputs, outputs, power = wb.layout(F="N"), wb.layout(v="m/s"), ("F", "v")
+    ...     def rate(self, t, x, u):
+    ...         return {"v": u.F / 2.0}
+    >>> law = wb.PID2(Mass().outputs, Mass().inputs, Kp=10.0)
+    >>> loop = wb.ClosedLoop(Mass(), controller=law, reference=wb.Step("v", "m/s", 1.0))
+    >>> wb.measure(loop.ode(), [wb.metrics.energy()], until=10.0, h=1e-2).score("energy").value.round(6)
+    array([1.])
     """
-    u, v = power
-    about = f"integral of |{u} {v}|, nothing recovered"
-    name = "energy" if power == ("tau_applied", "qd") else f"energy of {u} {v}"
-    return Integral(name, "", about, lambda t, y: ca.fabs(y[u] * y[v]), _whole, power, measure=work)
+    return Energy("energy" if power is None else f"energy of {' '.join(power)}", "", "", power=power)
 
 
 @door
 def observer_error(signal: str) -> Integral:
     """Root mean square of the error of an observer: `x_error` = x - x_hat of a signal x that it estimates."""
-    return rmse(signal, f"RMS {signal}")
+    return Integral(f"RMS {signal}", "", "root mean square of {}", _square, _root_mean, signal=signal)
 
 
 @door
@@ -155,16 +168,19 @@ def peak(signal: str | None = None) -> Peak:
     return Peak(_named("peak", signal), "", "largest |{}|", Choice("input", signal))
 
 
-def peak_torque() -> Peak:
-    """Largest |tau| that acts on an arm."""
-    return Peak("peak torque", "", "largest |tau| applied", "tau_applied")
-
-
 @door
 def violation(signal: str, low: Any = None, high: Any = None) -> tuple[Peak, Integral]:
     """Two metrics: the largest distance of a signal beyond its limits, and the seconds for which it is beyond.
 
     A limit is for all numbers of the signal, or there is one for each; one at least, and numbers lie between them.
+
+    Examples
+    --------
+    >>> law = wb.PID2(wb.DCMotor().outputs, wb.DCMotor().inputs, Kp=100.0, Ki=200.0)
+    >>> loop = wb.ClosedLoop(wb.DCMotor(), controller=law, reference=wb.Step("omega", "rad/s", 1.0))
+    >>> found = wb.measure(loop.ode(), wb.metrics.violation("omega", high=1.1), until=5.0, h=1e-3)
+    >>> [float(score.value.round(3)[0]) for score in found.scores]
+    [0.205, 0.18]
     """
     least, most = _limit("low", low, -np.inf), _limit("high", high, np.inf)
     sizes = {limit.size for limit in (least, most)} - {1}

@@ -1,9 +1,11 @@
-"""The column of numbers that a metric looks at: outputs of an equation, each with its unit and its label."""
+"""The signals of an equation that a metric is of: named one by one, or all that a loop follows or drives.
+
+A metric asks by a name or by a `Choice`; `choose` answers with the `SignalColumn` of one equation, and `column` takes
+the column's expression from the outputs.
+"""
 
 from __future__ import annotations
 
-import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -14,15 +16,13 @@ from workbench.core import Ode
 from workbench.core.validation.refusals import described, nearest
 from workbench.core.validation.signatures import door
 
-ERROR = re.compile(r"ed?(_hat)?|e_.+|.+_error")  # what loops call errors, which are from 0 anyway
-FACTOR = re.compile(r"([^\W\d_]+|%|1)(?:\^(-?\d+))?")
-POWER_UNITS = ({"N": 1, "m": 1, "s": -1}, {"V": 1, "A": 1}, {"W": 1}, {"N": 1, "m": 1, "rad": 1, "s": -1})
+BOOK = "e"  # the error of an equation that was made by hand and declares nothing
 
 
 @dataclass(frozen=True)
 @door
 class Choice:
-    """A signal to be resolved in an equation: by its name, or all signals that follow a reference or drive the plant.
+    """A signal that is to be found in an equation: by its name, or all that follow a reference or drive the plant.
 
     An "error" is that of the outputs that follow a reference, a "level" such outputs with their references, an "input"
     the signals that act on the plant where it is driven.
@@ -34,7 +34,7 @@ class Choice:
 
 @dataclass(frozen=True)
 @door
-class Watched:
+class SignalColumn:
     """Outputs one below the other, less their references `wanted`, with unit and label of each number.
 
     A description calls the column by its `words`, and ends with the `remark`.
@@ -53,15 +53,15 @@ class Watched:
         return self.outputs + self.wanted
 
 
-Signal = str | Choice | Watched
+Signal = str | Choice | SignalColumn
 
 
 def names_of(signal: Signal) -> tuple[str, ...]:
     """The outputs of a signal, as far as they are known before an equation is."""
-    if isinstance(signal, Watched):
+    if isinstance(signal, SignalColumn):
         return signal.names
-    named = signal.signal if isinstance(signal, Choice) else signal
-    return () if named is None else (named,)
+    name = signal.signal if isinstance(signal, Choice) else signal
+    return () if name is None else (name,)
 
 
 def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
@@ -72,93 +72,32 @@ def column(signal: Signal, y: Mapping[str, ca.SX]) -> ca.SX:
 
 def levels(signal: Signal, y: Mapping[str, ca.SX]) -> tuple[ca.SX, ca.SX]:
     """A signal and its reference, each (k, 1), from the outputs y by name."""
-    outputs, wanted = (signal.outputs, signal.wanted) if isinstance(signal, Watched) else (names_of(signal), ())
+    outputs, wanted = names_of(signal), tuple[str, ...]()
+    if isinstance(signal, SignalColumn):
+        outputs, wanted = signal.outputs, signal.wanted
     return ca.vertcat(*(y[name] for name in outputs)), ca.vertcat(*(y[name] for name in wanted))
 
 
-def watched(metric: str, signal: Signal, ode: Ode) -> Watched:
-    """A signal of an equation."""
-    if isinstance(signal, Watched):
+def choose(metric: str, signal: Signal, ode: Ode) -> SignalColumn:
+    """The column of numbers of an equation that a metric of this name is of.
+
+    Raises
+    ------
+    LookupError
+        If the equation does not have the signal, or no signal is named and it follows or drives nothing.
+    """
+    if isinstance(signal, SignalColumn):
         return signal
+    among = _Outputs(metric, ode)
     if isinstance(signal, str):
-        return _plain(metric, ode, (signal,))
+        return among.plain((signal,))
     match signal.of:
         case "error":
-            return _error(metric, signal.signal, ode)
+            return among.error(signal.signal)
         case "level":
-            names = followed(ode) if signal.signal is None else (signal.signal,)
-            if not names:
-                raise _nothing(metric, ode, "follows")
-            return _less(metric, ode, names)
-    if signal.signal is not None:
-        return _plain(metric, ode, (signal.signal,))
-    inputs = ode.drives or tuple(n.removesuffix("_applied") for n in ode.outputs.names if n.endswith("_applied"))
-    if not inputs:
-        raise _nothing(metric, ode, "drives")
-    outputs = tuple(f"{name}_applied" if f"{name}_applied" in ode.outputs else name for name in inputs)
-    return _plain(metric, ode, outputs, inputs)
-
-
-def followed(ode: Ode) -> tuple[str, ...]:
-    """The outputs of an equation that follow a reference."""
-    return ode.follows or tuple(name for name in ode.outputs.names if f"{name}_ref" in ode.outputs)
-
-
-def _error(metric: str, name: str | None, ode: Ode) -> Watched:
-    """The error of a signal, or of all that follow a reference, by the outputs that show it if there are any."""
-    if name is not None and f"{name}_ref" not in ode.outputs:
-        remark = "" if ERROR.fullmatch(name) else f", which is from 0, as {name} follows nothing"
-        return _plain(metric, ode, (name,), remark=remark)
-    names = followed(ode) if name is None else (name,)
-    if not names and "e" in ode.outputs:  # an equation made by hand, whose error is called as in the book
-        return _plain(metric, ode, ("e",))
-    if not names:
-        raise _nothing(metric, ode, "follows")
-    y = ode.outputs.view(ode.output)
-    shown = tuple(next((e for e in (f"e_{x}", "e") if _is_error(y, e, x)), "") for x in names)
-    return _plain(metric, ode, shown, names) if all(shown) else _less(metric, ode, names)
-
-
-def _is_error(y: Mapping[str, ca.SX], error: str, name: str) -> bool:
-    if error not in y or y[error].shape != y[name].shape:
-        return False
-    pairs = zip(ca.vertsplit(y[error]), ca.vertsplit(y[name] - y[f"{name}_ref"]), strict=True)
-    return all(ca.is_equal(one, other, 2) for one, other in pairs)
-
-
-def _plain(metric: str, ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...] = (), remark: str = "") -> Watched:
-    """Outputs as they are, whose labels may be those of other outputs."""
-    units = _units(metric, ode, outputs)
-    return Watched(outputs, (), units, _labels(ode, outputs, called or outputs), _words(outputs), remark)
-
-
-def _less(metric: str, ode: Ode, names: tuple[str, ...]) -> Watched:
-    wanted = tuple(f"{name}_ref" for name in names)
-    _units(metric, ode, wanted)
-    units = _units(metric, ode, names)
-    return Watched(names, wanted, units, _labels(ode, names, names), _words([f"{x} - {x}_ref" for x in names]))
-
-
-def _words(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"({', '.join(names)})"
-
-
-def _units(metric: str, ode: Ode, names: tuple[str, ...]) -> tuple[str, ...]:
-    for name in names:
-        refuse_unknown(metric, name, ode)
-    return tuple(unit for name in names for unit in ode.outputs[name].units)
-
-
-def _labels(ode: Ode, outputs: tuple[str, ...], called: tuple[str, ...]) -> tuple[str, ...]:
-    """The names of signals, with their numbers where they have several, and with what the plant counts by them."""
-    labels: list[str] = []
-    for output, name in zip(outputs, called, strict=True):
-        size = ode.outputs[output].size
-        if ode.counts and size > 1:
-            labels += [f"{ode.counts} {i + 1}" for i in range(size)]
-        else:
-            labels += [name] if size == 1 else [f"{name}[{i}]" for i in range(size)]
-    return tuple(labels)
+            return among.level(signal.signal)
+        case "input":
+            return among.input(signal.signal)
 
 
 def refuse_unknown(metric: str, signal: str, ode: Ode) -> None:
@@ -171,50 +110,82 @@ def refuse_unknown(metric: str, signal: str, ode: Ode) -> None:
         )
 
 
-def _nothing(metric: str, ode: Ode, does: str) -> LookupError:
-    return LookupError(
-        f"The metric {described(metric)} without a signal is of what a loop {does}, and '{ode.name}' {does} nothing: "
-        f"name a signal. It has: {', '.join(ode.outputs.names) or 'none'}."
-    )
+@dataclass(frozen=True)
+class _Outputs:
+    """The outputs of an equation, among which a metric finds its signal."""
+
+    metric: str
+    ode: Ode
+
+    def error(self, name: str | None) -> SignalColumn:
+        """The error of a signal, or of all that follow a reference, by the outputs that are these errors, if any."""
+        if name is not None and f"{name}_ref" not in self.ode.outputs:
+            of_itself = name == BOOK or name in self.ode.differences
+            return self.plain((name,), remark="" if of_itself else f", which is from 0, as {name} follows nothing")
+        names = self._followed if name is None else (name,)
+        if not names and BOOK in self.ode.outputs:
+            return self.plain((BOOK,))
+        outputs = tuple(map(self._difference, self._some(names, "follows")))
+        return self.plain(outputs, names) if all(outputs) else self.less(names)
+
+    def level(self, name: str | None) -> SignalColumn:
+        """A signal with its reference, or all signals that have one."""
+        return self.less(self._some(self._followed, "follows") if name is None else (name,))
+
+    def input(self, name: str | None) -> SignalColumn:
+        """A signal, or all inputs as they act on the plant."""
+        if name is not None:
+            return self.plain((name,))
+        outputs, applied = self.ode.outputs, "_applied"
+        names = self.ode.drives or tuple(n.removesuffix(applied) for n in outputs.names if n.endswith(applied))
+        acting = (f"{n}{applied}" if f"{n}{applied}" in outputs else n for n in self._some(names, "drives"))
+        return self.plain(tuple(acting), names)
+
+    def plain(self, outputs: tuple[str, ...], labelled: tuple[str, ...] = (), remark: str = "") -> SignalColumn:
+        """Outputs as they are, whose labels may be those of other outputs."""
+        units = self._units(outputs)
+        return SignalColumn(outputs, (), units, self._labels(outputs, labelled or outputs), _listed(outputs), remark)
+
+    def less(self, names: tuple[str, ...]) -> SignalColumn:
+        """Outputs less their references."""
+        wanted = tuple(f"{name}_ref" for name in names)
+        self._units(wanted)
+        words = _listed([f"{name} - {name}_ref" for name in names])
+        return SignalColumn(names, wanted, self._units(names), self._labels(names, names), words)
+
+    @property
+    def _followed(self) -> tuple[str, ...]:
+        outputs = self.ode.outputs
+        return self.ode.follows or tuple(name for name in outputs.names if f"{name}_ref" in outputs)
+
+    def _difference(self, name: str) -> str:
+        """The output that is the difference of a signal and its reference; empty if the equation declares none."""
+        pairs = self.ode.differences.items()
+        return next((error for error, pair in pairs if pair == (name, f"{name}_ref") and error in self.ode.outputs), "")
+
+    def _some(self, names: tuple[str, ...], does: str) -> tuple[str, ...]:
+        if not names:
+            raise LookupError(
+                f"The metric {described(self.metric)} without a signal is of what a loop {does}, and "
+                f"'{self.ode.name}' {does} nothing: name a signal. It has: "
+                f"{', '.join(self.ode.outputs.names) or 'none'}."
+            )
+        return names
+
+    def _units(self, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            refuse_unknown(self.metric, name, self.ode)
+        return tuple(unit for name in names for unit in self.ode.outputs[name].units)
+
+    def _labels(self, outputs: tuple[str, ...], labelled: tuple[str, ...]) -> tuple[str, ...]:
+        """The names of signals, with their numbers where they have several, and with what the plant counts by them."""
+        labels: list[str] = []
+        for output, name in zip(outputs, labelled, strict=True):
+            size, counts = self.ode.outputs[output].size, self.ode.counts
+            several = [f"{counts} {i + 1}" if counts else f"{name}[{i}]" for i in range(size)]
+            labels += [name] if size == 1 else several
+        return tuple(labels)
 
 
-def product(*units: tuple[str, int]) -> str:
-    """The product of units, each with its power: ("rad", 2), ("s", 1) is "rad^2 s", and ("N m", 1), ("s", -1) "N m/s".
-
-    A unit that is no product of words, such as "V/sqrt(Hz)", stands in brackets; an unknown unit stays unknown.
-    """
-    if any(unit == "?" for unit, _ in units):
-        return "?"
-    powers: Counter[str] = Counter()
-    for unit, power in units:
-        words = _factors(unit)
-        for word, n in ({f"({unit})": 1} if words is None else words).items():
-            powers[word] += n * power
-    above = [_power(word, n) for word, n in powers.items() if n > 0]
-    below = [_power(word, -n) for word, n in powers.items() if n < 0]
-    if not below:
-        return " ".join(above)
-    divisor = below[0] if len(below) == 1 else f"({' '.join(below)})"
-    return f"{' '.join(above) or '1'}/{divisor}"
-
-
-def work(effort: str, flow: str) -> str:
-    """The unit of effort times flow times seconds: J where that is an energy."""
-    power = product((effort, 1), (flow, 1))
-    return "J" if _factors(power) in POWER_UNITS else product((power, 1), ("s", 1))
-
-
-def _power(word: str, n: int) -> str:
-    return word if n == 1 else f"{word}^{n}"
-
-
-def _factors(unit: str) -> dict[str, int] | None:
-    """The words of a unit with their powers; None if the unit is no product of words."""
-    over, _, under = unit.partition("/")
-    powers: Counter[str] = Counter()
-    for part, sign in ((over, 1), (under.removeprefix("(").removesuffix(")"), -1)):
-        for word in part.split():
-            if (read := FACTOR.fullmatch(word)) is None:
-                return None
-            powers[read[1]] += sign * int(read[2] or 1)
-    return {word: n for word, n in powers.items() if word != "1" and n}
+def _listed(words: Sequence[str]) -> str:
+    return words[0] if len(words) == 1 else f"({', '.join(words)})"

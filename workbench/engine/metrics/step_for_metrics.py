@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache, partial
-from typing import Any
 
 import numpy as np
 
@@ -20,13 +19,6 @@ from workbench.engine.step_choice import Choice, Errors, Pilots, search_step
 from workbench.engine.step_size import NOTHING
 
 TIMED = 20_000  # steps of a run, up to which the step is shortened for the sake of a time
-
-
-def choose_step(
-    equation: Ode | Sampled, metrics: Sequence[AbstractMetric], p: Array, x0: Array, *, until: float, **how: Any
-) -> Choice:
-    """The step at which every pilot run p, x0 keeps the tolerance in every number of the metrics: see `step_for`."""
-    return step_for(MeasuredEquation.of(equation, metrics, until), p, x0, until=until, **how)
 
 
 def step_for(

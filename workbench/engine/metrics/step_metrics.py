@@ -10,11 +10,12 @@ import casadi as ca
 import numpy as np
 
 from workbench.core import Ode
+from workbench.core.units import per_second
 from workbench.core.validation.notebook_display import show
 from workbench.core.validation.refusals import Array, finite, positive, seconds
 from workbench.core.validation.signatures import door
 from workbench.engine.metrics.contract import AbstractSignalMetric, Parts
-from workbench.engine.metrics.signal_choice import Choice, Signal, Watched, column, levels, product
+from workbench.engine.metrics.signal_choice import Choice, Signal, SignalColumn, column, levels
 
 NEVER = 1e30  # in the loop's arithmetic, where 0 times infinity would be NaN
 LEVELS = Choice("level")  # all that is followed
@@ -94,7 +95,7 @@ class TotalVariation(AbstractSampledMetric):
     @door
     def measured_in(self, unit: str) -> str:
         """The unit of the signal, per second."""
-        return product((unit, 1), ("s", -1))
+        return per_second(unit)
 
     def check(self, ode: Ode, horizon: float) -> None:
         """Refuse a horizon that ends before one sample time of the grid from `after` on."""
@@ -162,7 +163,7 @@ class AbstractStepResponse(AbstractSignalMetric):
         signal = self.signal
         _, wanted = levels(signal, ode.outputs.view(ode.output))
         if ca.sparsify(ca.jacobian(wanted, ca.vertcat(ode.t, ode.x))).nnz():
-            names = ", ".join(signal.wanted if isinstance(signal, Watched) else ())
+            names = ", ".join(signal.wanted if isinstance(signal, SignalColumn) else ())
             raise ValueError(
                 f"The metric '{self.name}' needs a piecewise constant reference, as it is measured from one jump to "
                 f"the next; the {names} of '{ode.name}' moves. Use steps or a square wave, or `peak_error()` and "

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.handover.c99.c_costs import FRAME
 from workbench.handover.c99.c_names import comment, members
 from workbench.handover.export_seal import MARK

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from workbench.core import SampledLaw
-from workbench.core.port import ANY
+from workbench.core.units import ANY
 from workbench.handover.c99.c_header import WIDTH, block
 from workbench.handover.c99.c_names import Variables, comment, entries_of
 from workbench.handover.c99.c_primitives import DOUBLE, SINGLE, word_text

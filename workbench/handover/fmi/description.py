@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 from xml.etree import ElementTree as ET
 
+from workbench.core.units import in_base_units, read
 from workbench.handover.fmi.co_simulation import FIXED, INPUT, OUTPUT, PARAMETER, Model, Variable
-from workbench.handover.fmi.units import unit_of
 
 TOOL = "control-workbench"
 CAUSALITY = {INPUT: INPUT, PARAMETER: PARAMETER, FIXED: PARAMETER, OUTPUT: OUTPUT}
@@ -71,9 +71,9 @@ def _units(root: ET.Element, model: Model) -> None:
     definitions = ET.SubElement(root, "UnitDefinitions")
     for text in sorted({"s", *(variable.unit for variable in model.variables if variable.unit)}):
         element = ET.SubElement(definitions, "Unit", name=text)
-        if (unit := unit_of(text)) is not None:
-            factor = {} if unit.factor == 1.0 else {"factor": repr(unit.factor)}
-            ET.SubElement(element, "BaseUnit", {**{name: str(n) for name, n in unit.powers.items()}, **factor})
+        if (base := in_base_units(read(text))) is not None and all(n.denominator == 1 for _, n in base[1].powers):
+            factor = {} if base[0] == 1 else {"factor": repr(float(base[0]))}
+            ET.SubElement(element, "BaseUnit", {**{name: str(n) for name, n in base[1].powers}, **factor})
 
 
 def _variables(root: ET.Element, model: Model, two: bool) -> None:

@@ -16,7 +16,7 @@ from workbench.core.validation.refusals import Array, refusal, vector, whole
 from workbench.core.validation.refusals import seed as as_seed
 from workbench.core.validation.signatures import door
 from workbench.handover.single.rounding_bounds import NO_CAUSE, RoundingBound, rounding_bound
-from workbench.handover.single.single_precision import Rows, rows_of
+from workbench.handover.single.single_precision import Rows
 
 ROWS = 10_000  # at once, which is some 100 MB for a law of a thousand operations
 QUEUE = "hold.next"  # where a command waits for the next instant; 'hold.next.2' for the one behind it
@@ -138,16 +138,6 @@ def stated_bound(
             yield Rows(k, *np.split(points, [law.memory.size, law.memory.size + law.readings.size], axis=1))
 
     return _stated(law, blocks(), "random points of a box of memory, readings and references")
-
-
-@door
-def stated_bound_of_run(
-    law: SampledLaw, k: float | ArrayLike, z: ArrayLike, y: ArrayLike, r: ArrayLike | None = None
-) -> StatedBound:
-    """The bound of |single - double| over the rows of a recorded run, as `rounding_bound` takes them."""
-    rows = rows_of("stated_bound_of_run", law, k, z, y, r)
-    blocks = (Rows(*(part[i : i + ROWS] for part in rows)) for i in range(0, len(rows.k), ROWS))
-    return _stated(law, blocks, "instants of a recorded run")
 
 
 def _stated(law: SampledLaw, blocks: Iterable[Rows], places: str) -> StatedBound:

@@ -122,6 +122,16 @@ def indices_over_time(
     ------
     ValueError
         If the note is empty, or there is not one time for each output.
+
+    Examples
+    --------
+    >>> from workbench.report.pictures import indices_over_time
+    >>> t, design = np.array([1.0, 2.0]), wb.SobolDesign(2, 64)
+    >>> u = design.points()
+    >>> indices = wb.sobol(design, u[:, :1] + u[:, 1:] * t, ["y(1 s)", "y(2 s)"], factors=["start", "slope"])
+    >>> figure = indices_over_time("course", "Who decides when.", t, indices, "256 runs, none of them failed.")
+    >>> [panel.title for panel in figure.panels]
+    ['S1, alone', 'ST, alone and together with others']
     """
     times = times_of("indices_over_time", t, len(indices.names))
     largest = np.fmax.reduce(indices.ST.value, axis=0)

@@ -19,7 +19,6 @@ from workbench.study.evidence.judgement import Judgement, Standings, judge
 from workbench.study.evidence.largest_setting import LargestSetting, LoopLimits, LoopTrial, largest_setting
 from workbench.study.evidence.pairwise_comparison import Comparison, Ranks, compare, ranks
 from workbench.study.evidence.pooling import Pooled, leave_one_out, pool
-from workbench.study.evidence.sample_shapes import Predictor, Shape, shapes
 from workbench.study.evidence.threshold import Threshold, bisect, find_largest
 
 __all__ = [
@@ -33,10 +32,8 @@ __all__ = [
     "Median",
     "Paired",
     "Pooled",
-    "Predictor",
     "Quantile",
     "Ranks",
-    "Shape",
     "Standings",
     "Success",
     "Tail",
@@ -56,6 +53,5 @@ __all__ = [
     "pool",
     "ranks",
     "same_draws",
-    "shapes",
     "statistics_table",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from workbench.core.validation.signatures import door
 from workbench.study.document.document import Cell, Column, Emphasis, Measured, Missing, Phrase, Table, Value
 from workbench.study.document.source import Source
-from workbench.study.evidence.estimands import Success, unit_of, words_of
+from workbench.study.evidence.estimands import Success, unit_of_estimand, words_of
 from workbench.study.evidence.judgement import Judgement, listed
 from workbench.study.evidence.pairwise_comparison import Comparison
 
@@ -47,7 +47,7 @@ def _levels(
     name: str, caption: Phrase, comparisons: Sequence[Comparison], names: Sequence[str], notes: tuple[Phrase, ...]
 ) -> Table:
     """One row a law, one column a comparison, under their names, and the failed runs."""
-    units = (unit_of(one.estimand, one.paired.unit) for one in comparisons)
+    units = (unit_of_estimand(one.estimand, one.paired.unit) for one in comparisons)
     heads = (Column(head, unit, "right") for head, unit in zip(names, units, strict=True))
     failed = np.max([one.paired.failed for one in comparisons], axis=0)
     rows: tuple[tuple[Cell, ...], ...] = tuple(

@@ -10,13 +10,13 @@ import numpy as np
 from workbench.core import Sampled
 from workbench.core.validation.refusals import Array, known, refusal, whole
 from workbench.core.validation.signatures import door
+from workbench.engine.distributions import Uniform
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run, Sweep
 from workbench.study.document.phrases import Cell, Column, Table
 from workbench.study.document.source import Source
 from workbench.study.sample import Sample
 from workbench.study.uncertainty.designs import Listed, MonteCarlo
-from workbench.study.uncertainty.distributions import Uniform
-from workbench.study.uncertainty.factors import Factor
 
 KEPT, STANDS = 1.1, 2.0  # times the metric without the effect: kept, and still standing
 MOST_QUANTUM = 64.0  # times the declared steps of the readings

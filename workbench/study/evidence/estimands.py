@@ -122,7 +122,7 @@ def words_of(estimand: Estimand, metric: str) -> str:
     return f"{estimand.words} of {metric}"
 
 
-def unit_of(estimand: Estimand, unit: str) -> str:
+def unit_of_estimand(estimand: Estimand, unit: str) -> str:
     """The unit in which an estimand of a metric is shown."""
     return "%" if isinstance(estimand, Success) else unit
 

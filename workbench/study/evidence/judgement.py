@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.core.validation.signatures import door
 from workbench.study.evidence.common_draws import Paired
-from workbench.study.evidence.estimands import Estimand, Success, unit_of, words_of
+from workbench.study.evidence.estimands import Estimand, Success, unit_of_estimand, words_of
 from workbench.study.evidence.pairwise_comparison import RESAMPLES, Comparison, compare
 
 
@@ -122,7 +122,7 @@ def figures(one: Comparison, law: str) -> str:
     value, low, high = (float(part[place]) for part in (one.level.value, one.level.low, one.level.high))
     if isinstance(one.estimand, Success):
         value, low, high = (100 * (1 - end) for end in (value, high, low))
-    unit = unit_of(one.estimand, one.paired.unit)
+    unit = unit_of_estimand(one.estimand, one.paired.unit)
     shown = f"{value:.3g} {unit}".strip()
     return f"{shown} ({low:.3g} to {high:.3g})"
 

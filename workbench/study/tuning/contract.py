@@ -10,10 +10,10 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, described, finite, known, positive, seed, text, whole
 from workbench.core.validation.signatures import door
+from workbench.engine.factors import Factor
 from workbench.study.contract import Run
 from workbench.study.document.phrases import check_name
 from workbench.study.sample import Sample
-from workbench.study.uncertainty.factors import Factor
 
 LEAST = 4  # members of a population, of which a new point is made
 GAIN = 0.01  # of the objective: a search that gains no more in a window has settled

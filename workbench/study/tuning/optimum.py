@@ -12,11 +12,11 @@ from workbench.core import Layout, Ode, Sampled
 from workbench.core.equations import Loop, answer, equations_of
 from workbench.core.validation.refusals import Array, Integers, known, vector, whole
 from workbench.core.validation.signatures import door
+from workbench.engine.factors import Space
 from workbench.engine.metrics.measurement import error_of
 from workbench.study.sample import Sample
 from workbench.study.tuning.contract import NOISES, Tuning
 from workbench.study.tuning.convergence import Course, percent, share
-from workbench.study.uncertainty.factors import Space
 
 # Beyond these a search is said to be in doubt.
 EDGE = 0.01  # of a range, from its end: of the range of logarithms, if that is what is searched

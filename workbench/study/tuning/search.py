@@ -13,6 +13,7 @@ from workbench.core.validation.refusals import Array, Integers, vector
 from workbench.core.validation.signatures import answer as asked
 from workbench.core.validation.signatures import door
 from workbench.core.validation.type_hints import fit_of
+from workbench.engine.distributions import AbstractDistribution
 from workbench.proofs.differential_evolution import Flags, Judged, evolve
 from workbench.study.compiled import CompiledSweep, compile_sweep
 from workbench.study.contract import Sweep
@@ -22,7 +23,6 @@ from workbench.study.tuning.contract import Trial, Tuning
 from workbench.study.tuning.convergence import Course, have_values, reasons_of
 from workbench.study.tuning.optimum import Tuned
 from workbench.study.uncertainty.designs import Listed
-from workbench.study.uncertainty.distributions import AbstractDistribution
 
 FINALISTS = 8  # points of a search that are looked at: one vector of the widest processors
 BISECTIONS = 60  # of the unit interval, to its last bit

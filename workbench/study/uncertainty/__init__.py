@@ -1,9 +1,18 @@
-"""Uncertain numbers: their distributions, the designs that sample them, and the indices and quantiles that follow.
+"""Uncertain numbers: the designs that sample them, and the indices and quantiles that follow.
 
 The room knows factors and samples of runs, and nothing of the loops behind them but their numbers; `local` alone
-simulates, to differentiate. Read `factors` first, then `designs` and `indices`.
+simulates, to differentiate. Read `engine/factors` first, then `designs` and `indices`.
 """
 
+from workbench.engine.distributions import (
+    AbstractDistribution,
+    LogNormal,
+    LogUniform,
+    Normal,
+    Triangular,
+    Uniform,
+)
+from workbench.engine.factors import Factor, Space
 from workbench.study.uncertainty.designs import (
     AbstractDesign,
     LatinHypercube,
@@ -13,30 +22,39 @@ from workbench.study.uncertainty.designs import (
     OneAtATime,
 )
 from workbench.study.uncertainty.effects import MorrisEffects, Tornado, morris, tornado
-from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol, sobol_by_salib
+from workbench.study.uncertainty.factor_table import factor_table
+from workbench.study.uncertainty.indices import SobolIndices, least_base, sobol
 from workbench.study.uncertainty.outputs import Estimate
 from workbench.study.uncertainty.quantiles import Quantiles, Share, quantiles, share
 from workbench.study.uncertainty.sobol_design import SobolDesign
 
 __all__ = [
     "AbstractDesign",
+    "AbstractDistribution",
     "Estimate",
+    "Factor",
     "LatinHypercube",
     "Listed",
+    "LogNormal",
+    "LogUniform",
     "MonteCarlo",
     "MorrisDesign",
     "MorrisEffects",
+    "Normal",
     "OneAtATime",
     "Quantiles",
     "Share",
     "SobolDesign",
     "SobolIndices",
+    "Space",
     "Tornado",
+    "Triangular",
+    "Uniform",
+    "factor_table",
     "least_base",
     "morris",
     "quantiles",
     "share",
     "sobol",
-    "sobol_by_salib",
     "tornado",
 ]

@@ -10,10 +10,8 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers, finite, refusal, seed, whole
 from workbench.core.validation.signatures import door
+from workbench.engine.distributions import MARGIN
 
-# No random point comes nearer to a face of the cube, where a normal number would be infinite: the middle of the outer
-# one of 2^30 cells, which is all that a Sobol sequence of 30 bits can tell apart.
-MARGIN = 2.0**-31
 WORDS = 4  # that one counter of Philox gives
 
 

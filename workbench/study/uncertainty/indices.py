@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from types import ModuleType
+from dataclasses import dataclass
 
 import numpy as np
 
-from workbench.core.validation.refusals import Array, known, whole
-from workbench.core.validation.refusals import seed as as_seed
+from workbench.core.validation.refusals import Array, known
 from workbench.core.validation.signatures import door
 from workbench.study.uncertainty.estimators import EACH, column_indices, terms
 from workbench.study.uncertainty.outputs import (
     Estimate,
     Flags,
     Outputs,
-    columns_of,
     of_output,
     outputs_of,
     t_quantile,
@@ -189,57 +186,3 @@ def _unmoved(held: Outputs, unmoved: Flags) -> tuple[str, ...]:
             few = ", ".join(map(repr, dead[:3])) + (f" and {len(dead) - 3} more outputs" if len(dead) > 3 else "")
             remarks.append(f"'{factor}' changes {few} in no run: its indices there are exactly zero.")
     return tuple(remarks)
-
-
-@door
-def sobol_by_salib(
-    design: SobolDesign,
-    outputs: object,
-    names: Sequence[str] | None = None,
-    *,
-    factors: Sequence[str] | None = None,
-    confidence: float = 0.95,
-    resamples: int = 100,
-    seed: int = 0,
-) -> SobolIndices:
-    """The indices that SALib (Herman and Usher 2017, Journal of Open Source Software 2(9)) finds in the same runs.
-
-    Its intervals are the bootstrap's, by `resamples` and `seed`, as if the rows of a Sobol net were independent draws;
-    outputs are refused as by `sobol`.
-
-    Raises
-    ------
-    ValueError
-        As `sobol` does, if there are less than two resamples, or if SALib is not installed.
-    """
-    try:
-        from SALib.analyze import sobol as analysis  # costs a second, and only those who ask for it
-    except ImportError:
-        raise ValueError(
-            "`sobol_by_salib(...)` needs the package SALib: install it by `pip install control-workbench[data]`."
-        ) from None
-    most = max(2, MOST_DRAWS // design.size)
-    whole("sobol_by_salib(resamples=...)", resamples, 2, most, why="which the memory of a computer holds")
-    # SALib takes a seed of 0 for none, and would draw from NumPy's hidden state
-    seed = as_seed("sobol_by_salib(seed=...)", seed) + 1
-    ours = sobol(design, outputs, names, factors=factors, confidence=confidence)
-    columns = columns_of("sobol_by_salib", design, outputs, names)[1]
-    columns[:, [name in ours.refused for name in ours.names]] = np.nan
-    found = [_by_salib(analysis, design, column, resamples, confidence, seed) for column in columns.T]
-    orders = [[np.stack(part) for part in zip(*order, strict=True)] for order in zip(*found, strict=True)]
-    S1, ST, S2 = (Estimate(value, half) for value, half in orders)
-    return replace(ours, S1=S1, ST=ST, S2=S2 if design.second_order else None, remarks=())
-
-
-def _by_salib(
-    analysis: ModuleType, design: SobolDesign, column: Array, resamples: int, confidence: float, seed: int
-) -> list[tuple[Array, Array]]:
-    """S1, ST and S2 with halves of their intervals, as SALib has them; NaN for a column of NaN."""
-    d = design.dimensions
-    pairs = np.triu_indices(d if design.second_order else 0, 1)
-    if np.isnan(column).any():
-        return [(np.full(size, np.nan), np.full(size, np.nan)) for size in (d, d, len(pairs[0]))]
-    problem = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
-    said = analysis.analyze(problem, column, design.second_order, resamples, confidence, seed=seed)
-    second = [said.get(key, np.empty((0, 0)))[pairs] for key in ("S2", "S2_conf")]
-    return [(said["S1"], said["S1_conf"]), (said["ST"], said["ST_conf"]), (second[0], second[1])]

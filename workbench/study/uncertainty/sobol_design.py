@@ -8,7 +8,8 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, seed, whole
 from workbench.core.validation.signatures import door
-from workbench.study.uncertainty.designs import MARGIN, AbstractDesign
+from workbench.engine.distributions import MARGIN
+from workbench.study.uncertainty.designs import AbstractDesign
 
 SCRAMBLES = 4  # see SobolDesign
 MOST_DIMENSIONS = 21_201 // 2  # of which SciPy has direction numbers, half for A and half for B

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
+from workbench.engine.distributions import LogNormal, LogUniform, Normal, Triangular, Uniform
 
 U = np.array([1e-9, 1e-4, 0.03, 0.25, 0.5, 0.77, 0.999, 1 - 1e-9])
 CASES = [

@@ -5,9 +5,10 @@ import pytest
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.numbers import Bounds
+from workbench.engine.distributions import LogNormal, LogUniform, Normal, Uniform
+from workbench.engine.factors import Factor, Space
 from workbench.study.provenance import assumed, stated
-from workbench.study.uncertainty.distributions import LogNormal, LogUniform, Normal, Uniform
-from workbench.study.uncertainty.factors import Factor, Space
+from workbench.study.uncertainty import factor_table
 
 PARAMETERS = Layout(
     (
@@ -74,19 +75,20 @@ def test_the_values_of_the_factors_are_their_quantiles():
 
 
 def test_a_number_on_a_card_becomes_a_factor_with_its_range_and_mark():
-    factor = Factor.of(assumed("phi", 0.1, "rad/s", "not stated", 0.01, 1.0), ("controller.phi",), log_scale=True)
+    factor = assumed("phi", 0.1, "rad/s", "not stated", 0.01, 1.0).factor(("controller.phi",), log_scale=True)
     assert (factor.name, factor.origin, factor.distribution) == ("phi", "assumed", LogUniform(0.01, 1.0))
     with pytest.raises(ValueError, match="needs a range to vary 'phi', which is stated"):
-        Factor.of(stated("phi", 0.1, "rad/s", "section 5"), ("controller.phi",))
+        stated("phi", 0.1, "rad/s", "section 5").factor(("controller.phi",))
 
 
 def test_a_table_says_what_each_factor_moves_how_far_and_by_whose_word():
-    table = space(
+    drawn = space(
         Factor("m", ("plant.mass[0]", "plant.mass[1]"), Uniform(0.5, 4.0), "derived"),
         Factor("K", ("controller.K",), LogUniform(0.5, 2.0), share=True),
         Factor("q", ("plant.q[0]",), Normal(0.5, 0.1, 0.0)),
         Factor("o", ("controller.offset", "controller.phi"), LogNormal(0.1, 0.2, high=1.0), "stated"),
-    ).table("factors", "What is varied.")
+    )
+    table = factor_table(drawn, "factors", "What is varied.")
     assert table.rows == (
         ("m", "plant.mass[0], plant.mass[1]", "uniform, 0.5 to 4", "kg", "derived"),
         ("K", "controller.K", "share of its own value: log-uniform, 0.5 to 2", None, "assumed"),

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 
 from workbench.core.layout import Layout
 from workbench.core.validation.refusals import Array, Integers, nearest, numbers
 from workbench.core.validation.signatures import door
-from workbench.study.document.phrases import Cell, Column, Table, raised
-from workbench.study.provenance import Given, Mark
-from workbench.study.uncertainty.distributions import AbstractDistribution, LogUniform, Uniform
+from workbench.engine.distributions import AbstractDistribution
+
+Mark = Literal["stated", "derived", "assumed"]  # of a number: where it comes from
 
 
 @dataclass(frozen=True)
@@ -32,8 +32,8 @@ class Factor:
 
     Examples
     --------
-    >>> wb.Factor("payload", ("plant.arm.links[1].mass",), wb.Uniform(1.0, 1.5)).paths
-    ('plant.arm.links[1].mass',)
+    >>> wb.Factor("inertia", ("plant.J",), wb.Uniform(0.005, 0.02)).paths
+    ('plant.J',)
     """
 
     name: str
@@ -47,24 +47,6 @@ class Factor:
             raise ValueError(
                 f"`Factor({self.name!r}, paths=...)` needs a name, and at least one path, each once; got {self.paths}."
             )
-
-    @staticmethod
-    @door
-    def of(given: Given, paths: Sequence[str], log_scale: bool = False) -> Factor:
-        """The factor of a number on a card: over the range in which it could lie, with the card's mark.
-
-        Raises
-        ------
-        ValueError
-            If the number has no range, or one that is none for a distribution.
-        """
-        if given.low is None or given.high is None:
-            raise ValueError(
-                f"`Factor.of(given)` needs a range to vary '{given.name}', which is {given.mark}, in; it has none: "
-                "write `Factor(...)` with a distribution of your own."
-            )
-        spread = LogUniform(given.low, given.high) if log_scale else Uniform(given.low, given.high)
-        return Factor(given.name, tuple(paths), spread, given.mark)
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,20 +116,6 @@ class Space:
         columns = zip(self.factors, points.T, strict=True)
         held = (factor.distribution.quantile(u)[:, np.newaxis] for factor, u in columns)
         return np.hstack([np.empty((len(points), 0)), *held])
-
-    @door
-    def table(self, name: str, caption: str) -> Table:
-        """The factors as a report prints them: the number that each moves, its distribution, and its source."""
-        rows: list[tuple[Cell, ...]] = []
-        entries = (*self.parameters.entries, *self.states.entries)
-        units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
-        for factor, places in zip(self.factors, self.places, strict=True):
-            words = factor.distribution.words()
-            spread = f"share of its own value: {words}" if factor.share else words
-            unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
-            rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
-        columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
-        return Table(name, caption, columns, tuple(rows))
 
     def _cube(self, call: str, given: Array) -> Array:
         """Points (B, d) of the unit cube."""

@@ -1,0 +1,22 @@
+"""The table of the factors of a sweep, as a report prints it."""
+
+from __future__ import annotations
+
+from workbench.core.validation.signatures import door
+from workbench.engine.factors import Space
+from workbench.study.document.phrases import Cell, Column, Table, raised
+
+
+@door
+def factor_table(space: Space, name: str, caption: str) -> Table:
+    """The numbers that each factor moves, its distribution, and where that comes from."""
+    rows: list[tuple[Cell, ...]] = []
+    entries = (*space.parameters.entries, *space.states.entries)
+    units = [raised(entry.unit) for entry in entries for _ in range(entry.size)]
+    for factor, places in zip(space.factors, space.places, strict=True):
+        words = factor.distribution.words()
+        spread = f"share of its own value: {words}" if factor.share else words
+        unit = None if factor.share else ", ".join(dict.fromkeys(units[place] for place in places)) or None
+        rows.append((factor.name, ", ".join(factor.paths), spread, unit, factor.origin))
+    columns = tuple(map(Column, ("factor", "moves", "distribution", "unit", "origin")))
+    return Table(name, caption, columns, tuple(rows))
