@@ -22,23 +22,25 @@ from workbench.engine.machines import (
     webassembly_spelling,
 )
 from workbench.engine.machines.operations import OPERATIONS, Kind, Role, with_role
-from workbench.engine.metrics import value_program
 from workbench.handover.single.rounding_bounds import ALL_RULES
 
-MACHINE, NODE, SHORT, FUNCTION = (set(with_role(role)) for role in (Role.MACHINE, Role.NODE, Role.SHORT, Role.FUNCTION))
+MACHINE, NODE, SHORT, FUNCTION, PROGRAM = (set(with_role(role)) for role in Role)
 IN_PYTHON = {*python_spelling.SPELLING, *python_functions.NAMES, *python_functions.TURNS}
 IN_C = {*c_spelling.SPELLING, *c_primitives.PRIMITIVES, *c_primitives.HARDWARE, *c_functions.ABOUT}
+PAGE = (ROOT / "workbench/report/templates/live/tables.js").read_text(encoding="utf-8")
+IN_A_PAGE = re.findall(r"^  (\w+): ", PAGE[PAGE.index("PROGRAM_OPERATIONS = {") : PAGE.index("};")], re.MULTILINE)
 # What each language must have; what it has beside that is no operation of the table.
 LANGUAGES = {
     "LLVM": (MACHINE, llvm_spelling.SPELLING),
     "a browser": (MACHINE - {"fma"}, webassembly_spelling.SPELLING),
-    "NumPy": (MACHINE, numpy_spelling.SPELLING),
-    "NumPy in single precision": (MACHINE - {"fma"}, numpy_spelling.IN_SINGLE),
+    "NumPy": (MACHINE | PROGRAM, numpy_spelling.SPELLING),
+    "NumPy in single precision": ((MACHINE | PROGRAM) - {"fma"}, numpy_spelling.IN_SINGLE),
     "C": (MACHINE | SHORT | FUNCTION, IN_C),
     "Python": (
         MACHINE | SHORT | FUNCTION,
         {*python_spelling.SPELLING, *python_functions.NAMES, *python_functions.TURNS},
     ),
+    "a page": (PROGRAM, IN_A_PAGE),
     "formulas in double": (NODE, {*functions.IN_DOUBLE.formulas, *functions.QUARTERS}),
     "formulas in single": (NODE, {*functions.IN_SINGLE.formulas, *functions.QUARTERS}),
     "bounds of rounding": (NODE - {"barrier"}, ALL_RULES),  # a law has no barriers
@@ -122,9 +124,3 @@ def test_a_browser_needs_no_library_for_an_operation(name):
     ir = "\n".join([*llvm_spelling.declarations(width), function])
     code = llvm.object_for(ir, webassembly_spelling.TRIPLE, webassembly_spelling.FEATURES)
     assert webassembly.callable_module(code)
-
-
-def test_a_page_evaluates_each_operation_of_a_metrics_program():
-    page = (ROOT / "workbench/report/templates/live/tables.js").read_text(encoding="utf-8")
-    table = page[page.index("PROGRAM_OPERATIONS = {") : page.index("};")]
-    assert re.findall(r"^  (\w+): ", table, re.MULTILINE) == [*value_program.OPERATIONS]

@@ -9,6 +9,7 @@ import workbench as wb
 from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
 from tests.support.digital_laws import digital, gallery, kalman_law, motor_law
 from workbench.handover.c99.c_code import c_code
+from workbench.handover.c99.c_source import GUARDS
 
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 
@@ -233,3 +234,12 @@ def test_a_number_that_single_precision_lacks_is_refused_or_said():
 def test_a_safe_command_is_finite(value):
     with pytest.raises(ValueError, match=r"must be a finite number"):
         c_code(motor_law().law(), "law", safe={"v": value})
+
+
+@needs_compiler
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_guards_of_a_source_are_c_as_they_stand(compiler, tmp_path):
+    (tmp_path / "own.c").write_text('#include "guards.h"\nint own(void);\nint own(void) { return 0; }\n')
+    line = [compiler, *WARNINGS, f"-I{GUARDS.parent}", "-c", "own.c"]
+    subprocess.run(line, cwd=tmp_path, check=True, timeout=60)
+    assert subprocess.run([*line, "-ffast-math"], cwd=tmp_path, capture_output=True, timeout=60).returncode

@@ -60,7 +60,7 @@ def _inverse(a: Truth) -> Truth:
 
 # What every format has in common: what the machine has itself, and what is short for it.
 COMMON: Mapping[str, Formula] = {
-    **{name: _of_the_machine(name) for name, row in OPERATIONS.items() if row.role == Role.MACHINE | Role.NODE},
+    **{name: _of_the_machine(name) for name, row in OPERATIONS.items() if Role.MACHINE | Role.NODE in row.role},
     "and": _both,
     "or": _either,
     "not": _inverse,

@@ -76,6 +76,11 @@ def _one(a: float, b: float, c: float) -> float:
         return math.inf if exact > 0 else -math.inf
 
 
+def _zeros_in_order(larger: Any, of_zeros: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """The larger or the smaller of two numbers, where NaN passes on, and -0 is below 0, which NumPy leaves open."""
+    return lambda a, b: np.where((a == 0) & (b == 0), of_zeros(a, b), larger(a, b))
+
+
 SPELLING: Mapping[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
@@ -88,6 +93,9 @@ SPELLING: Mapping[str, Callable[..., Any]] = {
     "floor": np.floor,
     "trunc": np.trunc,
     "copysign": np.copysign,
+    "max": _zeros_in_order(np.maximum, lambda a, b: a + b),
+    "min": _zeros_in_order(np.minimum, lambda a, b: -(-a - b)),
+    "isnan": np.isnan,
     "lt": np.less,
     "le": np.less_equal,
     "gt": np.greater,

@@ -41,12 +41,15 @@ class Role(enum.Flag):
         A graph, for what a machine does in one or two operations: its formula is in `functions`.
     FUNCTION
         A graph, for an elementary function of `functions`.
+    PROGRAM
+        The program of a metric's value, which NumPy and a page evaluate.
     """
 
     MACHINE = enum.auto()
     NODE = enum.auto()
     SHORT = enum.auto()
     FUNCTION = enum.auto()
+    PROGRAM = enum.auto()
 
 
 class Operation(NamedTuple):
@@ -76,37 +79,41 @@ class Operation(NamedTuple):
 
 _N, _T, _W = Kind.NUMBER, Kind.TRUTH, Kind.WORD
 _LOGIC, _ORDER, _SUM, _PRODUCT, _SIGNED = list(Tightness)[1:6]
-_MACHINE, _NODE, _BOTH = Role.MACHINE, Role.NODE, Role.MACHINE | Role.NODE
+_MACHINE, _PROGRAM, _BOTH = Role.MACHINE, Role.PROGRAM, Role.MACHINE | Role.NODE
+_ALL = Role.MACHINE | Role.NODE | Role.PROGRAM
 _SHORT, _FUNCTION = Role.NODE | Role.SHORT, Role.NODE | Role.FUNCTION
 _DECISION, _MIRROR, _FUSED = ("comparison or choice",), ("change of sign",), ("product", "sum")
 
 _ROWS = (
     # of numbers
-    Operation("add", (_N, _N), _N, _BOTH, _SUM, True, ("sum",)),
-    Operation("sub", (_N, _N), _N, _BOTH, _SUM, False, ("sum",)),
-    Operation("mul", (_N, _N), _N, _BOTH, _PRODUCT, True, ("product",)),
+    Operation("add", (_N, _N), _N, _ALL, _SUM, True, ("sum",)),
+    Operation("sub", (_N, _N), _N, _ALL, _SUM, False, ("sum",)),
+    Operation("mul", (_N, _N), _N, _ALL, _PRODUCT, True, ("product",)),
     Operation("fma", (_N, _N, _N), _N, _BOTH, _SUM, False, _FUSED),  # a b + c; on a machine that fuses products alone
     Operation("fms", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED),  # a b - c
     Operation("fnma", (_N, _N, _N), _N, _SHORT, _SUM, False, _FUSED),  # c - a b
-    Operation("div", (_N, _N), _N, _BOTH, _PRODUCT, False, ("quotient",)),
+    Operation("div", (_N, _N), _N, _ALL, _PRODUCT, False, ("quotient",)),
     Operation("inv", (_N,), _N, _SHORT, _PRODUCT, False, ("quotient",)),
-    Operation("neg", (_N,), _N, _BOTH, _SIGNED, False, _MIRROR),
-    Operation("fabs", (_N,), _N, _BOTH, counted=_MIRROR),
+    Operation("neg", (_N,), _N, _ALL, _SIGNED, False, _MIRROR),
+    Operation("fabs", (_N,), _N, _ALL, counted=_MIRROR),
     Operation("copysign", (_N, _N), _N, _BOTH, counted=_MIRROR, arguments="xy"),
-    Operation("sqrt", (_N,), _N, _BOTH),
-    Operation("floor", (_N,), _N, _BOTH),
+    Operation("sqrt", (_N,), _N, _ALL),
+    Operation("floor", (_N,), _N, _ALL),
     Operation("trunc", (_N,), _N, _MACHINE),
+    Operation("max", (_N, _N), _N, _PROGRAM),  # NaN passes on, unlike by fmax; -0 is below 0
+    Operation("min", (_N, _N), _N, _PROGRAM),
+    Operation("isnan", (_N,), _T, _PROGRAM),
     # comparisons, truths and choices
-    Operation("lt", (_N, _N), _T, _BOTH, _ORDER, False, _DECISION),
-    Operation("le", (_N, _N), _T, _BOTH, _ORDER, False, _DECISION),
-    Operation("gt", (_N, _N), _T, _MACHINE, _ORDER),
-    Operation("ge", (_N, _N), _T, _MACHINE, _ORDER),
-    Operation("eq", (_N, _N), _T, _BOTH, _ORDER, True, _DECISION),
-    Operation("ne", (_N, _N), _T, _BOTH, _ORDER, True, _DECISION),
-    Operation("and", (_T, _T), _T, _BOTH, _LOGIC, True, _DECISION),
-    Operation("or", (_T, _T), _T, _BOTH, _LOGIC, True, _DECISION),
-    Operation("not", (_T,), _T, _BOTH, _SIGNED, False, _DECISION),
-    Operation("select", (_T, _N, _N), _N, _MACHINE, Tightness.CHOICE),
+    Operation("lt", (_N, _N), _T, _ALL, _ORDER, False, _DECISION),
+    Operation("le", (_N, _N), _T, _ALL, _ORDER, False, _DECISION),
+    Operation("gt", (_N, _N), _T, _MACHINE | _PROGRAM, _ORDER),
+    Operation("ge", (_N, _N), _T, _MACHINE | _PROGRAM, _ORDER),
+    Operation("eq", (_N, _N), _T, _ALL, _ORDER, True, _DECISION),
+    Operation("ne", (_N, _N), _T, _ALL, _ORDER, True, _DECISION),
+    Operation("and", (_T, _T), _T, _ALL, _LOGIC, True, _DECISION),
+    Operation("or", (_T, _T), _T, _ALL, _LOGIC, True, _DECISION),
+    Operation("not", (_T,), _T, _ALL, _SIGNED, False, _DECISION),
+    Operation("select", (_T, _N, _N), _N, _MACHINE | _PROGRAM, Tightness.CHOICE),
     Operation("if_else", (_T, _N, _N), _N, _SHORT, Tightness.CHOICE, False, _DECISION),
     Operation("barrier", (_N,), _N, _SHORT),  # gives its operand; nothing is simplified across it
     # of words, which wrap around, and between words and numbers
