@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterator, Mapping
-from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
+from workbench.core.validation.refusals import Array
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.handover.c99.c_costs import FRAME, Costs
 from workbench.handover.c99.c_names import comment, members
@@ -155,7 +156,7 @@ def unit_of(entry: Entry) -> str:
     return "" if entry.unit == ANY else entry.unit
 
 
-def _numbers(values: Any) -> str:
+def _numbers(values: ArrayLike) -> str:
     flat = np.unique(np.ravel(values))
     return ", ".join(f"{x:g}" for x in (flat if len(flat) == 1 else np.ravel(values)))
 
@@ -167,12 +168,12 @@ def safe_text(request: Request) -> str:
     return ", ".join(f"{name} = {_numbers(part)} {law.commands[name].unit}".rstrip() for name, part in parts.items())
 
 
-def _struct(name: str, about: str, layout: Layout, real: str, start: Any = None) -> list[str]:
-    values: Mapping[str, Any] = {} if start is None else layout.unpack(start)
+def _struct(name: str, about: str, layout: Layout, real: str, start: Array | None = None) -> list[str]:
+    values: Mapping[str, Array] = {} if start is None else layout.unpack(start)
     return [f"/* {comment(about)} */", "typedef struct {", *_members(layout, real, values), f"}} {name};", ""]
 
 
-def _members(layout: Layout, real: str, values: Mapping[str, Any] | None = None) -> Iterator[str]:
+def _members(layout: Layout, real: str, values: Mapping[str, Array] | None = None) -> Iterator[str]:
     names = members(layout)
     for entry in layout.entries:
         size = f"[{entry.size}]" if entry.shape else ""
