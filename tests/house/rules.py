@@ -25,7 +25,7 @@ DOORS = {
     "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
-    "jinja2": "report/html_page.py",
+    "jinja2": "core/templates.py",
     "llvmlite": "engine/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",

@@ -8,11 +8,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from importlib.resources import files
 from typing import Any
 
 from markupsafe import Markup
 
+from workbench.core.templates import template_text
 from workbench.report.figures.dark_colors import variable
 
 # in the order in which they need each other
@@ -85,4 +85,4 @@ def _styles() -> str:
 
 
 def _text(name: str) -> str:
-    return (files("workbench.report") / "templates" / "live" / name).read_text("utf-8")
+    return template_text("workbench.report", f"live/{name}")
