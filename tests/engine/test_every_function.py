@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.engine.kernel.arrays import Arrays
-from workbench.engine.kernel.further_functions import DOUBLE
-from workbench.engine.kernel.target_operations import Number
+from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines.machine import Number
+from workbench.engine.machines.numpy_spelling import Arrays
 
 FUNCTIONS = {
     "ceil": lambda x: np.ceil(3 * x),

@@ -7,7 +7,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from workbench.engine.kernel.arrays import fma
+from workbench.engine.machines.numpy_spelling import fma
 
 RNG = np.random.default_rng(1)
 SPECIAL = [0.0, 1.0, math.inf, 5e-324, 1.7976931348623157e308, 2.2250738585072014e-308, 2.0**-537]

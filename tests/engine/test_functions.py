@@ -5,10 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from workbench.engine.kernel import elementary_functions as f
-from workbench.engine.kernel.arrays import Arrays
-from workbench.engine.kernel.further_functions import DOUBLE
-from workbench.engine.kernel.target_operations import Number, number
+from workbench.engine.machines import elementary_functions as f
+from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines.machine import Number, number
+from workbench.engine.machines.numpy_spelling import Arrays
 
 mpmath = pytest.importorskip("mpmath")  # it comes with sympy
 

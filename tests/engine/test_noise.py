@@ -9,7 +9,7 @@ from scipy import special, stats
 
 from workbench.engine.kernel import noise
 from workbench.engine.kernel.noise import BLOCK, circle, logarithm, normals, philox, uniform
-from workbench.engine.kernel.target_operations import Word
+from workbench.engine.machines.machine import Word
 
 # The chance that a test refuses numbers that are as they should be. The seeds are fixed, so its answer never changes.
 SIGNIFICANCE = 1e-5

@@ -12,7 +12,7 @@ import pytest
 from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.noise import normals, normals_on, pair
-from workbench.engine.kernel.target_operations import Word
+from workbench.engine.machines.machine import Word
 
 
 def some_keys(count):

@@ -8,11 +8,8 @@ import pytest
 import workbench as wb
 from tests.support.c_runs import COMPILERS, WARNINGS, compiled, differing, needs_compiler, recorded
 from tests.support.digital_laws import digital, gallery, kalman_law, motor_law
-from workbench.engine.kernel.arrays import Arrays
-from workbench.engine.kernel.target_operations import Number
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.c99.c_functions import Lines, arguments_of, definitions, functions_of
-from workbench.handover.c99.c_primitives import DOUBLE
+from workbench.handover.c99.c_source import GUARDS
 
 OPTIONS = ("-O0", "-O1", "-O2", "-O3")
 
@@ -117,65 +114,6 @@ def test_a_result_that_is_not_finite_is_flagged_and_not_kept(tmp_path):
     assert flags.tolist() == [4, 0, 4]
     assert np.isfinite(u).all()
     assert np.isfinite(z).all()
-
-
-FUNCTIONS = """
-#include <stdbool.h>
-#include <stdint.h>
-{texts}
-void each(int n, const double *a, const double *b, double *out)
-{{
-    (void)b;
-    for (int i = 0; i < n; ++i) {{
-        out[i] = {call};
-    }}
-}}
-"""
-
-
-@needs_compiler
-@pytest.mark.parametrize(
-    "name",
-    [
-        *("sin", "cos", "exp", "log", "tanh", "atan2", "fmod", "fmin", "fmax", "sign", "sqrt", "floor"),
-        *("expm1", "log1p", "sinh", "cosh", "asinh", "acosh", "atanh", "hypot", "copysign"),
-    ],
-)
-def test_an_elementary_function_in_c_has_the_bits_of_every_machine(name, tmp_path):
-    import ctypes
-
-    rng = np.random.default_rng(3)
-    special = np.array(
-        [0.0, -0.0, 1.0, -1.0, np.inf, -np.inf, np.nan, 5e-324, 1e-310, 2.5, -2.5, 1e300, 4503599627370497.5]
-    )
-    a = np.concatenate([np.repeat(special, len(special)), rng.normal(0, 10, 20000), rng.uniform(0, 1e3, 5000)])
-    a = np.concatenate([a, np.exp(rng.uniform(-700, 700, 5000))])
-    b = np.concatenate([np.tile(special, len(special)), rng.normal(0, 3, len(a) - len(special) ** 2)])
-    primitive = name in ("sqrt", "floor", "copysign")
-    texts = definitions("x", DOUBLE, [] if primitive else [name], [name] if primitive else [])
-    call = f"x_{name}({', '.join(('a[i]', 'b[i]')[: len(arguments_of(name))])})"
-    (tmp_path / "f.c").write_text(FUNCTIONS.format(texts="\n".join(texts), call=call))
-    options = ["-O2", "-std=c99", "-shared", "-fPIC", "-ffp-contract=off"]
-    subprocess.run([COMPILERS[0], *options, "f.c", "-o", "f.so"], cwd=tmp_path, check=True, timeout=60)
-    out = np.empty_like(a)
-    address = [part.ctypes.data_as(ctypes.c_void_p) for part in (a, b, out)]
-    ctypes.CDLL(str(tmp_path / "f.so")).each(len(a), *address)
-    machine, f = Arrays(False), functions_of(DOUBLE)
-    given = [Number(machine, part) for part in (a, b)][: len(arguments_of(name))]
-    with np.errstate(all="ignore"):
-        if primitive:
-            expected = given[0].do(name, *given[1:]).value
-        elif name in ("sin", "cos"):
-            expected = f["sine_or_cosine"](f["angle"](*given), int(name == "cos")).value
-        else:
-            expected = f[name](*given).value
-    assert differing(out, expected) == 0
-
-
-def test_the_machine_of_lines_writes_one_operation_a_line():
-    machine = Lines(DOUBLE, "x", set())
-    machine.do("add", "a", machine.constant(-0.5))
-    assert machine.lines == ["const double v0 = a + (-0.5);"]
 
 
 def test_a_header_says_what_its_caller_must_know():
@@ -296,3 +234,12 @@ def test_a_number_that_single_precision_lacks_is_refused_or_said():
 def test_a_safe_command_is_finite(value):
     with pytest.raises(ValueError, match=r"must be a finite number"):
         c_code(motor_law().law(), "law", safe={"v": value})
+
+
+@needs_compiler
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_the_guards_of_a_source_are_c_as_they_stand(compiler, tmp_path):
+    (tmp_path / "own.c").write_text('#include "guards.h"\nint own(void);\nint own(void) { return 0; }\n')
+    line = [compiler, *WARNINGS, f"-I{GUARDS.parent}", "-c", "own.c"]
+    subprocess.run(line, cwd=tmp_path, check=True, timeout=60)
+    assert subprocess.run([*line, "-ffast-math"], cwd=tmp_path, capture_output=True, timeout=60).returncode

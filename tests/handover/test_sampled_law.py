@@ -8,8 +8,8 @@ import workbench as wb
 from tests.support.c_runs import differing, recorded
 from tests.support.digital_laws import digital
 from workbench.core import Sampled
-from workbench.engine.kernel.arrays import Arrays
 from workbench.engine.kernel.plan import Evaluation, graph_of
+from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.law_graph import graph_of_law
 
 

@@ -9,14 +9,16 @@ import numpy as np
 import pytest
 
 from tests.support.recorded_laws import LOOPS, by_hand, recorded
-from workbench.engine.kernel.target_operations import Number
+from workbench.engine.machines.c_functions import definitions
+from workbench.engine.machines.c_real import SINGLE
+from workbench.engine.machines.functions import IN_SINGLE
+from workbench.engine.machines.machine import Number
+from workbench.engine.machines.numpy_spelling import Singles
+from workbench.engine.machines.single_functions import LARGEST_ANGLE
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.c99.c_functions import definitions, functions_of
 from workbench.handover.c99.c_names import members
-from workbench.handover.c99.c_primitives import SINGLE
 from workbench.handover.single.rounding_rules import STATED
-from workbench.handover.single.single_functions import FUNCTIONS, LARGEST_ANGLE
-from workbench.handover.single.single_precision import Singles, single_precision
+from workbench.handover.single.single_precision import single_precision
 
 COUNT = 1_000_000
 ODD = np.array([0.0, -0.0, 1.0, -1.0, 1e-45, -1e-45, np.inf, -np.inf, np.nan], np.float32)
@@ -26,9 +28,7 @@ def computed(name, *operands):
     """The floats of a function of floats."""
     numbers = [Number(Singles(), np.asarray(operand, np.float32)) for operand in operands]
     with np.errstate(all="ignore"):
-        if name in ("sin", "cos"):
-            return FUNCTIONS["sine_or_cosine"](FUNCTIONS["angle"](*numbers), int(name == "cos")).value
-        return FUNCTIONS[name](*numbers).value
+        return IN_SINGLE.of(name, *numbers).value
 
 
 def spread(low, high, seed=0):
@@ -219,21 +219,8 @@ def in_c(law, folder, k, z, y, r):
     return results, raised
 
 
-def c_is_single():
-    """True once the C of a law knows single precision."""
-    try:
-        return bool(functions_of(SINGLE))
-    except ValueError:
-        return False
-
-
 COMPILER = shutil.which("gcc") or shutil.which("cc")
-
-
-def needs_c(test):
-    """The test, skipped without a compiler, or while the C of a law has no single precision."""
-    test = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler here")(test)
-    return pytest.mark.skipif(not c_is_single(), reason="the C of a law has no single precision yet")(test)
+needs_c = pytest.mark.skipif(COMPILER is None, reason="there is no C compiler here")
 
 
 @needs_c

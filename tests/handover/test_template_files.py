@@ -33,6 +33,7 @@ HERE = {
     "ros2": ("package.xml.j2", "plugin.xml.j2", "CMakeLists.txt.j2"),
 }
 ELSEWHERE = {
+    "c99": ("guards.h",),  # test_texts_in_c, and wherever a law is compiled
     "functions": ("functions.c.j2", "functions.py.j2", "casadi_functions.py.j2"),  # test_array_functions
     "ros2": ("controller.hpp.j2", "controller.cpp.j2", "README.md.j2"),  # test_ros2
     "simulink": ("s_function.c.j2", "build.m.j2"),  # test_simulink

@@ -99,7 +99,7 @@ def compiled(code, folder, compiler=None, options=("-O2",)):
 
 def places(layout):
     """The members of the state for the numbers of a layout."""
-    from workbench.handover.c99.c_calls import places_of
+    from workbench.handover.c99.c_names import places_of
 
     return places_of(layout)
 

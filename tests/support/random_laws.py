@@ -18,8 +18,8 @@ from workbench.blocks.loop import AbstractController, AbstractObserver, Abstract
 from workbench.blocks.loop.surroundings import AbstractReference
 from workbench.core import block, layout, parameter
 from workbench.engine.kernel import webassembly
-from workbench.engine.kernel.arrays import Arrays
 from workbench.engine.kernel.plan import Evaluation, Plan, graph_of
+from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.c99.c_code import c_code
 from workbench.handover.programs.python_law import python_law
 from workbench.handover.recording import record

@@ -21,15 +21,19 @@ from workbench.core.templates import fill
 from workbench.core.validation.refusals import known
 from workbench.core.validation.signatures import door
 from workbench.engine.kernel.graph import Graph
-from workbench.handover.c99.c_body import ATOM, Body, Text
-from workbench.handover.c99.c_functions import definitions as definitions_in_c
+from workbench.engine.machines.c_functions import definitions as definitions_in_c
+from workbench.engine.machines.c_real import DOUBLE
+from workbench.engine.machines.c_spelling import Text
+from workbench.engine.machines.operations import Tightness
+from workbench.engine.machines.python_functions import TRACED
+from workbench.engine.machines.python_functions import definitions as definitions_in_python
+from workbench.engine.machines.python_spelling import HELPERS
+from workbench.handover.c99.c_assignments import Assignments, Demand, Scope, Wanted, assignments
 from workbench.handover.c99.c_names import Variables, prefix_of
-from workbench.handover.c99.c_primitives import DOUBLE
-from workbench.handover.c99.c_source import GUARDS
+from workbench.handover.c99.c_source import guards
 from workbench.handover.law_graph import StepGraph, graph_of_law
 from workbench.handover.programs.casadi_law import CASADI
-from workbench.handover.programs.python_lines import HELPERS, TRACED, lines_of
-from workbench.handover.programs.python_lines import definitions as definitions_in_python
+from workbench.handover.programs.python_lines import lines_of
 
 PREFIX, PARAMETERS = "workbench", "p"
 # Names that the files use themselves: modules, the parameters, and the functions that Python's lines call.
@@ -149,38 +153,37 @@ def _outputs(commands: Layout, texts: Sequence[str]) -> list[tuple[Entry, list[l
 
 
 def _in_c(laws: Sequence[SampledLaw], words: Words) -> str:
-    functions, bodies = list[Words](), list[Body]()
+    functions, calls = list[Words](), dict[str, None]()
     for law in laws:
         inputs, step = _inputs(law), graph_of_law(law, settable=True)
-        graph, body = step.graph, _body(step, inputs)
-        results = [body.value(place) for place in graph.results]
-        reads = _reads(graph, inputs)
+        made = _assignments(step, inputs)
+        reads = _reads(step.graph, inputs)
         arguments = [*law.readings.names, PARAMETERS]
-        unread = [name for name in arguments if not any(place.startswith(f"{name}[") for _, place in reads)]
+        unread = [name for name in arguments if not any(each.place.startswith(f"{name}[") for each in reads)]
         flat = [
             (f"{entry.name}[{i}]", text)
-            for entry, rows in _outputs(law.commands, results)
+            for entry, rows in _outputs(law.commands, made.answers[-1].texts)
             for i, text in enumerate(text for row in rows for text in row)
         ]
-        own: Words = {"arguments": arguments, "unread": unread, "reads": reads, "lines": body.lines, "results": flat}
-        functions.append(_words(law) | own)
-        bodies.append(body)
-    called = dict.fromkeys(name for body in bodies for name, _ in body.functions)
-    primitives = dict.fromkeys(name for body in bodies for name, _ in body.primitives)
-    helpers = definitions_in_c(PREFIX, DOUBLE, list(called), list(primitives))
-    own = {"prefix": PREFIX, "guards": GUARDS, "definitions": helpers, "functions": functions}
-    return fill("workbench.handover", "functions/functions.c.j2", **words, **own)
+        lines = [line for answer in made.answers for line in answer.lines]
+        functions.append(
+            _words(law) | {"arguments": arguments, "unread": unread, "reads": reads, "lines": lines, "results": flat}
+        )
+        calls |= dict.fromkeys(call.name for call in made.calls)
+    own = {"prefix": PREFIX, "guards": guards(), "definitions": definitions_in_c(PREFIX, DOUBLE, calls)}
+    return fill("workbench.handover", "functions/functions.c.j2", **words, **own, functions=functions)
 
 
-def _body(step: StepGraph, inputs: Sequence[Input]) -> Body:
-    """The lines in C of the results of a step."""
+def _assignments(step: StepGraph, inputs: Sequence[Input]) -> Assignments:
+    """The lines in C of the results of a step, and their texts."""
     graph = step.graph
-    body = Body(
-        graph, PREFIX, DOUBLE, step.numbers, lambda place: Text(inputs[graph.nodes[place].entry].variable, ATOM)
-    )
-    body.prepare(graph.results)
-    body.make(graph.results)
-    return body
+    sources = {
+        place: Text(inputs[node.entry].variable, Tightness.ATOM)
+        for place, node in enumerate(graph.nodes)
+        if node.op == "p"
+    }
+    scope = Scope(graph, PREFIX, DOUBLE, step.numbers, sources)
+    return assignments(scope, [Demand(graph.results), Demand(graph.results, Wanted.TEXT)])
 
 
 def _in_python(laws: Sequence[SampledLaw], words: Words) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ class Order:
     def code(self) -> CCode:
         """The law in C, its stack measured where GCC is."""
         code = c_code(self.law, self.name, **self.options)
-        return replace(code, stack=measured_stack(code))
+        return code.with_stack(measured_stack(code))
 
 
 def _c(order: Order) -> Files:

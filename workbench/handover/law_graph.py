@@ -10,12 +10,12 @@ import numpy as np
 
 from workbench.core import SampledLaw, Step
 from workbench.core.validation.signatures import door
-from workbench.engine.kernel.arrays import Arrays
 from workbench.engine.kernel.barriers import rewritten, without_barriers
 from workbench.engine.kernel.casadi_to_graph import read_with
 from workbench.engine.kernel.graph import COMMUTATIVE, Graph, Node
 from workbench.engine.kernel.plan import Evaluation
 from workbench.engine.kernel.stages import stepped
+from workbench.engine.machines.numpy_spelling import Arrays
 
 
 @dataclass(frozen=True, eq=False)

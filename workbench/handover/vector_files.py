@@ -11,8 +11,7 @@ from workbench.core import Layout, SampledLaw
 from workbench.core.templates import fill
 from workbench.core.validation.refusals import known
 from workbench.core.validation.signatures import door
-from workbench.handover.c99.c_calls import places_of
-from workbench.handover.c99.c_names import member, prefix_of
+from workbench.handover.c99.c_names import member, places_of, prefix_of
 
 Rows = tuple[Any, Any, Any]  # readings, references and commands, a row an instant, as floats or doubles
 

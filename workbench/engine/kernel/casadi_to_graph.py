@@ -17,11 +17,13 @@ from workbench.core.expressions import evaluated
 from workbench.core.notation.program import NAMES
 from workbench.engine.kernel.barriers import BARRIER, joined
 from workbench.engine.kernel.graph import FOLDED, LEVELS, SOURCES, Graph, Level, Node, Nodes
+from workbench.engine.machines.operations import Role, with_role
 
 # Operations of CasADi by their names here; what is missing is built of these, or refused by name.
-HELD = "add sub mul neg inv sqrt sin cos exp log tanh atan2 fabs sign floor fmod fmin fmax lt le eq ne and or not "
-HELD += "sinh cosh asinh acosh atanh log1p expm1 hypot copysign"
-OPERATIONS: Mapping[int, str] = {getattr(ca, f"OP_{name.upper()}"): name for name in HELD.split()}
+BUILT = ("div", "fma", "fms", "fnma", "if_else", BARRIER)  # operations of a graph for which CasADi has another form
+OPERATIONS: Mapping[int, str] = {
+    getattr(ca, f"OP_{name.upper()}"): name for name in with_role(Role.NODE) if name not in BUILT
+}
 UNKNOWN = "unknown "
 
 

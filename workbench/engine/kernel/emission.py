@@ -2,29 +2,11 @@
 
 from __future__ import annotations
 
-import struct
-from collections.abc import Callable, Iterable, Mapping
-from functools import lru_cache
+from collections.abc import Callable, Iterable
 
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import Evaluation
-
-INTRINSICS = {"sqrt": 1, "fabs": 1, "floor": 1, "trunc": 1, "copysign": 2, "fma": 3}  # of so many operands
-INSTRUCTIONS = {
-    **{op: f"f{op} DOUBLES {{0}}, {{1}}" for op in ("add", "sub", "mul", "div")},
-    **{op: f"fcmp o{op} DOUBLES {{0}}, {{1}}" for op in ("lt", "le", "gt", "ge", "eq")},
-    **{f"word_{op}": f"{op} WORDS {{0}}, {{1}}" for op in ("add", "mul", "and", "or", "xor")},
-    **{op: f"{op} WORDS {{0}}, {{1}}" for op in ("shl", "lshr")},
-    **{op: f"{op} TRUTHS {{0}}, {{1}}" for op in ("and", "or")},
-    "ne": "fcmp une DOUBLES {0}, {1}",
-    "neg": "fneg DOUBLES {0}",
-    "not": "xor TRUTHS {0}, TRUE",
-    "nonzero": "icmp ne WORDS {0}, zeroinitializer",
-    "select": "select TRUTHS {0}, DOUBLES {1}, DOUBLES {2}",
-    "bits": "bitcast DOUBLES {0} to WORDS",
-    "number": "bitcast WORDS {0} to DOUBLES",
-    "signed": "sitofp WORDS {0} to DOUBLES",
-}
+from workbench.engine.machines.llvm_spelling import instructions, literal
 
 
 class Emission:
@@ -86,32 +68,3 @@ class Emission:
         for place, name in enumerate(names):
             pointer = self.line(f"getelementptr {self.type}, ptr {base}, i64 {place}")
             self.lines.append(f"  store {self.type} {name}, ptr {pointer}")
-
-
-@lru_cache
-def instructions(width: int) -> Mapping[str, str]:
-    """The instruction of each operation for vectors of a width, with places for its operands."""
-    doubles = f"<{width} x double>"
-    kinds = {"DOUBLES": doubles, "WORDS": f"<{width} x i64>", "TRUTHS": f"<{width} x i1>"}
-    kinds["TRUE"] = f"<{', '.join(['i1 true'] * width)}>"
-    found = dict(INSTRUCTIONS)
-    for name, count in INTRINSICS.items():
-        operands = ", ".join(f"DOUBLES {{{i}}}" for i in range(count))
-        found[name] = f"call DOUBLES @llvm.{name}.v{width}f64({operands})"
-    for kind, text in kinds.items():
-        found = {operation: line.replace(kind, text) for operation, line in found.items()}
-    return found
-
-
-def declarations(width: int) -> list[str]:
-    """The declarations of the intrinsics."""
-    vector = f"<{width} x double>"
-    return [
-        f"declare {vector} @llvm.{name}.v{width}f64({', '.join([vector] * count)})"
-        for name, count in INTRINSICS.items()
-    ]
-
-
-def literal(value: float) -> str:
-    """A double as LLVM reads it to the last bit."""
-    return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"

@@ -14,6 +14,8 @@ from functools import cached_property
 from itertools import chain
 from typing import NamedTuple
 
+from workbench.engine.machines.operations import OPERATIONS
+
 DEEPEST = 32  # sums of sums of angles that are opened: each adds its rounding
 
 
@@ -52,7 +54,7 @@ LEVELS = {
     "w": Level.STATE,
     "v": Level.STATE,
 }
-COMMUTATIVE = {"add", "mul", "eq", "ne", "and", "or"}
+COMMUTATIVE = {name for name, row in OPERATIONS.items() if row.symmetric}
 FOLDED: Mapping[str, Callable[..., float]] = {
     "add": lambda a, b: a + b,
     "sub": lambda a, b: a - b,

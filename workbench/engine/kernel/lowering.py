@@ -18,10 +18,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import reduce
 
-from workbench.engine.kernel.emission import Emission, declarations
+from workbench.engine.kernel.emission import Emission
 from workbench.engine.kernel.noise import normals_on
 from workbench.engine.kernel.plan import Plan
-from workbench.engine.kernel.target_operations import Number
+from workbench.engine.machines.llvm_spelling import declarations
+from workbench.engine.machines.machine import Number
 
 STACK = 'alignstack(64) "stackrealign"'  # of a function that is called from code with a narrower stack
 

@@ -21,9 +21,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
-from workbench.engine.kernel.arrays import Arrays
-from workbench.engine.kernel.elementary_functions import COSINE, SINE
-from workbench.engine.kernel.target_operations import Machine, Number, Value, Word, select
+from workbench.engine.machines.elementary_functions import COSINE, SINE
+from workbench.engine.machines.machine import Machine, Number, Value, Word, select
+from workbench.engine.machines.numpy_spelling import Arrays
 
 ARRAYS = Arrays(fused=False)
 Words = tuple[Word, Word, Word, Word]

@@ -14,9 +14,10 @@ import numpy as np
 
 from workbench.core.validation.refusals import Array, Integers
 from workbench.engine.job import Job, Piece, Progress, crew, pieces
-from workbench.engine.kernel.arrays import Arrays, Line, Tape, play
 from workbench.engine.kernel.plan import Evaluation, Plan
-from workbench.engine.kernel.target_operations import Value
+from workbench.engine.kernel.tape import Line, Tape, play
+from workbench.engine.machines.machine import Value
+from workbench.engine.machines.numpy_spelling import Arrays
 
 RUNS_AT_ONCE = 8192  # the calls of an operation, which threads make one at a time, then cost little beside its work
 NORMALS_AT_ONCE = 2**14  # of some steps of all runs: so many are made with few calls, and stay in the cache

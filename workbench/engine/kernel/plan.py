@@ -8,36 +8,17 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 from workbench.core import Step
-from workbench.engine.kernel import elementary_functions as f
-from workbench.engine.kernel.barriers import BARRIER, rewritten
+from workbench.engine.kernel.barriers import rewritten
 from workbench.engine.kernel.casadi_to_graph import read, read_segments
-from workbench.engine.kernel.further_functions import DOUBLE
 from workbench.engine.kernel.graph import Graph, Level, Node
 from workbench.engine.kernel.stages import stepped
-from workbench.engine.kernel.target_operations import Machine, Number, Truth, Value, fma, select
+from workbench.engine.machines.elementary_functions import Angle
+from workbench.engine.machines.functions import IN_DOUBLE, QUARTERS, Functions
+from workbench.engine.machines.machine import Machine, Number, Truth, Value, select
+from workbench.engine.machines.operations import OPERATIONS, Kind
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
-
-COMPARISONS = {"lt", "le", "eq", "ne"}
-FUNCTIONS: Mapping[str, Callable[..., Number]] = {
-    **{op: lambda a, *others, op=op: a.do(op, *others) for op in ("add", "sub", "mul", "div", "sqrt", "fabs", "floor")},
-    "fma": fma,
-    "fnma": lambda a, b, c: fma(-a, b, c) if a.machine.fused else c - a * b,
-    "fms": lambda a, b, c: fma(a, b, -c) if a.machine.fused else a * b - c,
-    "neg": lambda a: -a,
-    "inv": lambda a: 1.0 / a,
-    "exp": f.exponential,
-    "tanh": f.hyperbolic_tangent,
-    "log": f.logarithm,
-    "atan2": f.arc_tangent,
-    "fmod": f.remainder,
-    "fmin": f.smaller,
-    "fmax": f.larger,
-    "sign": f.sign,
-    BARRIER: lambda a: a,
-    **DOUBLE.functions,
-}
 
 
 class Segmented(NamedTuple):
@@ -155,13 +136,16 @@ def _is_plain(node: Node) -> bool:
 class Evaluation:
     """The evaluation of nodes in their order; a value that is not made here is loaded when it is first needed."""
 
-    def __init__(self, graph: Graph, machine: Machine, load: Callable[[int], Value]) -> None:
+    def __init__(
+        self, graph: Graph, machine: Machine, load: Callable[[int], Value], functions: Functions = IN_DOUBLE
+    ) -> None:
         self.graph = graph
         self.machine = machine
         self.load = load
+        self.functions = functions
         self.numbers: dict[int, Number] = {}
         self.truths: dict[int, Truth] = {}
-        self.angles: dict[int, f.Angle] = {}
+        self.angles: dict[int, Angle] = {}
 
     def make(self, places: Iterable[int]) -> None:
         """The values of these nodes, whose operands are made before them or loaded."""
@@ -193,20 +177,18 @@ class Evaluation:
         op, operands = node.op, node.operands
         if not operands:
             self.number(place)
-        elif op in COMPARISONS:
-            a, b = map(self.number, operands)
-            self.truths[place] = a.compare(op, b)
-        elif op == "not":
-            self.truths[place] = ~self.truth(operands[0])
-        elif op in ("and", "or"):
-            left, right = map(self.truth, operands)
-            self.truths[place] = left & right if op == "and" else left | right
-        elif op in ("sin", "cos"):
+        elif op in QUARTERS:
             if operands[0] not in self.angles:
-                self.angles[operands[0]] = f.reduce_angle(self.number(operands[0]))
-            self.numbers[place] = f.sine_or_cosine(self.angles[operands[0]], int(op == "cos"))
-        elif op == "if_else":
-            condition, *branches = operands
-            self.numbers[place] = select(self.truth(condition), *map(self.number, branches))
+                self.angles[operands[0]] = self.functions.reduce_angle(self.number(operands[0]))
+            self.numbers[place] = self.functions.sine_or_cosine(self.angles[operands[0]], QUARTERS[op])
         else:
-            self.numbers[place] = FUNCTIONS[op](*map(self.number, operands))
+            row = OPERATIONS[op]
+            given = [
+                self.truth(i) if kind is Kind.TRUTH else self.number(i)
+                for i, kind in zip(operands, row.operands, strict=True)
+            ]
+            made = self.functions.formulas[op](*given)
+            if row.result is Kind.TRUTH:
+                self.truths[place] = made
+            else:
+                self.numbers[place] = made

@@ -16,9 +16,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from workbench.engine.kernel.arrays import FUNCTIONS
-from workbench.engine.kernel.elementary_functions import halves
-from workbench.engine.kernel.emission import declarations, instructions, literal
+from workbench.engine.machines.elementary_functions import halves
+from workbench.engine.machines.llvm_spelling import declarations, instructions, literal
+from workbench.engine.machines.numpy_spelling import SPELLING
 
 # A vector of doubles, an array of them, and a whole number: names or texts in IR, else of NumPy and Python.
 Vector = Any
@@ -31,7 +31,7 @@ class Machine(Protocol):
     """The operations from which a program is made."""
 
     def do(self, operation: str, *operands: Vector) -> Vector:
-        """An operation of `kernel.arrays.FUNCTIONS` on vectors."""
+        """An operation of `numpy_spelling.SPELLING` on vectors."""
 
     def number(self, value: float) -> Vector:
         """A double in every lane."""
@@ -63,7 +63,7 @@ class ArrayLoops:
 
     def do(self, operation: str, *operands: Vector) -> Vector:
         """An operation on vectors."""
-        return FUNCTIONS[operation](*operands)
+        return SPELLING[operation](*operands)
 
     def number(self, value: float) -> Vector:
         """A double."""

@@ -12,10 +12,8 @@ from functools import lru_cache
 from workbench.engine.kernel import llvm
 from workbench.engine.kernel.lowering import lower
 from workbench.engine.kernel.plan import Plan
+from workbench.engine.machines.webassembly_spelling import FEATURES, TRIPLE, WIDTH
 
-WIDTH = 1  # runs side by side: a page turns one knob of one run at a time
-TRIPLE = "wasm32-unknown-unknown"
-FEATURES = "+bulk-memory,+nontrapping-fptoint,+sign-ext"
 MEMORY = "env", "__linear_memory"
 MAGIC = b"\0asm\1\0\0\0"
 CUSTOM, TYPES, IMPORTS, FUNCTIONS, EXPORTS, CODE = 0, 1, 2, 3, 7, 10  # sections, by WebAssembly 1.0, section 5.5

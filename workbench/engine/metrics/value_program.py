@@ -7,7 +7,7 @@ with arrays that write down what is done with them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,6 +17,8 @@ from numpy.lib.mixins import NDArrayOperatorsMixin
 from workbench.core import Layout, Step
 from workbench.core.validation.refusals import Array, raised, seconds
 from workbench.core.validation.signatures import door
+from workbench.engine.machines.numpy_spelling import SPELLING
+from workbench.engine.machines.operations import OPERATIONS, Kind, Role, gives_truth, with_role
 from workbench.engine.metrics.contract import AbstractMetric, as_written
 from workbench.engine.metrics.measured_equation import accumulators_in
 
@@ -25,40 +27,9 @@ Node = tuple[Any, ...]  # an operation and the numbers of its operands, or "cons
 
 RESHAPED = (np.reshape, np.ravel, np.transpose, np.broadcast_to)
 JOINED = (np.concatenate, np.hstack, np.stack, np.column_stack)
-
-
-def _zeros_in_order(larger: Any, of_zeros: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
-    """The larger or the smaller of two numbers, where NaN passes on, and -0 is below 0, which NumPy leaves open."""
-    return lambda a, b: np.where((a == 0) & (b == 0), of_zeros(a, b), larger(a, b))
-
-
-OPERATIONS: Mapping[str, Callable[..., Any]] = {
-    "add": np.add,
-    "sub": np.subtract,
-    "mul": np.multiply,
-    "div": np.divide,
-    "sqrt": np.sqrt,
-    "neg": np.negative,
-    "abs": np.absolute,
-    "max": _zeros_in_order(np.maximum, lambda a, b: a + b),
-    "min": _zeros_in_order(np.minimum, lambda a, b: -(-a - b)),
-    "floor": np.floor,
-    "lt": np.less,
-    "le": np.less_equal,
-    "gt": np.greater,
-    "ge": np.greater_equal,
-    "eq": np.equal,
-    "ne": np.not_equal,
-    "and": np.logical_and,
-    "or": np.logical_or,
-    "not": np.logical_not,
-    "isnan": np.isnan,
-    "select": lambda truth, a, b: np.where(truth != 0, a, b),
-}
-OF_TRUTHS = ("and", "or", "not")
-TO_TRUTHS = ("lt", "le", "gt", "ge", "eq", "ne", "isnan", *OF_TRUTHS)
-OF_NUMPY = {f.__name__: name for name, f in OPERATIONS.items() if isinstance(f, np.ufunc)}
-OF_NUMPY |= {"fabs": "abs", "maximum": "max", "minimum": "min"}
+PROGRAM = with_role(Role.PROGRAM)
+OF_NUMPY = {SPELLING[name].__name__: name for name in PROGRAM if isinstance(SPELLING[name], np.ufunc)}
+OF_NUMPY |= {"absolute": "fabs", "maximum": "max", "minimum": "min"}
 OF_NUMPY |= {"bitwise_and": "and", "bitwise_or": "or", "invert": "not"}
 
 
@@ -91,8 +62,9 @@ class Program:
                 if operation == "const":
                     values.append(np.full(len(x), operands[0]))
                 else:
-                    found = OPERATIONS[operation](*(values[i] for i in operands))
-                    values.append(np.asarray(found, dtype=float))
+                    kinds = zip(operands, OPERATIONS[operation].operands, strict=True)
+                    given = (values[i] != 0 if kind is Kind.TRUTH else values[i] for i, kind in kinds)
+                    values.append(np.asarray(SPELLING[operation](*given), dtype=float))
         return np.stack([values[i] for i in self.results], axis=1)
 
     def plain(self) -> dict[str, Any]:
@@ -134,7 +106,7 @@ def program_of(step: Step, metric: AbstractMetric, horizon: float) -> Program:
         why = str(cause) if isinstance(cause, _UntraceableError) else f"an operation that raised {raised(error)}"
         raise ValueError(
             f"The value of the metric '{metric.name}' cannot be written as a program: it needs {why}. A program knows "
-            f"{', '.join(OPERATIONS)}, of numbers one by one."
+            f"{', '.join(PROGRAM)}, of numbers one by one."
         ) from error
     return tape.program(answer.places[0].tolist())
 
@@ -182,7 +154,7 @@ class _Tape:
         """The program of what the results need, inputs first."""
         nodes, needed = list(self.numbers), set(results)
         for i in reversed(range(len(nodes))):
-            if i in needed and nodes[i][0] in OPERATIONS:
+            if i in needed and nodes[i][0] in PROGRAM:
                 needed.update(nodes[i][1:])
         inputs = [i for i in sorted(needed) if nodes[i][0] in ("x", "z")]
         others = [i for i in sorted(needed) if i not in inputs]
@@ -269,9 +241,9 @@ class _Traced(NDArrayOperatorsMixin):
                 return self._done("less" if name == "isfinite" else "equal", size, self.tape.of(np.inf))
         operation, truths = OF_NUMPY.get(name), [operand.truth for operand in operands]
         # of truths alone NumPy's arithmetic has rules of its own
-        if operation is None or (not all(truths) if operation in OF_TRUTHS else all(truths)):
+        if operation is None or (not all(truths) if operation in ("and", "or", "not") else all(truths)):
             raise _UntraceableError(f"`np.{name}`" + (" of truths" if all(truths) else ""))
-        return self._written(operation, *operands, truth=operation in TO_TRUTHS)
+        return self._written(operation, *operands, truth=gives_truth(operation))
 
     def _select(self, truth: _Traced, a: _Traced, b: _Traced) -> _Traced:
         if not truth.truth:

@@ -1,4 +1,5 @@
 """A sampled law as C99.
 
-Read `c_code` first; `c_source` writes the stages of the loop, `c_body` their expressions, `c_functions` what they call.
+Read `c_code` first, then `c_source`, the pipeline: `c_variables` names what is read, `c_assignments` writes a graph as
+lines, `c_advance` puts them under the equations of the stages. Operations and functions are `engine.machines`'.
 """

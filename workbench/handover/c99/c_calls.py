@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from workbench.core import Layout, SampledLaw
 from workbench.handover.c99.c_header import prototype
-from workbench.handover.c99.c_names import members
-from workbench.handover.c99.c_primitives import DOUBLE, SINGLE
+from workbench.handover.c99.c_names import places_of
+from workbench.handover.c99.c_request import Request
 
 
-def places_of(layout: Layout) -> list[str]:
-    """The members of a struct for the numbers of a layout, in their order."""
-    names = members(layout)
-    return [
-        f"{names[entry.name]}{f'[{i}]' if entry.shape else ''}" for entry in layout.entries for i in range(entry.size)
-    ]
-
-
-def step_of(code: Any) -> list[str]:
+def step_of(request: Request) -> list[str]:
     """The lines of NAME_step."""
-    name, structs, law, real = code.name, code.structs, code.law, SINGLE if code.real == "float" else DOUBLE
+    name, law, real = request.name, request.law, request.real
     finite = f"{name}_finite{real.mark}"
 
     def check(port: str, layout: Layout, flag: str) -> list[str]:
@@ -30,24 +20,24 @@ def step_of(code: Any) -> list[str]:
         joined = " ||\n        ".join(conditions)
         return [f"    if ({joined}) {{", f"        flags |= (unsigned){name.upper()}_{flag};", "    }"]
 
-    lines = [prototype(code), "{", f"    unsigned flags = (unsigned){name.upper()}_OK;"]
-    lines += check("readings", law.readings, "BAD_READING") if "readings" in structs else []
-    lines += check("references", law.references, "BAD_REFERENCE") if "references" in structs else []
-    call = ", ".join(["state", *(port for port in ("readings", "references") if port in structs), "commands"])
+    lines = [prototype(request), "{", f"    unsigned flags = (unsigned){name.upper()}_OK;"]
+    lines += check("readings", law.readings, "BAD_READING") if "readings" in request.inputs else []
+    lines += check("references", law.references, "BAD_REFERENCE") if "references" in request.inputs else []
+    call = ", ".join(("state", *request.inputs, "commands"))
     lines += [f"    if ((flags == 0u) && !{name}_advance({call})) {{"]
     lines += [f"        flags |= (unsigned){name.upper()}_BAD_COMMAND;", "    }", "    if (flags != 0u) {"]
-    safe = zip(places_of(law.commands), code.safe.tolist(), strict=True)
+    safe = zip(places_of(law.commands), request.safe.tolist(), strict=True)
     lines += [f"        commands->{place} = {real.literal(value)};" for place, value in safe]
-    lines += [f"        state->{place} = {real.literal(value)};" for place, value in _waiting(code)]
+    lines += [f"        state->{place} = {real.literal(value)};" for place, value in _waiting(request)]
     lines += ["    }"]
     lines += ["    state->k += 1u;"] if law.uses_time else []
     return [*lines, "    state->flags = flags;", "    return flags;", "}"]
 
 
-def _waiting(code: Any) -> list[tuple[str, float]]:
+def _waiting(request: Request) -> list[tuple[str, float]]:
     """The places of commands on their way, with the safe command: none that was meant for another instant comes."""
-    law: SampledLaw = code.law
-    safe = law.commands.unpack(code.safe)
+    law = request.law
+    safe = law.commands.unpack(request.safe)
     return [
         pair
         for entry in law.memory.entries
@@ -71,20 +61,26 @@ def queue_places(law: SampledLaw) -> dict[str, list[str]]:
     }
 
 
-def reset_of(code: Any) -> list[str]:
+def reset_of(request: Request) -> list[str]:
     """The lines of NAME_reset."""
-    law, real = code.law, SINGLE if code.real == "float" else DOUBLE
+    law, real = request.law, request.real
     start = zip(places_of(law.memory), law.memory.default.tolist(), strict=True)
     lines = [f"    state->{place} = {real.literal(value)};" for place, value in start]
     lines += ["    state->k = 0u;"] if law.uses_time else []
-    return [f"void {code.name}_reset({code.name}_state *state)", "{", *lines, "    state->flags = 0u;", "}"]
+    return [f"void {request.name}_reset({request.name}_state *state)", "{", *lines, "    state->flags = 0u;", "}"]
 
 
-def init_of(code: Any) -> list[str]:
+def init_of(request: Request) -> list[str]:
     """The lines of NAME_init."""
-    law = code.law
+    law = request.law
     lines = []
-    if code.settable and law.parameters.size:
+    if request.settable and law.parameters.size:
         own = zip(places_of(law.parameters), law.parameters.default.tolist(), strict=True)
         lines = [f"    state->parameters.{place} = {value!r};" for place, value in own]
-    return [f"void {code.name}_init({code.name}_state *state)", "{", *lines, f"    {code.name}_reset(state);", "}"]
+    return [
+        f"void {request.name}_init({request.name}_state *state)",
+        "{",
+        *lines,
+        f"    {request.name}_reset(state);",
+        "}",
+    ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,8 @@ from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_costs import Costs
 from workbench.handover.c99.c_header import header_of
 from workbench.handover.c99.c_names import member, members, prefix_of
-from workbench.handover.c99.c_source import functions_of, source_of
+from workbench.handover.c99.c_request import Request
+from workbench.handover.c99.c_source import source_of
 from workbench.handover.export_folder import write_files
 
 PRECISIONS, PARAMETERS = ("double", "single"), ("constant", "settable")
@@ -25,58 +26,68 @@ WAYS = ("portable", "hardware")
 @dataclass(frozen=True, eq=False)
 @door
 class CCode:
-    """A law in C: its prefix, header and source.
+    """A law in C: what was asked, and the texts of header and source.
 
     Attributes
     ----------
-    safe
-        The command where a flag is raised, (nu,).
-    warnings
-        Sentences for whoever reads the header.
-    hardware
-        "sqrt" and "fma", where the processor's own are called by C's library.
-    stack
-        The stack of a call in words, where it was measured.
     costs
         The operations of a call, and its stack as counted.
     """
 
-    name: str
-    law: SampledLaw
-    precision: str
-    settable: bool
-    safe: Array
-    warnings: tuple[str, ...] = ()
-    command: str = ""
-    hardware: tuple[str, ...] = ()
-    stack: str = ""
-    costs: Costs = field(init=False)
-    header: str = field(init=False)
-    source: str = field(init=False)
+    request: Request
+    costs: Costs
+    header: str
+    source: str
 
-    def __post_init__(self) -> None:
-        functions, costs = functions_of(self)
-        object.__setattr__(self, "costs", costs)
-        object.__setattr__(self, "header", header_of(self))
-        object.__setattr__(self, "source", source_of(self, functions))
+    @staticmethod
+    def of(request: Request) -> CCode:
+        """The code that a request asks for."""
+        source = source_of(request)
+        return CCode(request, source.costs, header_of(request, source.costs), source.text)
+
+    @property
+    def name(self) -> str:
+        """The prefix of all that is visible in C."""
+        return self.request.name
+
+    @property
+    def law(self) -> SampledLaw:
+        """The law."""
+        return self.request.law
+
+    @property
+    def safe(self) -> Array:
+        """The command where a flag is raised, (nu,)."""
+        return self.request.safe
+
+    @property
+    def settable(self) -> bool:
+        """True if parameters can be changed between two instants."""
+        return self.request.settable
+
+    @property
+    def hardware(self) -> tuple[str, ...]:
+        """The operations, "sqrt" and "fma", for which C's library is called."""
+        return self.request.hardware
 
     @property
     def real(self) -> str:
         """The type of readings, references, commands and memory."""
-        return "float" if self.precision == "single" else "double"
+        return self.request.real.type
+
+    @property
+    def structs(self) -> Mapping[str, Layout]:
+        """The layouts of the structs by their names, those with members alone."""
+        return self.request.structs
 
     @property
     def files(self) -> dict[str, str]:
         """The texts by the names of their files."""
         return {f"{self.name}.h": self.header, f"{self.name}.c": self.source}
 
-    @property
-    def structs(self) -> dict[str, Layout]:
-        """The layouts of the structs by their names, those with members alone."""
-        law = self.law
-        ports = {"readings": law.readings, "references": law.references, "commands": law.commands}
-        ports |= {"parameters": law.parameters} if self.settable else {}
-        return {name: layout for name, layout in ports.items() if layout.size}
+    def with_stack(self, stack: str) -> CCode:
+        """The same code, whose comments state the stack of a call as it was measured."""
+        return CCode.of(replace(self.request, stack=stack))
 
     @door
     def write(self, folder: str | Path, overwrite: bool = False) -> Path:
@@ -91,7 +102,7 @@ class CCode:
         return write_files(folder, self.files, overwrite)
 
     def __repr__(self) -> str:
-        return f"<CCode '{self.name}': {self.precision}, {len(self.source.splitlines())} lines>"
+        return f"<CCode '{self.name}': {self.request.precision}, {len(self.source.splitlines())} lines>"
 
 
 @door
@@ -149,7 +160,8 @@ def c_code(
     for layout in (law.readings, law.references, law.commands, law.memory, law.parameters):
         members(layout)
     hardware = _hardware(precision, sqrt, fma)
-    return CCode(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command, hardware)
+    request = Request(prefix, law, precision, settable, safe_command(law, safe), tuple(warnings), command, hardware)
+    return CCode.of(request)
 
 
 def _hardware(precision: str, sqrt: str, fma: str) -> tuple[str, ...]:

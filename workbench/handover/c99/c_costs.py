@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import NamedTuple
 
+from workbench.engine.machines.operations import OPERATIONS
 from workbench.handover.law_graph import StepGraph
 
-KINDS: Mapping[str, tuple[str, ...]] = {
-    "add": ("sum",),
-    "sub": ("sum",),
-    "mul": ("product",),
-    **dict.fromkeys(("fma", "fms", "fnma"), ("product", "sum")),
-    **dict.fromkeys(("div", "inv"), ("quotient",)),
-    **dict.fromkeys(("lt", "le", "eq", "ne", "and", "or", "not", "if_else"), ("comparison or choice",)),
-    **dict.fromkeys(("neg", "fabs", "copysign"), ("change of sign",)),
+PLURALS = {  # of the kinds of operations, in the order of the sentence
+    "sum": "sums",
+    "product": "products",
+    "quotient": "quotients",
+    "comparison or choice": "comparisons and choices",
+    "change of sign": "changes of sign",
 }
-PLURALS = {"comparison or choice": "comparisons and choices", "change of sign": "changes of sign"}
 FUNCTION = re.compile(r"^(?:static )?[\w ]+?\b(\w+)\(([^;{]*?)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 VARIABLE = re.compile(r"^ +(?:const )?(?:\w+|union \{[^}]*\}) (?:\w+)(?: =|;)", re.MULTILINE)
 FRAME = 96  # bytes of a frame beside its variables: what is saved of registers, the address to return to, alignment
@@ -35,18 +33,13 @@ def costs_of(graph: StepGraph, text: str, name: str) -> Costs:
     """The costs of a law from its graph, and from the text of its functions for NAME_step."""
     needed = [i for i in graph.graph.before(graph.graph.results) if i not in graph.numbers]
     ops = [graph.graph.nodes[i].op for i in needed if graph.graph.nodes[i].operands]
-    kinds = Counter(kind for op in ops for kind in KINDS.get(op, ()))
-    calls = Counter(op for op in ops if op not in KINDS)
+    kinds = Counter(kind for op in ops for kind in OPERATIONS[op].counted)
+    calls = Counter(op for op in ops if not OPERATIONS[op].counted)
     fixed = sum(bool(graph.graph.nodes[i].operands) for i in graph.adjustable if i in set(needed))
-    order = dict.fromkeys(kind for op in KINDS.values() for kind in op)
-    parts = [_counted(kind, kinds[kind]) for kind in order if kinds[kind]]
+    parts = [f"{kinds[one]} {one if kinds[one] == 1 else many}" for one, many in PLURALS.items() if kinds[one]]
     parts += [f"{count} {op}" for op, count in sorted(calls.items())]
     also = f"; {fixed} of them depend on numbers of the law alone" if fixed else ""
     return Costs(f"{', '.join(parts) or 'nothing to compute'}{also}", deepest_chain(text, f"{name}_step"))
-
-
-def _counted(kind: str, count: int) -> str:
-    return f"{count} {kind if count == 1 else PLURALS.get(kind, f'{kind}s')}"
 
 
 def deepest_chain(text: str, start: str) -> int:

@@ -11,15 +11,18 @@ import numpy as np
 from workbench import __version__
 from workbench.core import Entry, Layout, SampledLaw
 from workbench.core.port import ANY
-from workbench.handover.c99.c_costs import FRAME
+from workbench.engine.machines.c_real import DOUBLE, SINGLE
+from workbench.handover.c99.c_costs import FRAME, Costs
 from workbench.handover.c99.c_names import comment, members
+from workbench.handover.c99.c_request import Request
 from workbench.handover.export_seal import MARK
 from workbench.handover.law_graph import graph_of_law
 
 WIDTH = 100
+FUSED = "each product rounded together with the sum that it is for: the fused"
 PORTABLE = "each product and each sum rounded by itself: the portable"
 OPTIONS = {"sqrt": "-fno-math-errno", "fma": "(on x86) -mfma"}
-STRUCTS = {
+STRUCTS: Mapping[str, str] = {
     "readings": "What the instruments read at the instant.",
     "references": "What is wanted at the instant.",
     "commands": "What acts on the plant from the instant to the next.",
@@ -33,11 +36,11 @@ FLAGS = {
 }
 
 
-def header_of(code: Any) -> str:
+def header_of(request: Request, costs: Costs) -> str:
     """The text of NAME.h."""
-    name, law = code.name, code.law
+    name, law = request.name, request.law
     guard = f"{name.upper()}_H"
-    lines = [*block(about(code)), f"#ifndef {guard}", f"#define {guard}", "", "#include <stdint.h>", ""]
+    lines = [*block(about(request, costs)), f"#ifndef {guard}", f"#define {guard}", "", "#include <stdint.h>", ""]
     lines += ["#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
     lines += [
         f"#define {name.upper()}_PERIOD {float(law.period)!r} /* s, from one call of {name}_step to the next */",
@@ -49,40 +52,39 @@ def header_of(code: Any) -> str:
     ]
     lines[-1] = lines[-1].replace(",", "", 1)
     lines += ["};", ""]
-    for struct, layout in code.structs.items():
-        real = "double" if struct == "parameters" else code.real
+    for struct, layout in request.structs.items():
+        real = "double" if struct == "parameters" else request.real.type
         start = law.parameters.default if struct == "parameters" else None
         lines += _struct(f"{name}_{struct}", STRUCTS[struct].replace("NAME", name), layout, real, start)
     lines += [f"/* All that the law keeps from one instant to the next; {name}_init fills it. */", "typedef struct {"]
-    lines += [f"    {name}_parameters parameters;"] if code.settable and law.parameters.size else []
+    lines += [f"    {name}_parameters parameters;"] if request.settable and law.parameters.size else []
     lines += ["    uint64_t k; /* number of the instant */"] if law.uses_time else []
-    lines += list(_members(law.memory, code.real))
+    lines += list(_members(law.memory, request.real.type))
     lines += [f"    unsigned flags; /* those of the last {name}_step */", f"}} {name}_state;", ""]
-    lines += _functions(code)
+    lines += _functions(request)
     lines += ["", "#ifdef __cplusplus", "}", "#endif", "", "#endif"]
     return "\n".join(lines) + "\n"
 
 
-def about(code: Any) -> Iterator[str]:
+def about(request: Request, costs: Costs) -> Iterator[str]:
     """The lines of the comment at the head of both files."""
-    law: SampledLaw = code.law
+    law = request.law
     yield f"{law.name}: a control law that runs once in {law.period:g} s."
     yield ""
-    yield from _wrapped(f"Made by {MARK} {__version__}{f' with: {code.command}' if code.command else ''}.")
+    yield from _wrapped(f"Made by {MARK} {__version__}{f' with: {request.command}' if request.command else ''}.")
     yield f"Fingerprint of its equations and numbers: {law.fingerprint[:16]}"
-    size = "32 bits (single precision)" if code.real == "float" else "64 bits (double precision)"
-    fused = "fma" in code.hardware
-    rounding = "each product rounded together with the sum that it is for: the fused" if fused else PORTABLE
+    size = "32 bits (single precision)" if request.real is SINGLE else "64 bits (double precision)"
+    rounding = FUSED if request.fused else PORTABLE
     yield from _wrapped(f"Numbers of {size}, {rounding} arithmetic.")
     yield from _wrapped(
         "Compile it without options that change arithmetic, such as -ffast-math, -funsafe-math-optimizations, or "
         "-ffp-contract=fast of clang."
     )
-    if code.real == "double":
+    if request.real is DOUBLE:
         yield from _wrapped(
             "On Cortex-M3 and M4 GCC's library rounds some differences wrongly: take the form cortex-m4."
         )
-    yield from _costs(code)
+    yield from _costs(request, costs)
     yield ""
     for name, layout in (("reads", law.readings), ("follows", law.references), ("commands", law.commands)):
         if layout.size:
@@ -96,35 +98,34 @@ def about(code: Any) -> Iterator[str]:
             "call gives to the actuator as the instant begins. The first commands come from the start of the memory."
         )
     yield from _wrapped(
-        f"Safe command, where a flag is raised: {safe_text(code)}. The memory then stays, but for commands on "
+        f"Safe command, where a flag is raised: {safe_text(request)}. The memory then stays, but for commands on "
         "their way, which become the safe one; after a long gap call the reset."
     )
     yield from _wrapped(
         "All is in the state: one for each loop, whose calls do not overlap. A period without a call is lost."
     )
-    if code.settable and code.real == "float":
+    if request.settable and request.real is SINGLE:
         yield from _wrapped("Parameters have 64 bits, and what depends on them alone is computed so, once a period.")
-    lost = _lost(law) if code.real == "float" else []
+    lost = _lost(law) if request.real is SINGLE else []
     if lost:
         yield from _wrapped(f"Note: zero in 32 bits, and no guard of a division any more: {', '.join(lost)}.")
-    for note in (*law.notes, *code.warnings):
+    for note in (*law.notes, *request.warnings):
         yield from _wrapped(f"Note: {note}.".replace("..", "."))
 
 
-def _costs(code: Any) -> Iterator[str]:
+def _costs(request: Request, costs: Costs) -> Iterator[str]:
     """The lines on operations, stack and libraries."""
     yield ""
-    yield from _wrapped(f"A call makes {code.costs.operations}.")
-    stack = (
-        code.stack or f"{code.costs.stack} bytes at most, counted: 8 for each variable and call, and {FRAME} a frame"
-    )
+    yield from _wrapped(f"A call makes {costs.operations}.")
+    stack = request.stack or f"{costs.stack} bytes at most, counted: 8 for each variable and call, and {FRAME} a frame"
     yield from _wrapped(f"Stack of a call: {stack}.")
-    if not code.hardware:
+    if not request.hardware:
         yield from _wrapped("Link flags: none, not even -lm. It calls no function of a library.")
         return
+    names = " and ".join(request.hardware)
     yield from _wrapped(
-        f"Link flags: -lm. It calls {' and '.join(code.hardware)} of C's library, instructions where the processor has "
-        f"them: compile it with {' '.join(OPTIONS[name] for name in code.hardware)}. The bits are the same without."
+        f"Link flags: -lm. It calls {names} of C's library, instructions where the processor has "
+        f"them: compile it with {' '.join(OPTIONS[name] for name in request.hardware)}. The bits are the same without."
     )
 
 
@@ -159,10 +160,10 @@ def _numbers(values: Any) -> str:
     return ", ".join(f"{x:g}" for x in (flat if len(flat) == 1 else np.ravel(values)))
 
 
-def safe_text(code: Any) -> str:
+def safe_text(request: Request) -> str:
     """The safe command in words."""
-    law = code.law
-    parts = law.commands.unpack(code.safe)
+    law = request.law
+    parts = law.commands.unpack(request.safe)
     return ", ".join(f"{name} = {_numbers(part)} {law.commands[name].unit}".rstrip() for name, part in parts.items())
 
 
@@ -189,24 +190,24 @@ def member_differs(name: str, own: str) -> bool:
     return name != own
 
 
-def _functions(code: Any) -> list[str]:
-    name, law = code.name, code.law
+def _functions(request: Request) -> list[str]:
+    name, law = request.name, request.law
     return [
-        f"/* Fill the state: the memory at its start{', the numbers of the design' if code.settable else ''}. */",
+        f"/* Fill the state: the memory at its start{', the numbers of the design' if request.settable else ''}. */",
         f"void {name}_init({name}_state *state);",
         "",
         f"/* Put the memory{' and the clock' if law.uses_time else ''} back to the start. */",
         f"void {name}_reset({name}_state *state);",
         "",
         "/* One instant: from readings to commands. Returns the flags. */",
-        f"{prototype(code)};",
+        f"{prototype(request)};",
     ]
 
 
-def prototype(code: Any, returns: str = "unsigned", verb: str = "step") -> str:
+def prototype(request: Request, returns: str = "unsigned", verb: str = "step") -> str:
     """The declaration of NAME_step, or of another function with its arguments, without a semicolon."""
-    name, structs = code.name, code.structs
-    inputs = [f"const {name}_{port} *{port}" for port in ("readings", "references") if port in structs]
+    name = request.name
+    inputs = [f"const {name}_{port} *{port}" for port in request.inputs]
     arguments = [f"{name}_state *state", *inputs, f"{name}_commands *commands"]
     head = f"{returns} {name}_{verb}("
     line = f"{head}{', '.join(arguments)})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 from workbench.core import Layout
 from workbench.core.validation.refusals import described
@@ -124,12 +125,28 @@ def letter_of(name: str, symbols: Mapping[str, str]) -> str:
     return symbols.get(name) or name.rpartition(".")[2]
 
 
-def entries_of(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[tuple[str, str, str]]:
-    """A variable, its place in a struct and its label for each number of a layout."""
-    names, found = members(layout), []
+class Member(NamedTuple):
+    """A number of a layout in C: its variable, where its value comes from, and its label."""
+
+    variable: str
+    source: str
+    label: str
+
+
+def entries_of(variables: Variables, layout: Layout, struct: str, form: str = "{}") -> list[Member]:
+    """A variable for each number of a layout, whose value is a member of a struct."""
+    names, found = members(layout), list[Member]()
     symbols = {entry.name: entry.symbol for entry in layout.entries}
     for entry in layout.entries:
         own = variables.entries(form.format(letter_of(entry.name, symbols)), entry.shape)
         for i, (variable, label) in enumerate(zip(own, entry.labels(), strict=True)):
-            found.append((variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
+            found.append(Member(variable, f"{struct}{names[entry.name]}{f'[{i}]' if entry.shape else ''}", label))
     return found
+
+
+def places_of(layout: Layout) -> list[str]:
+    """The members of a struct for the numbers of a layout, in their order."""
+    names = members(layout)
+    return [
+        f"{names[entry.name]}{f'[{i}]' if entry.shape else ''}" for entry in layout.entries for i in range(entry.size)
+    ]

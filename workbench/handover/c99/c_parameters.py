@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import textwrap
 from collections.abc import Iterable
-from typing import Any
 
 from workbench.core import SampledLaw
 from workbench.core.port import ANY
+from workbench.engine.machines.c_real import DOUBLE, SINGLE, word_text
 from workbench.handover.c99.c_header import WIDTH, block
-from workbench.handover.c99.c_names import Variables, comment, entries_of
-from workbench.handover.c99.c_primitives import DOUBLE, SINGLE, word_text
+from workbench.handover.c99.c_names import Member, Variables, comment, entries_of
+from workbench.handover.c99.c_request import Request
 from workbench.handover.law_graph import graph_of_law
 
 EDIT = (
@@ -20,18 +20,17 @@ EDIT = (
 )
 
 
-def parameters_of(code: Any, variables: Variables) -> list[tuple[str, str, str]]:
-    """A variable, its value as C reads it and a label for each number of the parameters."""
-    law: SampledLaw = code.law
+def parameters_of(request: Request, variables: Variables) -> list[Member]:
+    """A variable for each number of the parameters, whose value is in a struct, or built in as C reads it."""
+    law = request.law
     own = entries_of(variables, law.parameters, "state->parameters.")
-    if code.settable:
+    if request.settable:
         return own
     units = [unit for entry in law.parameters.entries for unit in entry.units]
-    labels = [
-        f"{path}{f' [{unit}]' if unit not in ('', ANY) else ''}" for (*_, path), unit in zip(own, units, strict=True)
+    return [
+        Member(name, _text(request.name, value), f"{path}{f' [{unit}]' if unit not in ('', ANY) else ''}")
+        for (name, _, path), unit, value in zip(own, units, law.parameters.default.tolist(), strict=True)
     ]
-    values = [_text(code.name, value) for value in law.parameters.default.tolist()]
-    return [(name, value, label) for (name, *_), value, label in zip(own, values, labels, strict=True)]
 
 
 def _text(prefix: str, value: float) -> str:
@@ -40,7 +39,7 @@ def _text(prefix: str, value: float) -> str:
     return f"{prefix}_number({word_text(DOUBLE.pattern(value))})"
 
 
-def built_in(entries: Iterable[tuple[str, str, str]]) -> list[str]:
+def built_in(entries: Iterable[Member]) -> list[str]:
     """The lines of the numbers that are built in, each with its path and unit."""
     lines = [f"const double {name} = {value}; /* {comment(label)} */" for name, value, label in entries]
     return ["", *block(textwrap.wrap(EDIT, WIDTH)), *lines] if lines else []

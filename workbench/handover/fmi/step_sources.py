@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Sequence
 
 from workbench.core import Layout, SampledLaw
 from workbench.core.templates import fill, template_text
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
-from workbench.handover.c99.c_body import ATOM, Body, Text
+from workbench.engine.machines.c_functions import definitions
+from workbench.engine.machines.c_real import DOUBLE
+from workbench.engine.machines.c_spelling import Text
+from workbench.engine.machines.operations import Tightness
+from workbench.handover.c99.c_assignments import Answer, Demand, Scope, Wanted, assignments
 from workbench.handover.c99.c_code import c_code
-from workbench.handover.c99.c_functions import definitions
 from workbench.handover.c99.c_names import members
-from workbench.handover.c99.c_primitives import DOUBLE
-from workbench.handover.c99.c_source import GUARDS
+from workbench.handover.c99.c_source import guards
 from workbench.handover.fmi.co_simulation import Model
 
 HEAD = "(uint64_t k, const double *x, const double *p, double *{})"
@@ -42,7 +44,7 @@ def _model_header(model: Model, identifier: str, token: str) -> str:
     return fill(
         "workbench.handover",
         "fmi/model.h.j2",
-        guards=GUARDS,
+        guards=guards(),
         token=token,
         step=repr(float(step.h)),
         has_horizon=int(bounded),
@@ -59,51 +61,39 @@ def _model_header(model: Model, identifier: str, token: str) -> str:
 
 def _functions(model: Model) -> list[str]:
     """The two functions of a plant or a loop, and those that they call."""
-    step = _body(graph_of(model.step), model)
-    outputs = _body(model.readout, model)
+    step, outputs = _scope(graph_of(model.step), model), _scope(model.readout, model)
+    steps, reads = (assignments(scope, _demands(scope)) for scope in (step, outputs))
     texts = [
-        *_function("int model_step", "next", step, ["return 1;"]),
+        *_function("int model_step", "next", step, steps.answers, ["return 1;"]),
         "",
-        *_function("void model_outputs", "y", outputs, []),
+        *_function("void model_outputs", "y", outputs, reads.answers, []),
     ]
-    functions = dict.fromkeys(name for body in (step, outputs) for name, _ in body.functions)
-    primitives = dict.fromkeys(name for body in (step, outputs) for name, _ in body.primitives)
-    called = definitions("model", DOUBLE, list(functions), list(primitives))
+    called = definitions("model", DOUBLE, [call.name for call in (*steps.calls, *reads.calls)])
     return [*(line for text in called for line in (text, "")), *texts]
 
 
-def _body(graph: Graph, model: Model) -> Body:
-    forms: dict[str, Callable[[int], str]] = {
-        "k": lambda entry: "time",
-        "x": lambda entry: f"x[{entry}]",
-        "p": lambda entry: f"p[{entry}]",
+def _demands(scope: Scope) -> tuple[Demand, ...]:
+    return Demand(scope.graph.results), Demand(scope.graph.results, Wanted.TEXT)
+
+
+def _scope(graph: Graph, model: Model) -> Scope:
+    forms = {"k": "time", "x": "x[{}]", "p": "p[{}]"}
+    sources = {
+        place: Text(forms[node.op].format(node.entry), Tightness.ATOM)
+        for place, node in enumerate(graph.nodes)
+        if node.op in forms
     }
-
-    def load(place: int) -> Text:
-        node = graph.nodes[place]
-        return Text(forms[node.op](node.entry), ATOM)
-
-    return Body(graph, "model", DOUBLE, graph.numbers(model.step.h), load)
+    return Scope(graph, "model", DOUBLE, graph.numbers(model.step.h), sources)
 
 
-def _function(head: str, target: str, body: Body, ends: list[str]) -> list[str]:
-    body.prepare(body.graph.results)
-    body.make(body.graph.results)
-    results = [f"{target}[{i}] = {body.value(place)};" for i, place in enumerate(body.graph.results)]
-    lines = ["const double time = (double)k; /* steps */", *body.lines, *results]
-    unread = [f"(void){name};" for name in ("time", "x", "p") if not any(_reads(line, name) for line in lines[1:])]
+def _function(head: str, target: str, scope: Scope, answers: Sequence[Answer], ends: list[str]) -> list[str]:
+    made, asked = answers
+    results = [f"{target}[{i}] = {text};" for i, text in enumerate(asked.texts)]
+    ops = {scope.graph.nodes[i].op for i in scope.graph.before(scope.graph.results)}
+    unread = [f"(void){name};" for name, op in (("time", "k"), ("x", "x"), ("p", "p")) if op not in ops]
     unread += [] if results else [f"(void){target};"]
-    return [
-        f"static {head}{HEAD.format(target)}",
-        "{",
-        *(f"    {line}" for line in (*lines[:1], *unread)),
-        *(f"    {line}" for line in (*lines[1:], *ends)),
-        "}",
-    ]
-
-
-def _reads(line: str, name: str) -> bool:
-    return f"{name}[" in line if name in "xp" else name in line
+    lines = ["const double time = (double)k; /* steps */", *unread, *made.lines, *asked.lines, *results, *ends]
+    return [f"static {head}{HEAD.format(target)}", "{", *(f"    {line}" for line in lines), "}"]
 
 
 def _law_functions(model: Model, law: SampledLaw, identifier: str) -> list[str]:

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from workbench.engine.machines.single_functions import MOST_EXPONENT
 from workbench.handover.single.rounding_rules import INFINITY, Enclosed, evaluated, known_sign
-from workbench.handover.single.single_functions import MOST_EXPONENT
 
 
 def _less_one(value: Any, a: Enclosed) -> Any:

@@ -18,9 +18,9 @@ from numpy.typing import ArrayLike
 from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array
 from workbench.core.validation.signatures import door
-from workbench.engine.kernel.arrays import Arrays
 from workbench.engine.kernel.plan import Evaluation
-from workbench.engine.kernel.target_operations import Value
+from workbench.engine.machines.machine import Value
+from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.law_graph import StepGraph
 from workbench.handover.single.further_rules import FURTHER_REASONS, FURTHER_RULES
 from workbench.handover.single.rounding_rules import INFINITY, LARGEST, RULES, SLACK, Enclosed, never_negative

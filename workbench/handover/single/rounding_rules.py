@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from workbench.handover.single.single_functions import LARGEST_ANGLE, MOST_EXPONENT, MOST_TURNS
+from workbench.engine.machines.single_functions import LARGEST_ANGLE, MOST_EXPONENT, MOST_TURNS
 
 INFINITY = np.inf
 ROUNDING = 2.0**-24

@@ -6,8 +6,7 @@ that depends on memory, readings or references is made in floats, one operation 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -16,39 +15,11 @@ from numpy.typing import ArrayLike
 from workbench.core import SampledLaw
 from workbench.core.validation.refusals import Array, described, numbers
 from workbench.core.validation.signatures import door
-from workbench.engine.kernel import arrays
-from workbench.engine.kernel.elementary_functions import Angle
 from workbench.engine.kernel.plan import Evaluation
-from workbench.engine.kernel.target_operations import Value
+from workbench.engine.machines.functions import IN_SINGLE
+from workbench.engine.machines.machine import Value
+from workbench.engine.machines.numpy_spelling import Arrays, Singles
 from workbench.handover.law_graph import StepGraph, graph_of_law, split
-from workbench.handover.single.single_functions import FUNCTIONS
-
-OPERATIONS: Mapping[str, Callable[..., Value]] = {
-    **{name: operation for name, operation in arrays.FUNCTIONS.items() if name != "fma"},
-    "nonzero": lambda word: word != np.uint32(0),
-    "bits": lambda number: np.asarray(number).view(np.uint32),
-    "number": lambda word: np.asarray(word).view(np.float32),
-    "signed": lambda word: np.asarray(word).view(np.int32).astype(np.float32),
-}
-
-
-@dataclass(frozen=True)
-class Singles:
-    """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
-
-    fused: bool = False
-
-    def do(self, operation: str, *operands: Value) -> Value:
-        """The result."""
-        return OPERATIONS[operation](*operands)
-
-    def constant(self, value: float) -> Value:
-        """A float."""
-        return np.float32(value)
-
-    def word(self, value: int) -> Value:
-        """32 bits."""
-        return np.uint32(value % 2**32)
 
 
 class Rows(NamedTuple):
@@ -151,19 +122,9 @@ def evaluated(law: SampledLaw, graph: StepGraph, rows: Rows) -> np.ndarray:
             return np.asarray(early[place]).astype(np.float32)
         return inputs[:, place_of(nodes[place].op, nodes[place].entry)].astype(np.float32)
 
-    evaluation = Evaluation(graph.graph, Singles(), load)
-    angles: dict[int, Angle] = {}
+    evaluation = Evaluation(graph.graph, Singles(), load, IN_SINGLE)
     needed = set(graph.graph.before(graph.graph.results))
-    for place in (i for i in graph.moving if i in needed):
-        op, operands, *_ = nodes[place]
-        if op in ("sin", "cos"):
-            (of,) = operands
-            angles[of] = angles.get(of) or FUNCTIONS["angle"](evaluation.number(of))
-            evaluation.numbers[place] = FUNCTIONS["sine_or_cosine"](angles[of], int(op == "cos"))
-        elif op in FUNCTIONS:
-            evaluation.numbers[place] = FUNCTIONS[op](*map(evaluation.number, operands))
-        else:
-            evaluation.make([place])
+    evaluation.make(i for i in graph.moving if i in needed)
     results = [np.broadcast_to(evaluation.value(place), rows.k.shape) for place in graph.graph.results]
     return np.stack(results, axis=1).astype(np.float32, casting="no")
 
@@ -174,7 +135,7 @@ def timed(graph: StepGraph, k: Array) -> dict[int, Value]:
     def load(place: int) -> Value:
         return np.float64(graph.numbers[place]) if place in graph.numbers else k
 
-    evaluation = Evaluation(graph.graph, arrays.Arrays(False), load)
+    evaluation = Evaluation(graph.graph, Arrays(False), load)
     evaluation.make(graph.timed)
     return {place: evaluation.value(place) for place in (*graph.numbers, *graph.timed)}
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from workbench.core.validation.refusals import Array
-from workbench.engine.kernel.arrays import Arrays
 from workbench.engine.kernel.plan import Evaluation, graph_of
+from workbench.engine.machines.numpy_spelling import Arrays
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.memory_digest import digest
 from workbench.handover.recording import BLOCK, Recording

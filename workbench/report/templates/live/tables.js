@@ -10,7 +10,7 @@ const PROGRAM_OPERATIONS = {
   div: (a, b) => a / b,
   sqrt: Math.sqrt,
   neg: (a) => -a,
-  abs: Math.abs,
+  fabs: Math.abs,
   max: (a, b) => Math.max(a, b),
   min: (a, b) => Math.min(a, b),
   floor: Math.floor,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from workbench.engine.kernel.target_operations import Number, Truth, Word, fma, number, select
+from workbench.engine.machines.machine import Number, Truth, Word, fma, number, select
 
 NAN, INFINITY = float("nan"), float("inf")
 

@@ -11,20 +11,14 @@ Dekker (1971), A floating-point technique for extending the available precision,
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any
-
-from workbench.engine.kernel.elementary_functions import (
+from workbench.engine.machines.elementary_functions import (
     INFINITY,
     NAN,
     Angle,
-    larger,
     polynomial,
-    sign,
-    smaller,
 )
-from workbench.engine.kernel.further_functions import Format
-from workbench.engine.kernel.target_operations import Number, Word, number, select
+from workbench.engine.machines.further_functions import Format
+from workbench.engine.machines.machine import Number, Word, number, select
 
 # pi / 2 in parts of 11 bits and a rest: k < 2^13 times such a part is exact, and so is what is left near its multiples.
 HALF_PI = (
@@ -193,16 +187,3 @@ def logarithm(x: Number) -> Number:
 
 
 SINGLE = Format(exponential, logarithm, reduce_exponent, 23, 127, LEAST_EXPONENT, MOST_EXPONENT, 90.0, 9.0)
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    "exp": exponential,
-    "tanh": hyperbolic_tangent,
-    "log": logarithm,
-    "atan2": arc_tangent,
-    "fmod": remainder,
-    "fmin": smaller,
-    "fmax": larger,
-    "sign": sign,
-    "angle": reduce_angle,
-    "sine_or_cosine": sine_or_cosine,
-    **SINGLE.functions,
-}

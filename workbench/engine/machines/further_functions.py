@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from workbench.engine.kernel.elementary_functions import (
+from workbench.engine.machines.elementary_functions import (
     INFINITY,
     LOG2_E,
     NAN,
@@ -22,8 +22,8 @@ from workbench.engine.kernel.elementary_functions import (
     logarithm,
     polynomial,
 )
-from workbench.engine.kernel.elementary_functions import LN_2 as PARTS_OF_LN_2
-from workbench.engine.kernel.target_operations import Number, Word, fma, number, select
+from workbench.engine.machines.elementary_functions import LN_2 as PARTS_OF_LN_2
+from workbench.engine.machines.machine import Number, Word, fma, number, select
 
 LN_2 = 0.6931471805599453
 EXPM1 = (
@@ -34,7 +34,6 @@ EXPM1 = (
     -3.33333333333331316428e-02,
     1.0,
 )
-ARGUMENTS = {"hypot": ("x", "y"), "copysign": ("x", "y")}  # of those with two
 
 
 def reduce_exponent(x: Number) -> tuple[Number, Number, Word]:
@@ -165,7 +164,6 @@ class Format:
             "acosh": self.inverse_hyperbolic_cosine,
             "atanh": self.inverse_hyperbolic_tangent,
             "hypot": self.hypotenuse,
-            "copysign": lambda x, y: x.do("copysign", y),
         }
 
 

@@ -1,4 +1,4 @@
-"""NumPy's arrays as a machine: at once, or as a tape that is played again and again.
+"""NumPy's spelling: an operation as a function of arrays of doubles and words of 64 bits, or of floats and 32 bits.
 
 References
 ----------
@@ -9,15 +9,15 @@ IEEE Transactions on Computers 57, section 4.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from workbench.engine.kernel.elementary_functions import halves
-from workbench.engine.kernel.target_operations import Value
+from workbench.engine.machines.elementary_functions import halves
+from workbench.engine.machines.machine import Value
 
 # Within these sizes no part of a product is lost below the range of a double, and none beyond it.
 LEAST_PRODUCT, MOST_FACTOR, MOST_TERM = 2.0**-960, 2.0**990, 2.0**1000
@@ -76,7 +76,12 @@ def _one(a: float, b: float, c: float) -> float:
         return math.inf if exact > 0 else -math.inf
 
 
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+def _zeros_in_order(larger: Any, of_zeros: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """The larger or the smaller of two numbers, where NaN passes on, and -0 is below 0, which NumPy leaves open."""
+    return lambda a, b: np.where((a == 0) & (b == 0), of_zeros(a, b), larger(a, b))
+
+
+SPELLING: Mapping[str, Callable[..., Any]] = {
     "add": np.add,
     "sub": np.subtract,
     "mul": np.multiply,
@@ -88,6 +93,9 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "floor": np.floor,
     "trunc": np.trunc,
     "copysign": np.copysign,
+    "max": _zeros_in_order(np.maximum, lambda a, b: a + b),
+    "min": _zeros_in_order(np.minimum, lambda a, b: -(-a - b)),
+    "isnan": np.isnan,
     "lt": np.less,
     "le": np.less_equal,
     "gt": np.greater,
@@ -110,6 +118,13 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "number": lambda word: np.asarray(word).view(np.float64),
     "signed": lambda word: np.asarray(word).view(np.int64).astype(np.float64),
 }
+IN_SINGLE: Mapping[str, Callable[..., Any]] = {
+    **{name: function for name, function in SPELLING.items() if name != "fma"},
+    "nonzero": lambda word: word != np.uint32(0),
+    "bits": lambda number: np.asarray(number).view(np.uint32),
+    "number": lambda word: np.asarray(word).view(np.float32),
+    "signed": lambda word: np.asarray(word).view(np.int32).astype(np.float32),
+}
 
 
 @dataclass(frozen=True)
@@ -120,7 +135,7 @@ class Arrays:
 
     def do(self, operation: str, *operands: Value) -> Value:
         """The result."""
-        return FUNCTIONS[operation](*operands)
+        return SPELLING[operation](*operands)
 
     def constant(self, value: float) -> Value:
         """A double."""
@@ -131,55 +146,20 @@ class Arrays:
         return np.uint64(value % 2**64)
 
 
-# A place, a function, the places of its operands, and those that nothing behind it needs.
-Line = tuple[int, Callable[..., Any], tuple[int, ...], tuple[int, ...]]
+@dataclass(frozen=True)
+class Singles:
+    """A machine that computes each operation at once, on arrays of floats and of words of 32 bits."""
 
+    fused: bool = False
 
-class Tape:
-    """A machine that records operations, each one once; a value is its place among those of a play."""
+    def do(self, operation: str, *operands: Value) -> Value:
+        """The result."""
+        return IN_SINGLE[operation](*operands)
 
-    def __init__(self, fused: bool) -> None:
-        self.fused = fused
-        self.places: dict[object, int] = {}
-        self.notes: dict[int, tuple[Callable[..., Any], tuple[int, ...]]] = {}
-        self.constants: dict[int, Any] = {}
+    def constant(self, value: float) -> Value:
+        """A float."""
+        return np.float32(value)
 
-    def do(self, operation: str, *operands: int) -> int:
-        """The place of a result."""
-        place = self.place((operation, operands))
-        self.notes.setdefault(place, (FUNCTIONS[operation], operands))
-        return place
-
-    def constant(self, value: float) -> int:
-        """The place of a double; 0 and -0 are two."""
-        place = self.place(("number", np.float64(value).tobytes()))
-        self.constants[place] = np.float64(value)
-        return place
-
-    def word(self, value: int) -> int:
-        """The place of 64 bits."""
-        place = self.place(("word", value))
-        self.constants[place] = np.uint64(value % 2**64)
-        return place
-
-    def place(self, of: object) -> int:
-        """The place of a named input."""
-        return self.places.setdefault(of, len(self.places))
-
-    def lines(self, results: Collection[int]) -> list[Line]:
-        """The operations that some results need, each with the values that are not used after it."""
-        needed, kept = set(results), list[Line]()
-        for place, (function, operands) in reversed(self.notes.items()):
-            if place in needed:
-                last = tuple({i for i in operands if i in self.notes and i not in needed})
-                needed.update(operands)
-                kept.append((place, function, operands, last))
-        return kept[::-1]
-
-
-def play(lines: Iterable[Line], values: dict[int, Value]) -> None:
-    """Compute the lines of a tape, add their results to the values, and delete each value after its last use."""
-    for place, function, operands, last in lines:
-        values[place] = function(*[values[i] for i in operands])
-        for i in last:
-            del values[i]
+    def word(self, value: int) -> Value:
+        """32 bits."""
+        return np.uint32(value % 2**32)

@@ -1,0 +1,105 @@
+"""Functions: the formula of each operation of a graph over a machine's numbers, in double and in single precision."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from workbench.engine.machines import elementary_functions as double
+from workbench.engine.machines import single_functions as single
+from workbench.engine.machines.further_functions import DOUBLE
+from workbench.engine.machines.machine import Number, Truth, fma, select
+from workbench.engine.machines.operations import OPERATIONS, Kind, Role
+
+QUARTERS = {"sin": 0, "cos": 1}  # of a turn, by which a function leads the sine
+Formula = Callable[..., Any]  # of Number and Truth, to one of them
+
+
+@dataclass(frozen=True)
+class Functions:
+    """The formulas in one format of numbers.
+
+    Attributes
+    ----------
+    reduce_angle, sine_or_cosine
+        The two halves of a sine and of a cosine, the first of which serves both.
+    formulas
+        That of each other operation of a graph, by name.
+    """
+
+    reduce_angle: Callable[[Number], double.Angle]
+    sine_or_cosine: Callable[[double.Angle, int], Number]
+    formulas: Mapping[str, Formula]
+
+    def of(self, operation: str, *operands: Any) -> Any:
+        """The result of an operation of a graph on numbers and truths of a machine."""
+        if operation in QUARTERS:
+            return self.sine_or_cosine(self.reduce_angle(*operands), QUARTERS[operation])
+        return self.formulas[operation](*operands)
+
+
+def _of_the_machine(name: str) -> Formula:
+    """The formula of an operation that the machine has itself."""
+    if OPERATIONS[name].result is Kind.TRUTH:
+        return lambda a, b: a.compare(name, b)
+    return lambda a, *others: a.do(name, *others)
+
+
+def _both(a: Truth, b: Truth) -> Truth:
+    return a & b
+
+
+def _either(a: Truth, b: Truth) -> Truth:
+    return a | b
+
+
+def _inverse(a: Truth) -> Truth:
+    return ~a
+
+
+# What every format has in common: what the machine has itself, and what is short for it.
+COMMON: Mapping[str, Formula] = {
+    **{name: _of_the_machine(name) for name, row in OPERATIONS.items() if Role.MACHINE | Role.NODE in row.role},
+    "and": _both,
+    "or": _either,
+    "not": _inverse,
+    "if_else": select,
+    "fma": fma,
+    "fnma": lambda a, b, c: fma(-a, b, c) if a.machine.fused else c - a * b,
+    "fms": lambda a, b, c: fma(a, b, -c) if a.machine.fused else a * b - c,
+    "inv": lambda a: 1.0 / a,
+    "barrier": lambda a: a,
+}
+IN_DOUBLE = Functions(
+    double.reduce_angle,
+    double.sine_or_cosine,
+    {
+        **COMMON,
+        "exp": double.exponential,
+        "tanh": double.hyperbolic_tangent,
+        "log": double.logarithm,
+        "atan2": double.arc_tangent,
+        "fmod": double.remainder,
+        "fmin": double.smaller,
+        "fmax": double.larger,
+        "sign": double.sign,
+        **DOUBLE.functions,
+    },
+)
+IN_SINGLE = Functions(
+    single.reduce_angle,
+    single.sine_or_cosine,
+    {
+        **COMMON,
+        "exp": single.exponential,
+        "tanh": single.hyperbolic_tangent,
+        "log": single.logarithm,
+        "atan2": single.arc_tangent,
+        "fmod": single.remainder,
+        "fmin": double.smaller,
+        "fmax": double.larger,
+        "sign": double.sign,
+        **single.SINGLE.functions,
+    },
+)

@@ -1,0 +1,242 @@
+"""A graph as assignments in C: a value that is used twice, has a name or grows too long gets a variable."""
+
+from __future__ import annotations
+
+import enum
+import itertools
+import math
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from workbench.engine.kernel.graph import Graph
+from workbench.engine.machines.c_real import DOUBLE, Real, word_text
+from workbench.engine.machines.c_spelling import (
+    FUSED,
+    SPELLING,
+    Text,
+    formula,
+    fused_arguments,
+    number_of_truth,
+    truth_of_number,
+)
+from workbench.engine.machines.operations import OPERATIONS, Kind, Tightness, gives_truth
+
+WIDTH = 84  # letters of an expression, beyond which its longest part gets a variable
+MEMBERS = {"sin": "sine", "cos": "cosine"}  # of the pair that one call gives for one angle
+
+
+@dataclass(frozen=True, eq=False)
+class Scope:
+    """A graph, and what the expressions of a function in C stand for.
+
+    Attributes
+    ----------
+    real
+        The format of values that are not among `doubles`.
+    numbers
+        The values of the nodes that are numbers.
+    sources
+        The texts of the other nodes that have no operands, as an entry of a state.
+    names
+        The variables of some nodes.
+    fused
+        True if products are rounded together with sums.
+    doubles
+        The nodes that are made in doubles whatever the format.
+    """
+
+    graph: Graph
+    prefix: str
+    real: Real
+    numbers: Mapping[int, float]
+    sources: Mapping[int, Text]
+    names: Mapping[int, str] = field(default_factory=dict)
+    fused: bool = False
+    doubles: Collection[int] = frozenset()
+
+    def format_of(self, place: int) -> Real:
+        """The format in which a value is made."""
+        return DOUBLE if place in self.doubles else self.real
+
+    def is_truth(self, place: int) -> bool:
+        """True if a value has the type bool; one with a name is a number, 1 or 0."""
+        named = place in self.names or place in self.numbers
+        return not named and gives_truth(self.graph.nodes[place].op)
+
+
+class Wanted(enum.Enum):
+    """The form in which a value is wanted: made, as an expression, or as a variable or a plain number."""
+
+    MADE = "made"
+    TEXT = "text"
+    VARIABLE = "variable"
+
+
+class Demand(NamedTuple):
+    """Places of a graph, and the form in which each value is wanted."""
+
+    places: tuple[int, ...]
+    wanted: Wanted = Wanted.MADE
+
+
+class Answer(NamedTuple):
+    """The lines that a demand needs behind those before it, and the texts of its places where they are wanted."""
+
+    lines: tuple[str, ...]
+    texts: tuple[str, ...]
+
+
+class Call(NamedTuple):
+    """A function that is called, and the format of its numbers."""
+
+    name: str
+    real: Real
+
+
+@dataclass(frozen=True)
+class Assignments:
+    """The answers to some demands, in their order, and what their lines call, in the order of the first calls."""
+
+    answers: tuple[Answer, ...]
+    calls: tuple[Call, ...]
+
+
+def assignments(scope: Scope, demands: Sequence[Demand]) -> Assignments:
+    """The assignments that meet one demand after the other, each value made once."""
+    writer = _Writer(scope)
+    answers = tuple(writer.answer(demand) for demand in demands)
+    return Assignments(answers, tuple(writer.calls))
+
+
+def uses_of(graph: Graph, numbers: Collection[int]) -> Counter[int]:
+    """The number of times that the results need each value, as an operand or as a result."""
+    uses = Counter(graph.results)
+    for place in graph.before(graph.results):
+        if place not in numbers:
+            uses.update(graph.nodes[place].operands)
+    return uses
+
+
+def paired_angles(graph: Graph, numbers: Collection[int]) -> frozenset[int]:
+    """The angles of which both the sine and the cosine are needed."""
+    needed = [graph.nodes[i] for i in graph.before(graph.results) if i not in numbers]
+    sines, cosines = ({node.operands[0] for node in needed if node.op == op} for op in ("sin", "cos"))
+    return frozenset(sines & cosines)
+
+
+class _Writer:
+    """The state of `assignments`: the text of each value so far, and the variables that are taken."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.scope, self.nodes = scope, scope.graph.nodes
+        self.uses = uses_of(scope.graph, scope.numbers)
+        self.paired = paired_angles(scope.graph, scope.numbers)
+        self.texts: dict[int, Text] = {}
+        self.narrow: dict[int, Text] = {}  # of values in doubles, rounded to the format
+        self.turns: dict[int, str] = {}  # the pairs of sine and cosine, by their angles
+        self.calls: dict[Call, None] = {}
+        self.lines: list[str] = []
+        self.fresh = itertools.count(1)
+
+    def answer(self, demand: Demand) -> Answer:
+        self.lines = []
+        if demand.wanted is Wanted.MADE:
+            for place in self.scope.graph.before(demand.places):
+                if place not in self.texts and place not in self.scope.numbers:
+                    self._make(place)
+            return Answer(tuple(self.lines), ())
+        texts = [self._number(place, self.scope.real) for place in demand.places]
+        if demand.wanted is Wanted.VARIABLE:
+            type_ = self.scope.real.type
+            texts = [text if text.plain else self._variable(type_, self._new(), text) for text in texts]
+        return Answer(tuple(self.lines), tuple(text.text for text in texts))
+
+    def _make(self, place: int) -> None:
+        node = self.nodes[place]
+        if not node.operands:
+            self.texts[place] = self.scope.sources[place]
+            return
+        text = self._composed(place)
+        while len(text.text) > WIDTH and (longest := self._longest_operand(place)) is not None:
+            self._assign(longest)
+            text = self._composed(place)
+        self.texts[place] = text
+        if place in self.scope.names or self.uses[place] > 1:
+            self._assign(place)
+
+    def _longest_operand(self, place: int) -> int | None:
+        """The operand with the longest text that has no variable yet."""
+        operands = [i for i in self.nodes[place].operands if i in self.texts]
+        longest = max(operands, key=lambda i: len(self.texts[i].text), default=None)
+        return longest if longest is not None and self.texts[longest].tightness < Tightness.ATOM else None
+
+    def _assign(self, place: int) -> None:
+        """Give a value a variable."""
+        real, text, name = self.scope.format_of(place), self.texts[place], self.scope.names.get(place)
+        if self.scope.is_truth(place):
+            self.texts[place] = self._variable("bool", self._new(), text)
+            return
+        number = number_of_truth(text, real) if gives_truth(self.nodes[place].op) else text
+        self.texts[place] = self._variable(real.type, name or self._new(), number)
+
+    def _variable(self, type_: str, name: str, text: Text) -> Text:
+        self.lines.append(f"const {type_} {name} = {text.text};")
+        return Text(name, Tightness.ATOM, plain=True)
+
+    def _new(self) -> str:
+        return f"w_{next(self.fresh)}"
+
+    def _composed(self, place: int) -> Text:
+        """The expression of a value from those of its operands."""
+        op, operands, *_ = self.nodes[place]
+        real = self.scope.format_of(place)
+        if op in MEMBERS and operands[0] in self.paired:
+            return Text(f"{self._turn(operands[0], real)}.{MEMBERS[op]}", Tightness.ATOM)
+        if op in FUSED and self.scope.fused:
+            return self._call("fma", real, fused_arguments(op, [self._number(i, real) for i in operands]))
+        if op not in SPELLING:
+            return self._call(op, real, ", ".join(self._number(i, real).text for i in operands))
+        kinds = OPERATIONS[op].operands
+        given = [
+            self._truth(i, real) if kind is Kind.TRUTH else self._number(i, real)
+            for i, kind in zip(operands, kinds, strict=True)
+        ]
+        return formula(op, given, real)
+
+    def _call(self, name: str, real: Real, arguments: str) -> Text:
+        self.calls[Call(name, real)] = None
+        return Text(f"{self.scope.prefix}_{name}{real.mark}({arguments})", Tightness.ATOM)
+
+    def _turn(self, angle: int, real: Real) -> str:
+        """The variable with sine and cosine of an angle."""
+        if angle not in self.turns:
+            name = f"turn_{len(self.turns) + 1}"
+            text = self._call("turn", real, self._number(angle, real).text)
+            self.turns[angle] = self._variable(f"{self.scope.prefix}_pair{real.mark}", name, text).text
+        return self.turns[angle]
+
+    def _truth(self, place: int, real: Real) -> Text:
+        if self.scope.is_truth(place):
+            return self.texts[place]
+        return truth_of_number(self._number(place, real), real)
+
+    def _number(self, place: int, real: Real) -> Text:
+        """A value as a number of a format."""
+        if place in self.scope.numbers:
+            return self._constant(self.scope.numbers[place], real)
+        if self.scope.is_truth(place):
+            return number_of_truth(self.texts[place], real)
+        if place in self.scope.doubles and real is not DOUBLE:
+            if place not in self.narrow:
+                rounded = f"({real.type}){self.texts[place].within(Tightness.SIGNED)}"
+                self.narrow[place] = self._variable(real.type, self._new(), Text(rounded, Tightness.SIGNED))
+            return self.narrow[place]
+        return self.texts[place]
+
+    def _constant(self, value: float, real: Real) -> Text:
+        if not math.isfinite(value):
+            return self._call("number", real, word_text(real.pattern(value)))
+        text = real.literal(value)
+        return Text(text, Tightness.SIGNED if text.startswith("-") else Tightness.ATOM, plain=True)
