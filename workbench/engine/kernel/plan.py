@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from workbench.core import Step
 from workbench.engine.kernel.barriers import rewritten
@@ -15,7 +15,7 @@ from workbench.engine.kernel.stages import stepped
 from workbench.engine.machines.elementary_functions import Angle
 from workbench.engine.machines.functions import IN_DOUBLE, QUARTERS, Functions
 from workbench.engine.machines.machine import Machine, Number, Truth, Value, select
-from workbench.engine.machines.operations import OPERATIONS, Kind
+from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 
 # Numbers that stand in the code. All others are handed in, so that a step and its half are one kernel.
 PLAIN = (0.0, 1.0, -1.0, 2.0, 0.5)
@@ -181,14 +181,11 @@ class Evaluation:
             if operands[0] not in self.angles:
                 self.angles[operands[0]] = self.functions.reduce_angle(self.number(operands[0]))
             self.numbers[place] = self.functions.sine_or_cosine(self.angles[operands[0]], QUARTERS[op])
+        elif op in OF_NUMBERS:
+            self.numbers[place] = self.functions.formulas[op](*map(self.number, operands))
         else:
             row = OPERATIONS[op]
-            given = [
-                self.truth(i) if kind is Kind.TRUTH else self.number(i)
-                for i, kind in zip(operands, row.operands, strict=True)
-            ]
-            made = self.functions.formulas[op](*given)
-            if row.result is Kind.TRUTH:
-                self.truths[place] = made
-            else:
-                self.numbers[place] = made
+            kinds = zip(operands, row.operands, strict=True)
+            given = [self.truth(i) if kind is Kind.TRUTH else self.number(i) for i, kind in kinds]
+            values: dict[int, Any] = self.truths if row.result is Kind.TRUTH else self.numbers
+            values[place] = self.functions.formulas[op](*given)

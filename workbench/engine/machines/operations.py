@@ -139,6 +139,7 @@ _ROWS = (
     Operation("hypot", (_N, _N), _N, _FUNCTION, arguments="xy"),
 )
 OPERATIONS: Mapping[str, Operation] = {row.name: row for row in _ROWS}
+OF_NUMBERS = frozenset(name for name, row in OPERATIONS.items() if {*row.operands, row.result} == {Kind.NUMBER})
 
 
 def with_role(role: Role) -> tuple[str, ...]:

@@ -6,7 +6,7 @@ import enum
 import itertools
 import math
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -143,15 +143,24 @@ class _Writer:
     def answer(self, demand: Demand) -> Answer:
         self.lines = []
         if demand.wanted is Wanted.MADE:
-            for place in self.scope.graph.before(demand.places):
-                if place not in self.texts and place not in self.scope.numbers:
-                    self._make(place)
+            for place in self._lacking(demand.places):
+                self._make(place)
             return Answer(tuple(self.lines), ())
         texts = [self._number(place, self.scope.real) for place in demand.places]
         if demand.wanted is Wanted.VARIABLE:
             type_ = self.scope.real.type
             texts = [text if text.plain else self._variable(type_, self._new(), text) for text in texts]
         return Answer(tuple(self.lines), tuple(text.text for text in texts))
+
+    def _lacking(self, places: Iterable[int]) -> list[int]:
+        """The places among some, and all that they need, that have no text yet, in the order of evaluation."""
+        found, stack = set[int](), list(places)
+        while stack:
+            place = stack.pop()
+            if place not in found and place not in self.texts and place not in self.scope.numbers:
+                found.add(place)
+                stack.extend(self.nodes[place].operands)
+        return sorted(found)
 
     def _make(self, place: int) -> None:
         node = self.nodes[place]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from workbench.engine.kernel.graph import Graph, Level
-from workbench.engine.machines.operations import OPERATIONS, Kind
+from workbench.engine.machines.operations import OF_NUMBERS, OPERATIONS, Kind
 from workbench.engine.machines.python_functions import NAMES, TURNS
 from workbench.engine.machines.python_spelling import PythonLines, literal
 
@@ -51,6 +51,8 @@ class _Graph:
         elif node.op in NAMES:
             arguments = ", ".join(map(self.number_of, node.operands))
             self.numbers[place] = self.machine.line(f"{NAMES[node.op]}({arguments})")
+        elif node.op in OF_NUMBERS:
+            self.numbers[place] = self.machine.do(node.op, *map(self.number_of, node.operands))
         else:
             row = OPERATIONS[node.op]
             pairs = zip(node.operands, row.operands, strict=True)
