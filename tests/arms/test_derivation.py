@@ -10,11 +10,11 @@ import pytest
 import typst
 
 from tests.support.arms import random_arm
-from workbench.arms.code import FORMS
 from workbench.arms.code.arm_equations import in_numbers
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, urdf
 from workbench.arms.mechanics.arm_catalogue import planar
+from workbench.cli.derive import FORMS, text_of
 
 PAGE = 80 * 5.5  # pt: 80 widths of a digit at 11 pt
 INDENT = 11.0  # pt: lines after the first stand by one quad to the right
@@ -31,12 +31,12 @@ def names_in(text):
 
 
 def test_short_entries_have_the_form_of_a_textbook_and_long_ones_common_parts(long_arm):
-    assert not names_in(FORMS["text"](Dynamics.of(named("planar-4r"))))
-    assert len(names_in(FORMS["text"](long_arm))) > 100
+    assert not names_in(text_of(Dynamics.of(named("planar-4r")), "text"))
+    assert len(names_in(text_of(long_arm, "text"))) > 100
 
 
 def test_a_common_part_is_defined_once_before_it_is_used_and_in_order(long_arm):
-    text = re.sub(r"\n    ", " ", FORMS["text"](long_arm)).split("\n\n", 2)[2]
+    text = re.sub(r"\n    ", " ", text_of(long_arm, "text")).split("\n\n", 2)[2]
     known = []
     for line in filter(None, text.splitlines()):
         left, right = line.split(" = ", 1)
@@ -52,7 +52,7 @@ def test_what_common_parts_say_has_the_values_of_the_model(long_arm):
     values |= {f"q_{i + 1}": x for i, x in enumerate(q)} | {f"qd_{i + 1}": x for i, x in enumerate(qd)}
     printed = long_arm.names()
     values |= {printed[path]: x for path, x in zip(long_arm.p.labels, long_arm.p.default, strict=True)}
-    text = re.sub(r"\n    ", " ", FORMS["text"](long_arm)).split("\n\n", 2)[2].replace("^", "**")
+    text = re.sub(r"\n    ", " ", text_of(long_arm, "text")).split("\n\n", 2)[2].replace("^", "**")
     for line in filter(None, text.splitlines()):
         left, right = line.split(" = ", 1)
         values[left] = eval(right, {"__builtins__": {}}, values)
@@ -66,14 +66,14 @@ def test_what_common_parts_say_has_the_values_of_the_model(long_arm):
 @pytest.mark.parametrize("robot", ["paper-arm", "planar-4r"])
 @pytest.mark.parametrize("form", FORMS)
 def test_every_form_is_printed_in_ascii_and_the_same_again(robot, form):
-    printed = FORMS[form](Dynamics.of(named(robot), robot))
+    printed = text_of(Dynamics.of(named(robot), robot), form)
     assert printed.isascii() or form == "mathml"
-    assert printed == FORMS[form](Dynamics.of(named(robot), robot))
+    assert printed == text_of(Dynamics.of(named(robot), robot), form)
 
 
 @pytest.mark.parametrize("form", ["text", "python", "casadi", "c"])
 def test_no_line_of_characters_leaves_the_page(long_arm, form):
-    assert max(map(len, FORMS[form](long_arm).splitlines())) <= {"text": 100}.get(form, 110)
+    assert max(map(len, text_of(long_arm, form).splitlines())) <= {"text": 100}.get(form, 110)
 
 
 def measured(folder, equations):
@@ -87,24 +87,24 @@ def measured(folder, equations):
 @pytest.mark.parametrize("robot", ["paper-arm", "planar-4r", "planar-6r", "scara", "ur5"])
 def test_no_equation_of_typst_leaves_the_page(tmp_path, robot):
     model = Dynamics.of(named(robot))
-    equations = re.findall(r"^\$ .*? \$$", FORMS["typst"](model), re.DOTALL | re.MULTILINE)
+    equations = re.findall(r"^\$ .*? \$$", text_of(model, "typst"), re.DOTALL | re.MULTILINE)
     assert "".join(equations).count(" & = ") >= 2 * model.dof**2 + model.dof
     assert max(measured(tmp_path, equations)) <= PAGE + INDENT
 
 
 def test_the_typst_file_compiles(long_arm):
-    assert typst.compile(FORMS["typst"](long_arm).encode()).startswith(b"%PDF")
+    assert typst.compile(text_of(long_arm, "typst").encode()).startswith(b"%PDF")
 
 
 def test_latex_breaks_its_lines_where_typst_does(long_arm):
     """So what was measured in one, which has the other's fonts, holds in the other."""
-    latex, other = FORMS["latex"](long_arm), FORMS["typst"](long_arm)
+    latex, other = text_of(long_arm, "latex"), text_of(long_arm, "typst")
     assert latex.count(r"\begin{align*}") == latex.count(r"\end{align*}") == 4
     assert latex.count("\\\\\n") == other.count("\\\n")
 
 
 def test_the_page_for_browsers_is_well_formed(long_arm):
-    head, page = FORMS["mathml"](long_arm).split("\n", 1)
+    head, page = text_of(long_arm, "mathml").split("\n", 1)
     assert head == "<!doctype html>"
     tree = ElementTree.fromstring(f"<html>{page}</html>")
     assert len(tree.findall("math")) == 4
@@ -113,9 +113,9 @@ def test_the_page_for_browsers_is_well_formed(long_arm):
 
 def test_friction_is_named_where_there_is_any_and_nowhere_else():
     smooth, rough = (link("hinge", viscous=viscous) for viscous in (None, 0.2))
-    assert " + F(qd) = tau" not in FORMS["text"](Dynamics.of(smooth))
-    assert "= tau, n = 1\n# The friction" in FORMS["text"](Dynamics.of(rough))
-    assert " + F(qd) = tau" in FORMS["c"](Dynamics.of(rough))
+    assert " + F(qd) = tau" not in text_of(Dynamics.of(smooth), "text")
+    assert "= tau, n = 1\n# The friction" in text_of(Dynamics.of(rough), "text")
+    assert " + F(qd) = tau" in text_of(Dynamics.of(rough), "c")
 
 
 def link(name, **drive):
@@ -123,7 +123,7 @@ def link(name, **drive):
 
 
 def test_the_numbers_of_an_arm_may_stand_in_place_of_its_letters():
-    printed = FORMS["text"](in_numbers(named("scara"), "scara"))
+    printed = text_of(in_numbers(named("scara"), "scara"), "text")
     assert "M_33 = 3/2" in printed
     assert "m_1" not in printed
 
@@ -135,7 +135,7 @@ HOSTILE = 'x */ """ \\ \n#include <x> ${}\u202e<script>'
 def test_a_hostile_name_ends_no_comment_and_begins_no_line(form):
     arm = random_arm(1, np.random.default_rng(0))
     plain, odd = (dataclasses.replace(Dynamics.of(arm), name=name) for name in ("x", HOSTILE))
-    plain, odd = FORMS[form](plain), FORMS[form](odd)
+    plain, odd = text_of(plain, form), text_of(odd, form)
     assert len(odd.splitlines()) == len(plain.splitlines())
     assert "\u202e" not in odd
     assert "<script>" not in odd or form != "mathml"
@@ -158,7 +158,7 @@ def tilted(mass):
 
 def smallest(dynamics):
     """The least number of size that stands in the entries, by the printed digits."""
-    body = FORMS["text"](dynamics).split("\n\n", 1)[1]
+    body = text_of(dynamics, "text").split("\n\n", 1)[1]
     printed = (float(number) for number in re.findall(r"(?<![_\w.])\d+\.\d+(?:e-\d+)?", body))
     return min(number for number in printed if number)
 
@@ -177,8 +177,8 @@ def test_a_true_term_stays_however_small():
 
 
 def test_a_sum_of_decimals_is_printed_as_the_decimal_that_it_is():
-    assert "M_22 = 0.012672837978\n" in FORMS["text"](in_numbers(named("pelican")))
-    assert "M_22 = 4 + " in FORMS["text"](in_numbers(named("planar-4r")))
+    assert "M_22 = 0.012672837978\n" in text_of(in_numbers(named("pelican")), "text")
+    assert "M_22 = 4 + " in text_of(in_numbers(named("planar-4r")), "text")
 
 
 @pytest.mark.parametrize("robot", ["paper-arm", "pelican", "slotine-li", "cart-pole", "scara", "planar-6r"])
@@ -192,7 +192,7 @@ def test_numbers_put_in_exactly_give_what_doubles_give(robot):
 def test_a_joint_without_a_motor_and_the_units_of_a_slide_are_said():
     model = Dynamics.of(named("cart-pole"), "cart-pole")
     for form in ("text", "latex", "typst", "c", "python", "casadi"):
-        assert "= tau, n = 2, without a motor: tau_2 = 0\n" in FORMS[form](model)
-    assert "accelerations of the joints, in (m, rad), per s and s^2" in FORMS["c"](model)
-    assert "what drives the joints, in (N, N m)" in FORMS["c"](model)
-    assert "without a motor" not in FORMS["text"](Dynamics.of(named("planar-2r")))
+        assert "= tau, n = 2, without a motor: tau_2 = 0\n" in text_of(model, form)
+    assert "accelerations of the joints, in (m, rad), per s and s^2" in text_of(model, "c")
+    assert "what drives the joints, in (N, N m)" in text_of(model, "c")
+    assert "without a motor" not in text_of(Dynamics.of(named("planar-2r")), "text")

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tests.support.arms import random_arm
-from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import SpatialArm, SpatialLink, named, paper_arm
 from workbench.arms.mechanics.arm_catalogue import planar
+from workbench.cli.derive import text_of
 
 # The bar: 1e-15 of the largest entry. The operations are the model's own, so in truth no bit differs.
 SCALED = 1e-15
@@ -55,7 +55,7 @@ def states(model, count=20):
 
 def in_python(model, form, folder, kind="list"):
     """M, C, G, the inverse and the forward dynamics of a printed module, from a process of its own."""
-    (folder / "arm.py").write_text(FORMS[form](model), encoding="utf-8")
+    (folder / "arm.py").write_text(text_of(model, form), encoding="utf-8")
     given = json.dumps([[x.tolist() for x in state] for state in states(model)])
     code = PRINTS.format(folder=str(folder), states=given, kind=kind)
     done = subprocess.run([sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, check=False)
@@ -65,9 +65,9 @@ def in_python(model, form, folder, kind="list"):
 
 def in_c(model, folder):
     """The same of a printed C file, compiled as C99 and nothing else, warnings being errors."""
-    (folder / "arm.c").write_text(FORMS["c"](model), encoding="utf-8")
+    (folder / "arm.c").write_text(text_of(model, "c"), encoding="utf-8")
     strict = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1", "-shared", "-fPIC"]
-    subprocess.run([COMPILER, *strict, "arm.c", "-o", "arm.so", "-lm"], cwd=folder, check=True, timeout=60)
+    subprocess.run([COMPILER, *strict, "arm.c", "-o", "arm.so"], cwd=folder, check=True, timeout=60)
     library = ctypes.CDLL(str(folder / "arm.so"))
     n = model.dof
     rows = []

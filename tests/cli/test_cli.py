@@ -10,10 +10,10 @@ import pytest
 from tests.support.compilers import needs_llvmlite
 from tests.support.stops import stopped
 from workbench import __version__, study
-from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import named
 from workbench.cli import export
+from workbench.cli.derive import text_of
 from workbench.handover import law_export
 
 HEAVY = ("casadi", "control", "numpy", "scipy", "matplotlib", "pandas", "rich", "typst", "jinja2", "workbench.core")
@@ -115,7 +115,7 @@ def test_derive_prints_the_arm_of_the_paper(command):
 def test_derive_prints_each_form(command, form):
     done = command("derive", "planar-3r", "--format", form)
     assert (done.exit_code, done.stderr) == (0, "")
-    assert done.stdout == FORMS[form](Dynamics.of(named("planar-3r"), "planar-3r")) + "\n"
+    assert done.stdout == text_of(Dynamics.of(named("planar-3r"), "planar-3r"), form) + "\n"
 
 
 URDF = """<robot name="pendulum"><link name="base"/>

@@ -6,9 +6,9 @@ import sys
 
 import pytest
 
-from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.mechanics import CATALOGUE, named
+from workbench.cli.derive import text_of
 
 RIGHT = """# the arm of section 5
 M[1,1] = m_1*l_1^2 + m_2*(l_1^2 + l_2^2 + 2*l_1*l_2*cos(q_2))
@@ -249,7 +249,7 @@ LONG = ("planar-6r", "panda", "ur5")  # whose equations take seconds to read: of
     "robot", [*(name for name in CATALOGUE if name not in LONG), pytest.param("panda", marks=pytest.mark.heavy)]
 )
 def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
-    printed = FORMS["text"](Dynamics.of(named(robot), robot))
+    printed = text_of(Dynamics.of(named(robot), robot), "text")
     done = verify(printed, robot=robot)
     assert (done.exit_code, done.stderr) == (0, "")
     entries = (2 * named(robot).dof + 1) * named(robot).dof
@@ -257,7 +257,7 @@ def test_what_derive_prints_is_read_back_and_found_right(verify, robot):
 
 
 def test_a_long_sheet_with_one_sign_changed_is_not_called_right(verify):
-    printed = FORMS["text"](Dynamics.of(named("ur5"), "ur5"))
+    printed = text_of(Dynamics.of(named("ur5"), "ur5"), "text")
     place = printed.rindex(" - ")
     done = verify(f"{printed[:place]} + {printed[place + 3 :]}", robot="ur5")
     assert (done.exit_code, done.stdout) == (2, "")

@@ -16,7 +16,7 @@ from workbench.handover.targets import TARGETS, cortex_m, harness
 from workbench.handover.targets.compilers import CompiledProgram
 from workbench.handover.targets.programs import TargetError, run
 from workbench.handover.targets.size import code_and_data, deepest
-from workbench.handover.targets.soft_doubles import SOFT_DOUBLES, SOFT_DOUBLES_FILE, WRAPS
+from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, WRAPS, soft_doubles
 
 
 def result_of(target, periods=200):
@@ -128,8 +128,8 @@ int main(void)
 
 def sums_of(pairs, folder, exact):
     """Sums and differences of pairs (512 n, 2) of doubles on a Cortex-M4F."""
-    texts = {"main.c": SUMS, "platform.c": cortex_m.PLATFORM, "platform.h": harness.PLATFORM_HEADER}
-    texts |= {cortex_m.LAYOUT: cortex_m.BOARD, SOFT_DOUBLES_FILE: SOFT_DOUBLES}
+    texts = {"main.c": SUMS, **cortex_m.board_files(), harness.HEADER: harness.platform_header()}
+    texts[SOFT_DOUBLES_FILE] = soft_doubles()
     for name, text in texts.items():
         (folder / name).write_text(text, encoding="utf-8")
     files = ["main.c", "platform.c", *([SOFT_DOUBLES_FILE, *WRAPS] if exact else [])]

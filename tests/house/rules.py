@@ -25,7 +25,7 @@ DOORS = {
     "flint": "proofs/interval.py",
     "distributed": "study/executors.py",
     "dask": "study/executors.py",
-    "jinja2": "report/html_page.py",
+    "jinja2": "core/templates.py",
     "llvmlite": "engine/kernel/llvm.py",
     "matplotlib": "report/figures/",
     "rich": "cli/progress.py",
@@ -78,6 +78,12 @@ NO_NAMES = {
     ),
 }
 JOINT = re.compile(r"(?<![a-z])joint(?!s? distribution)", re.IGNORECASE)  # `isdisjoint` and `adjoint` are free
+# Lines of C, C++, JavaScript, CMake and markup in a string of several lines.
+FOREIGN = re.compile(
+    r"^\s*#\s*(include|define|if)\b|^\s*(static|typedef|enum|struct|void)\b.*[;{]$|=> \{|"
+    r"^\s*(const|let|function) \w+.*[;{]$|^\w+\(.*\)$|</\w+>",
+    re.MULTILINE,
+)
 NO_OPENINGS = ("What", "Who", "Whether", "How")
 
 # Rooms whose public names have doors; the others follow.
@@ -407,6 +413,23 @@ def question_openings(held: Sources) -> list[str]:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef)
         if (word := (ast.get_docstring(node) or "").partition(" ")[0]) in NO_OPENINGS
     ]
+
+
+def foreign_text(held: Sources) -> list[str]:
+    """Strings of four lines and more, but docstrings, that hold text in another language."""
+    breaches = []
+    for path, tree in ((path, ast.parse(text)) for path, text in held.items() if path.startswith("workbench/")):
+        opened = (ast.Module, ast.ClassDef, ast.FunctionDef)
+        heads = [node.body[0] for node in ast.walk(tree) if isinstance(node, opened) and ast.get_docstring(node)]
+        docstrings = {id(head.value) for head in heads if isinstance(head, ast.Expr)}
+        for node in ast.walk(tree):
+            text = node.value if isinstance(node, ast.Constant) and id(node) not in docstrings else None
+            if isinstance(text, str) and text.count("\n") >= 3 and (found := FOREIGN.search(text)):
+                breaches.append(
+                    f"{path}:{node.lineno}: `{found[0].strip()}` is text in another language; put it in a file of "
+                    "`templates` with the ending of its language."
+                )
+    return breaches
 
 
 def _bases(node: ast.ClassDef) -> list[str]:

@@ -34,6 +34,7 @@ LAWS = [
     rules.tests_in_other_folders,
     rules.participles,
     rules.question_openings,
+    rules.foreign_text,
 ]
 
 
@@ -189,6 +190,8 @@ BAD = [
     (rules.participles, "workbench/core/kept.py", "", "kept"),
     (rules.question_openings, "workbench/a.py", '"""What marches."""', "What"),
     (rules.question_openings, "workbench/a.py", 'x = 1\ndef f():\n    """Whether it holds."""', "Whether"),
+    (rules.foreign_text, "workbench/a.py", 'x = """\n#include <a.h>\n\n"""', "a.py:1: `#include`"),
+    (rules.foreign_text, "workbench/a.py", 'x = """\nconst a = 1;\n\n"""', "`templates`"),
     (rules.mutable_dataclasses, "workbench/a.py", "@dataclass\nclass A: ...", "frozen"),
     (rules.mutable_dataclasses, "workbench/a.py", "@dataclasses.dataclass(eq=False)\nclass A: ...", "frozen"),
 ]

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from tests.support.equations import decay
-from workbench.arms.code import FORMS
 from workbench.arms.dynamics import Dynamics
 from workbench.arms.identity import candidates, judge_zero
 from workbench.arms.mechanics import named
 from workbench.arms.printed.arm_letters import narrowed
 from workbench.arms.printed.printed_equations import read_sheet
 from workbench.arms.properties import eigenvalues_along, symmetric
+from workbench.cli.derive import FORMS, text_of
 from workbench.cli.verification import findings
 from workbench.core import Claim
 from workbench.core.claim import Declared
@@ -65,7 +65,7 @@ REFUSED = [
     (lambda: candidates({}), "must be a `Dynamics`; got {}"),
     (lambda: read_sheet("M_11 = 1", ARM, "tex"), "must be one of 'text', 'latex'; got 'tex'"),
     (lambda: findings("paper.txt", None), r"`findings\(robot=...\)` must be a `Dynamics`|must be a `Path`"),
-    *((lambda form=form: FORMS[form]("rr"), "must be a `Dynamics`; got 'rr'") for form in FORMS),
+    *((lambda form=form: text_of("rr", form), "must be a `Dynamics`; got 'rr'") for form in FORMS),
     (lambda: slope_of(ODE, None, None, [0.5], 1.0, 0.1), r"`slope_of\(metric=...\)` must be an `AbstractMetric`"),
 ]
 UNKNOWN = [

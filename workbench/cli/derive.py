@@ -10,9 +10,10 @@ import click
 from workbench.cli.errors import one_sentence, printable_lines
 
 if TYPE_CHECKING:
-    from workbench.arms.dynamics import AbstractArm
+    from workbench.arms.dynamics import AbstractArm, Dynamics
 
-FORMS = ("text", "latex", "typst", "mathml", "python", "casadi", "c")
+READABLE, PROGRAMS = ("text", "latex", "typst", "mathml"), ("python", "casadi", "c")
+FORMS = (*READABLE, *PROGRAMS)
 
 
 @click.command()
@@ -26,11 +27,23 @@ def derive(robot: str, form: str, numbers: bool) -> None:
     and forward dynamics too.
     """
     with one_sentence():
-        from workbench.arms import code
+        from workbench.arms.code import in_numbers
         from workbench.arms.dynamics import Dynamics
 
         arm = arm_of(robot)
-        click.echo(printable_lines(code.FORMS[form](code.in_numbers(*arm) if numbers else Dynamics.of(*arm))))
+        click.echo(printable_lines(text_of(in_numbers(*arm) if numbers else Dynamics.of(*arm), form)))
+
+
+def text_of(dynamics: Dynamics, form: str) -> str:
+    """M, C and G of an arm in a form for reading, or as functions of another machine."""
+    from workbench.arms import code
+
+    if form in READABLE:
+        return code.READABLE[form](dynamics)
+    from workbench.handover.array_functions import array_functions
+
+    laws, about, parameters, sizes = code.functions_of(dynamics)
+    return array_functions(laws, form, about, parameters, sizes)
 
 
 def arm_of(robot: str) -> tuple[AbstractArm, str]:

@@ -41,9 +41,9 @@ def _c(order: Order) -> Files:
 
 
 def _cortex_m4(order: Order) -> Files:
-    from workbench.handover.targets.soft_doubles import SOFT_DOUBLES, SOFT_DOUBLES_FILE
+    from workbench.handover.targets.soft_doubles import SOFT_DOUBLES_FILE, soft_doubles
 
-    return {**order.code.files, SOFT_DOUBLES_FILE: SOFT_DOUBLES}
+    return {**order.code.files, SOFT_DOUBLES_FILE: soft_doubles()}
 
 
 def _python(order: Order) -> Files:

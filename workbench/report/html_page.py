@@ -7,14 +7,13 @@ from base64 import b64encode
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from importlib.resources import files
 from typing import TYPE_CHECKING
 
-import jinja2
 from markupsafe import Markup, escape
 
 from workbench.core.notation import mathml
 from workbench.core.notation.formula import Formula
+from workbench.core.templates import fill, template_bytes, template_text
 from workbench.report.figures import sheets as sheets_of
 from workbench.report.figures.dark_colors import colors_of, dark_scheme, with_variables
 from workbench.report.live.page_data import LiveData
@@ -28,7 +27,6 @@ if TYPE_CHECKING:
     from workbench.report.figures.plates import Sheet
 
 GENERATOR = "control-workbench"
-TEMPLATES = files("workbench.report") / "templates"
 ROOM = 72  # widths of a digit between the margins of an equation; the font of the page runs wider than typst's
 
 
@@ -43,12 +41,13 @@ def html(
     `sheets` are the drawn figures by name, if they have been drawn already; with `live`, the data of `live_data`, a
     reader of the page can turn its knobs. On a `bench` all figures stand above all words, and the knobs are open.
     """
-    template = _environment().get_template("page.html.j2")
     writer = _Writer(labels(document))
     figures = sheets or sheets_of(document)
     drawings = {name: with_variables(sheet.svg) for name, sheet in figures.items()}
     cells = {} if live is None else {(c["table"], c["row"], c["column"]): i for i, c in enumerate(live["cells"])}
-    return template.render(
+    page = fill(
+        "workbench.report",
+        "page.html.j2",
         document=document,
         chapters=chapters(document),
         findings=findings(document),
@@ -71,6 +70,7 @@ def html(
         live_cell=lambda *place: cells.get(place),
         printed=PRINTED,
     )
+    return page.removesuffix("\n")
 
 
 @dataclass(frozen=True)
@@ -146,25 +146,14 @@ def _pad(body: str) -> Markup:
 
 
 @cache
-def _environment() -> jinja2.Environment:
-    return jinja2.Environment(
-        loader=jinja2.PackageLoader("workbench.report", "templates"),
-        autoescape=True,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        undefined=jinja2.StrictUndefined,
-    )
-
-
-@cache
 def _style(bench: bool) -> str:
     """The style sheet with the maths font inside it, and that of a bench behind it."""
-    font = b64encode((TEMPLATES / "math.woff2").read_bytes()).decode("ascii")
-    style = (TEMPLATES / "style.css").read_text("utf-8").replace("MATHS_FONT", f"data:font/woff2;base64,{font}")
-    return style + (TEMPLATES / "bench.css").read_text("utf-8") if bench else style
+    font = b64encode(template_bytes("workbench.report", "math.woff2")).decode("ascii")
+    style = template_text("workbench.report", "style.css").replace("MATHS_FONT", f"data:font/woff2;base64,{font}")
+    return style + template_text("workbench.report", "bench.css") if bench else style
 
 
 def _dark_style(drawings: Iterable[str]) -> Markup:
     """The style sheet of the page in the dark, with the colours of its drawings."""
     colors = {"#000000", "#ffffff", "#dddddd"}.union(*map(colors_of, drawings))  # and those of live rulers
-    return Markup((TEMPLATES / "dark.css").read_text("utf-8").replace("FIGURE_COLORS", dark_scheme(colors)))
+    return Markup(template_text("workbench.report", "dark.css").replace("FIGURE_COLORS", dark_scheme(colors)))

@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
-from importlib.resources import files
 
 from markupsafe import Markup
 
+from workbench.core.templates import template_text
 from workbench.report.figures.dark_colors import variable
 from workbench.report.figures.plates import Plate
 from workbench.report.live.page_data import LiveData
@@ -86,4 +86,4 @@ def _styles() -> str:
 
 
 def _text(name: str) -> str:
-    return (files("workbench.report") / "templates" / "live" / name).read_text("utf-8")
+    return template_text("workbench.report", f"live/{name}")

@@ -7,12 +7,12 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import Literal
 
 import typst
 
 from workbench.core.notation import typst_math
+from workbench.core.templates import template_bytes
 from workbench.report.figures import drawings as drawings_of
 from workbench.report.number_text import Printed, join_units
 from workbench.report.outline import Chapter, Placed, chapters, findings, labels, legend, named, notes, provenance
@@ -71,7 +71,7 @@ def data(document: Document, drawings: dict[str, str] | None = None) -> str:
 
 def compiled(data: str) -> bytes:
     """The PDF of the text that `data` gives, refused as by `pdf`; typst releases the interpreter's lock."""
-    source = (files("workbench.report") / "templates" / "report.typ").read_bytes()
+    source = template_bytes("workbench.report", "report.typ")
     covered = max(data) < OTHER_SCRIPTS
     try:
         return _without_suspects(typst.compile(source, sys_inputs={"document": data}, ignore_system_fonts=covered))

@@ -64,7 +64,8 @@ def calls() -> dict[str, Any]:
     ruling = claims.Ruling("refuted", "it fails", "here")
     row = np.array([[2.0]]), np.array([[1.0]])
     return {
-        **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.FORMS.items()},
+        **{f"derivation.{form}": partial(write, ARM) for form, write in derivation.READABLE.items()},
+        "derivation.functions_of": partial(derivation.functions_of, ARM),
         "findings": partial(verification.findings, FOLDER / "sheet.txt", ARM),
         "slope_of": partial(claim_margins.slope_of, watched, violated, looked, np.array([0.5, 0.5]), 0.2, 0.05),
         "disturbance_bounds": partial(bounds.disturbance_bounds, ca.sin(X[0]), X[0], 1.0),

@@ -1,23 +1,20 @@
-"""The equations of an arm written out: for reading, and as programs that compute the same numbers.
+"""The equations of an arm written out: M, C and G for reading, and as functions that other machines compute.
 
-The room knows `Dynamics` and how a formula is printed, and nothing of laws or loops. Read `arm_equations` first, then
-`arm_code`.
+The room knows `Dynamics` and how a formula is printed, and nothing of loops. Read `arm_equations` first, then
+`arm_functions`, whose laws without memory the command line hands over as C, Python or CasADi.
 """
 
 from collections.abc import Callable, Mapping
 
-from workbench.arms.code.arm_code import as_c, as_casadi, as_python
 from workbench.arms.code.arm_equations import as_latex, as_mathml, as_text, as_typst, in_numbers
+from workbench.arms.code.arm_functions import functions_of
 from workbench.arms.dynamics import Dynamics
 
-FORMS: Mapping[str, Callable[[Dynamics], str]] = {
+READABLE: Mapping[str, Callable[[Dynamics], str]] = {
     "text": as_text,
     "latex": as_latex,
     "typst": as_typst,
     "mathml": as_mathml,
-    "python": as_python,
-    "casadi": as_casadi,
-    "c": as_c,
 }
 
-__all__ = ["FORMS", "as_c", "as_casadi", "as_latex", "as_mathml", "as_python", "as_text", "as_typst", "in_numbers"]
+__all__ = ["READABLE", "as_latex", "as_mathml", "as_text", "as_typst", "functions_of", "in_numbers"]

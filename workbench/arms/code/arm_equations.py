@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from html import escape
 from typing import NamedTuple
 
 import casadi as ca
@@ -22,6 +21,7 @@ from workbench.core.notation.comments import harmless
 from workbench.core.notation.formula import Matrix, Symbol, System, equations
 from workbench.core.notation.normal_form import NormalForm, NotInClass, normal_forms
 from workbench.core.notation.reader import MOST_NODES_OF_TEXTBOOKS, equations_of
+from workbench.core.templates import fill
 from workbench.core.validation.notebook_display import table_to_html
 from workbench.core.validation.signatures import door
 
@@ -54,12 +54,9 @@ def as_mathml(dynamics: Dynamics) -> str:
     """A page for a browser."""
     rows = [(letters(letter.name), letter.path, f"{letter.value:g}", letter.unit) for letter in letters_of(dynamics)]
     table = table_to_html("", ("letter", "parameter", "value", "unit"), rows)
-    named = f"<title>{escape(harmless(dynamics.name))}</title>"
-    head = ["<!doctype html>", '<meta charset="utf-8"/>', named, STYLE, f"<h1>{escape(title(dynamics))}</h1>", table]
-    return "\n".join([*head, *(f"\n{mathml.emit(block)}" for block in _blocks(dynamics))])
-
-
-STYLE = "<style>body { margin: 2em } h1 { font-size: 1.2em } td, th { padding-right: 1em; text-align: left }</style>"
+    blocks = [mathml.emit(block) for block in _blocks(dynamics)]
+    words = {"name": harmless(dynamics.name), "title": title(dynamics), "table": table, "blocks": blocks}
+    return fill("workbench.arms", "equations.html.j2", **words).removesuffix("\n")
 
 
 def _head(dynamics: Dynamics) -> list[str]:

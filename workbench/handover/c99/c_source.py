@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from pathlib import Path
 from typing import NamedTuple
 
+from workbench.core.templates import template_text
 from workbench.engine.machines.c_functions import definitions
 from workbench.engine.machines.c_real import DOUBLE, SINGLE
 from workbench.handover.c99.c_advance import advance_of
@@ -18,8 +18,6 @@ from workbench.handover.c99.c_parameters import refuse_numbers_beyond_single
 from workbench.handover.c99.c_request import Request
 from workbench.handover.c99.c_variables import variables_of
 from workbench.handover.law_graph import graph_of_law
-
-GUARDS = Path(__file__).parents[1] / "templates" / "c99" / "guards.h"
 
 
 class Source(NamedTuple):
@@ -51,7 +49,7 @@ def source_of(request: Request) -> Source:
 @cache
 def guards() -> str:
     """The lines by which a source refuses a compiler that would change its arithmetic."""
-    return GUARDS.read_text(encoding="utf-8").rstrip("\n")
+    return template_text("workbench.handover", "c99/guards.h").rstrip("\n")
 
 
 def _called(request: Request, calls: Sequence[Call]) -> list[str]:

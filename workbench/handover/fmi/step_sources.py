@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 from workbench.core import Layout, SampledLaw
+from workbench.core.templates import fill, template_text
 from workbench.engine.kernel.graph import Graph
 from workbench.engine.kernel.plan import graph_of
 from workbench.engine.machines.c_functions import definitions
@@ -19,32 +19,17 @@ from workbench.handover.c99.c_names import members
 from workbench.handover.c99.c_source import guards
 from workbench.handover.fmi.co_simulation import Model
 
-ROOM = Path(__file__).parent
 HEAD = "(uint64_t k, const double *x, const double *p, double *{})"
-OPENING = """/* {about} */
-#ifndef WORKBENCH_MODEL_H
-#define WORKBENCH_MODEL_H
-
-#include <stdbool.h>
-#include <stdint.h>
-
-{guards}
-
-#define MODEL_TOKEN "{token}"
-#define STEP {step!r} /* s */
-#define HAS_HORIZON {has_horizon}
-#define HORIZON {horizon!r} /* s */
-enum {{ PARAMETERS = {parameters}, STATES = {states}, OUTPUTS = {outputs} }};"""
 
 
 def sources_of(model: Model, identifier: str, version: str, token: str) -> dict[str, str]:
     """The files of C by their names; the first of them are compiled."""
     runtime = f"fmi{version[0]}.c"
-    files = {runtime: (ROOM / runtime).read_text(encoding="utf-8")}
+    files = {runtime: template_text("workbench.handover", f"fmi/{runtime}")}
     if model.law is not None:
         files |= c_code(model.law, identifier, parameters="settable").files
     files["model.h"] = _model_header(model, identifier, token)
-    files["instance.h"] = (ROOM / "instance.h").read_text(encoding="utf-8")
+    files["instance.h"] = template_text("workbench.handover", "fmi/instance.h")
     return files
 
 
@@ -55,29 +40,23 @@ def compiled_files(files: Iterable[str]) -> list[str]:
 
 def _model_header(model: Model, identifier: str, token: str) -> str:
     step, bounded = model.step, math.isfinite(model.horizon)
-    opening = OPENING.format(
-        about="Numbers, names and functions of the model, written by control-workbench.",
+    functions = _law_functions(model, model.law, identifier) if model.law is not None else _functions(model)
+    return fill(
+        "workbench.handover",
+        "fmi/model.h.j2",
         guards=guards(),
         token=token,
-        step=float(step.h),
+        step=repr(float(step.h)),
         has_horizon=int(bounded),
-        horizon=float(model.horizon) if bounded else 0.0,
+        horizon=repr(float(model.horizon) if bounded else 0.0),
         parameters=step.parameters.size,
         states=step.states.size,
         outputs=model.outputs.size,
+        default_parameters=[repr(number) for number in step.parameters.default.tolist()],
+        default_states=[repr(number) for number in step.states.default.tolist()],
+        names=[variable.name for variable in model.variables],
+        functions="\n".join(functions),
     )
-    names = ['"time"', *(f'"{variable.name}"' for variable in model.variables)]
-    tables = [
-        *_table("double default_parameters[PARAMETERS + 1]", [*map(repr, step.parameters.default.tolist()), "0.0"]),
-        *_table("double default_states[STATES + 1]", [*map(repr, step.states.default.tolist()), "0.0"]),
-        *_table("char *const names[1 + PARAMETERS + STATES + OUTPUTS]", names),
-    ]
-    functions = _law_functions(model, model.law, identifier) if model.law is not None else _functions(model)
-    return "\n".join([opening, "", *tables, *functions, "", "#endif", ""])
-
-
-def _table(head: str, values: list[str]) -> list[str]:
-    return [f"static const {head} = {{", *(f"    {value}," for value in values), "};", ""]
 
 
 def _functions(model: Model) -> list[str]:

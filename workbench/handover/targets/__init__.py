@@ -1,6 +1,7 @@
-"""Machines that run a law: compilers here, 64-bit ARM, microcontrollers, a browser's engine, FMUs in FMPy, and NumPy.
+"""Machines that run a law on recorded inputs: compiled programs, microcontrollers, a browser, FMUs and NumPy.
 
-Read `contract` first, then `harness`, the program around a law's C, and `compilers`.
+A target takes the C of a law and a recording, and gives commands and memory, which are compared bit by bit. Read
+`contract` first, then `harness`, the program around the C of a law, and `compilers`.
 """
 
 from collections.abc import Mapping

@@ -40,7 +40,7 @@ class CompiledProgram(AbstractTarget):
 
     def answers(self, code: CCode, recording: Recording, folder: Path, seconds: float) -> Answers:
         """The answers of the program."""
-        write_files({**harness.program(code), harness.PLATFORM: harness.HOSTED}, folder)
+        write_files({**harness.program(code), harness.PLATFORM: harness.hosted_platform()}, folder)
         sources = [harness.MAIN, harness.PLATFORM, f"{code.name}.c"]
         static = ["-static"] if self.emulator else []
         run([self.compiler, *STANDARD, *self.options, *static, *sources, "-o", PROGRAM], folder, seconds)

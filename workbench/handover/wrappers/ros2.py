@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from html import escape
+from typing import Any
 
 from workbench.core.layout import Entry, Layout
 from workbench.core.notation.comments import harmless
+from workbench.core.templates import fill
 from workbench.core.validation.refusals import described, known, require
 from workbench.core.validation.signatures import door
 from workbench.handover.c99.c_code import CCode
 from workbench.handover.c99.c_names import members
 from workbench.handover.export_seal import MARK
-from workbench.handover.wrappers import ros2_package_texts as package_texts
-from workbench.handover.wrappers import ros2_texts as texts
 
 LIBRARIES = ("controller_interface", "pluginlib", "rclcpp", "rclcpp_lifecycle")
 OF_REFERENCES = ("realtime_tools", "std_msgs")
@@ -50,22 +50,28 @@ def ros2(
     code = require("ros2(code=...)", code, CCode)
     name = _package(re.sub(r"_+", "_", f"{code.name.lower()}_controller") if package is None else package)
     named = _interfaces(code, interfaces or {})
-    held = _held(code, name, named)
+    words = _words(code, name, named)
+    in_xml = words | {"title": _in_xml(harmless(code.law.name))}
     return {
-        f"include/{name}/{code.name}_controller.hpp": texts.HEADER.substitute(held),
-        f"src/{code.name}_controller.cpp": texts.SOURCE.substitute(held),
+        f"include/{name}/{code.name}_controller.hpp": _text("controller.hpp.j2", words),
+        f"src/{code.name}_controller.cpp": _text("controller.cpp.j2", words),
         **{f"src/{file}": text for file, text in code.files.items()},
-        "package.xml": package_texts.PACKAGE.substitute(
-            held, title=escape(held["title"]), depends="\n".join(f"  <depend>{x}</depend>" for x in _libraries(code))
-        ),
-        "CMakeLists.txt": package_texts.BUILD.substitute(
-            held,
-            finds="\n".join(f"find_package({x} REQUIRED)" for x in _libraries(code)),
-            depends=" ".join(_libraries(code)),
-        ),
-        f"{code.name}_controller.xml": package_texts.PLUGIN.substitute(held, title=escape(held["title"])),
-        "README.md": package_texts.README.substitute(held, rows="\n".join(_rows(code, named)), references=_heard(code)),
+        "package.xml": _text("package.xml.j2", in_xml),
+        "CMakeLists.txt": _text("CMakeLists.txt.j2", words),
+        f"{code.name}_controller.xml": _text("plugin.xml.j2", in_xml),
+        "README.md": _text("README.md.j2", words | {"interfaces": list(_interface_rows(code, named))}),
     }
+
+
+def _text(template: str, words: Mapping[str, Any]) -> str:
+    return fill("workbench.handover", f"ros2/{template}", **words)
+
+
+def _in_xml(text: str) -> Any:
+    """The text escaped, which a template does not escape again."""
+    from markupsafe import Markup
+
+    return Markup(escape(text))
 
 
 def _package(name: str) -> str:
@@ -107,70 +113,41 @@ def _interfaces(code: CCode, asked: Mapping[str, str | Sequence[str]]) -> dict[s
     return named
 
 
-def _held(code: CCode, package: str, named: Mapping[str, Sequence[str]]) -> dict[str, str]:
-    """The parts of the texts."""
-    law, parameters = code.law, code.settable and bool(code.law.parameters.size)
-    held = {
+def _words(code: CCode, package: str, named: Mapping[str, Sequence[str]]) -> dict[str, Any]:
+    """The words that the templates fill in."""
+    law = code.law
+    parameters = law.parameters if code.settable else Layout()
+    return {
         "name": code.name,
         "upper": code.name.upper(),
         "package": package,
         "mark": MARK,
         "title": harmless(law.name),
         "real": code.real,
-        "readings": str(law.readings.size),
-        "commands": str(law.commands.size),
-        "references": str(law.references.size),
-        "state_names": _strings(law.readings, named),
-        "command_names": _strings(law.commands, named),
-        "safe": ", ".join(f"{float(x)!r}{'f' * (code.real == 'float')}" for x in code.safe),
+        "readings": law.readings.size,
+        "commands": law.commands.size,
+        "references": [harmless(f"{x}{_unit(e)}") for e in law.references.entries for x in e.labels()],
+        "parameters": [(own, parameters[name].size) for name, own in members(parameters).items()],
+        "libraries": _libraries(code),
+        "state_interfaces": _names(law.readings, named),
+        "command_interfaces": _names(law.commands, named),
+        "safe": [f"{float(x)!r}{'f' * (code.real == 'float')}" for x in code.safe],
         "period": repr(law.period),
         "rate": f"{1 / law.period:.9g}",
     }
-    held |= dict.fromkeys(("reference_includes", "reference_members", "reference_assertion", "subscription"), "")
-    held |= dict.fromkeys(("unheard", "forget", "reference", "settings", "declarations"), "")
-    if law.references.size:
-        held |= {
-            "reference_includes": texts.REFERENCE_INCLUDES,
-            "reference_members": texts.REFERENCE_MEMBERS.substitute(held),
-            "reference_assertion": texts.REFERENCE_ASSERTION.substitute(held),
-            "subscription": texts.SUBSCRIPTION.substitute(held),
-            "unheard": texts.UNHEARD,
-            "forget": "  wanted_.writeFromNonRT(Wanted());\n",
-            "reference": "&wanted->values, ",
-        }
-    if parameters:
-        rows = "\n".join(_parameters(code))
-        held["reference_assertion"] += texts.PARAMETERS.substitute(rows=rows)
-        held |= {"settings": texts.SETTINGS.substitute(), "declarations": texts.DECLARATIONS}
-    return held
 
 
-def _strings(port: Layout, named: Mapping[str, Sequence[str]]) -> str:
-    return "\n".join(f'  "{name}",' for entry in port.entries for name in named[entry.name])
+def _names(port: Layout, named: Mapping[str, Sequence[str]]) -> list[str]:
+    return [name for entry in port.entries for name in named[entry.name]]
 
 
-def _parameters(code: CCode) -> Iterable[str]:
-    layout = code.law.parameters
-    for name, own in members(layout).items():
-        yield f'  {{"{own}", {layout[name].size}, offsetof({code.name}_parameters, {own})}},'
-
-
-def _rows(code: CCode, named: Mapping[str, Sequence[str]]) -> Iterable[str]:
+def _interface_rows(code: CCode, named: Mapping[str, Sequence[str]]) -> Iterable[tuple[str, str]]:
+    """Each interface with its signal."""
     for word, port in (("reading", code.law.readings), ("command", code.law.commands)):
         for entry in port.entries:
             for label, name in zip(entry.labels(), named[entry.name], strict=True):
-                yield f"| `{name}` | {word} {harmless(label)}{_unit(entry)} |"
+                yield name, f"{word} {harmless(label)}{_unit(entry)}"
 
 
 def _unit(entry: Entry) -> str:
     return f" [{harmless(entry.unit)}]" if entry.unit else ""
-
-
-def _heard(code: CCode) -> str:
-    labels = [harmless(f"{label}{_unit(entry)}") for entry in code.law.references.entries for label in entry.labels()]
-    if not labels:
-        return "What is wanted is built into the law.\n"
-    return (
-        f"What is wanted comes on `~/references` as a `std_msgs/msg/Float64MultiArray` of {len(labels)} numbers: "
-        f"{', '.join(labels)}. Before the first message the safe command acts.\n"
-    )

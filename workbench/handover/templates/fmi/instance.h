@@ -8,6 +8,22 @@
 
 #include "model.h"
 
+/* A function of the library: exported, and with the prefix of a file that is compiled into an importer. */
+#define JOIN(a, b) a##b
+#define JOINED(a, b) JOIN(a, b)
+#ifdef FUNCTION_PREFIX
+#define NAMED(name) JOINED(FUNCTION_PREFIX, name)
+#else
+#define NAMED(name) name
+#endif
+#if defined(_WIN32)
+#define FMI(type, name) __declspec(dllexport) type NAMED(name)
+#elif defined(__GNUC__)
+#define FMI(type, name) __attribute__((visibility("default"))) type NAMED(name)
+#else
+#define FMI(type, name) type NAMED(name)
+#endif
+
 /* References of values: the time, the parameters and inputs, the states at the start, the outputs. */
 enum { FIRST_PARAMETER = 1, FIRST_START = 1 + PARAMETERS, FIRST_OUTPUT = FIRST_START + STATES };
 enum { VALUES = FIRST_OUTPUT + OUTPUTS };
@@ -238,11 +254,27 @@ static int do_step(instance_t *instance, double from, double length)
     return 1;
 }
 
-static void save(const instance_t *instance, saved_t *saved)
+/* Room for a state of the FMU: the one that an importer hands back, or a new one. */
+static saved_t *room_for(instance_t *instance, void **state)
 {
+    saved_t *saved = (*state != NULL) ? *state : malloc(sizeof(saved_t));
+    if (saved == NULL) {
+        (void)refused(instance, "There is no memory for the state of the FMU.");
+    }
+    return saved;
+}
+
+static int save(instance_t *instance, void **state)
+{
+    saved_t *saved = room_for(instance, state);
+    if (saved == NULL) {
+        return 0;
+    }
     memset(saved, 0, sizeof *saved);
     strncpy(saved->token, MODEL_TOKEN, sizeof saved->token - 1);
     saved->values = instance->values;
+    *state = saved;
+    return 1;
 }
 
 static int restore(instance_t *instance, const saved_t *saved)
@@ -251,6 +283,36 @@ static int restore(instance_t *instance, const saved_t *saved)
         return refused(instance, "The state of the FMU is none of this model.");
     }
     instance->values = saved->values;
+    return 1;
+}
+
+static void free_saved(void **state)
+{
+    free(*state);
+    *state = NULL;
+}
+
+static int serialize(instance_t *instance, const saved_t *saved, void *bytes, size_t size)
+{
+    if (size < sizeof(saved_t)) {
+        return refused(instance, "The state of the FMU needs more bytes.");
+    }
+    memcpy(bytes, saved, sizeof(saved_t));
+    return 1;
+}
+
+static int deserialize(instance_t *instance, const void *bytes, size_t size, void **state)
+{
+    saved_t *saved = NULL;
+    if (size < sizeof(saved_t) || memcmp(bytes, MODEL_TOKEN, sizeof MODEL_TOKEN) != 0) {
+        return refused(instance, "The bytes are no state of this FMU.");
+    }
+    saved = room_for(instance, state);
+    if (saved == NULL) {
+        return 0;
+    }
+    memcpy(saved, bytes, sizeof(saved_t));
+    *state = saved;
     return 1;
 }
 

@@ -5,22 +5,10 @@
  */
 #include <stdbool.h>
 
-#include "instance.h"
-
-#define JOIN(a, b) a##b
-#define JOINED(a, b) JOIN(a, b)
 #ifdef FMI3_FUNCTION_PREFIX
-#define NAMED(name) JOINED(FMI3_FUNCTION_PREFIX, name)
-#else
-#define NAMED(name) name
+#define FUNCTION_PREFIX FMI3_FUNCTION_PREFIX
 #endif
-#if defined(_WIN32)
-#define FMI(type, name) __declspec(dllexport) type NAMED(name)
-#elif defined(__GNUC__)
-#define FMI(type, name) __attribute__((visibility("default"))) type NAMED(name)
-#else
-#define FMI(type, name) type NAMED(name)
-#endif
+#include "instance.h"
 
 typedef enum { fmi3OK, fmi3Warning, fmi3Discard, fmi3Error, fmi3Fatal } status_t;
 typedef void (*logger_t)(void *, status_t, const char *, const char *);
@@ -259,24 +247,14 @@ FMI(status_t, fmi3GetVariableDependencies)(void *c, reference_t dependent, size_
     return status(refused(c, "Dependencies stand in the model description: they do not change."));
 }
 
-FMI(status_t, fmi3GetFMUState)(void *c, void **state)
-{
-    saved_t *saved = (*state != NULL) ? *state : malloc(sizeof(saved_t));
-    if (saved == NULL) {
-        return status(refused(c, "There is no memory for the state of the FMU."));
-    }
-    save(c, saved);
-    *state = saved;
-    return fmi3OK;
-}
+FMI(status_t, fmi3GetFMUState)(void *c, void **state) { return status(save(c, state)); }
 
 FMI(status_t, fmi3SetFMUState)(void *c, void *state) { return status(restore(c, state)); }
 
 FMI(status_t, fmi3FreeFMUState)(void *c, void **state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    free_saved(state);
     return fmi3OK;
 }
 
@@ -290,26 +268,12 @@ FMI(status_t, fmi3SerializedFMUStateSize)(void *c, void *state, size_t *size)
 
 FMI(status_t, fmi3SerializeFMUState)(void *c, void *state, uint8_t bytes[], size_t size)
 {
-    if (size < sizeof(saved_t)) {
-        return status(refused(c, "The state of the FMU needs more bytes."));
-    }
-    memcpy(bytes, state, sizeof(saved_t));
-    return fmi3OK;
+    return status(serialize(c, state, bytes, size));
 }
 
 FMI(status_t, fmi3DeserializeFMUState)(void *c, const uint8_t bytes[], size_t size, void **state)
 {
-    saved_t *saved = NULL;
-    if (size < sizeof(saved_t) || memcmp(bytes, MODEL_TOKEN, sizeof MODEL_TOKEN) != 0) {
-        return status(refused(c, "The bytes are no state of this FMU."));
-    }
-    saved = (*state != NULL) ? *state : malloc(sizeof(saved_t));
-    if (saved == NULL) {
-        return status(refused(c, "There is no memory for the state of the FMU."));
-    }
-    memcpy(saved, bytes, sizeof(saved_t));
-    *state = saved;
-    return fmi3OK;
+    return status(deserialize(c, bytes, size, state));
 }
 
 FMI(status_t, fmi3EnterConfigurationMode)(void *c)

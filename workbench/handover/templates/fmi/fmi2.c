@@ -3,22 +3,10 @@
  * Types and functions are declared here as in "Functional Mock-up Interface for Model Exchange and Co-Simulation",
  * version 2.0.4, sections 2.1 and 4.2 (Modelica Association, fmi-standard.org). No file of the standard is contained.
  */
-#include "instance.h"
-
-#define JOIN(a, b) a##b
-#define JOINED(a, b) JOIN(a, b)
 #ifdef FMI2_FUNCTION_PREFIX
-#define NAMED(name) JOINED(FMI2_FUNCTION_PREFIX, name)
-#else
-#define NAMED(name) name
+#define FUNCTION_PREFIX FMI2_FUNCTION_PREFIX
 #endif
-#if defined(_WIN32)
-#define FMI(type, name) __declspec(dllexport) type NAMED(name)
-#elif defined(__GNUC__)
-#define FMI(type, name) __attribute__((visibility("default"))) type NAMED(name)
-#else
-#define FMI(type, name) type NAMED(name)
-#endif
+#include "instance.h"
 
 typedef enum { fmi2OK, fmi2Warning, fmi2Discard, fmi2Error, fmi2Fatal, fmi2Pending } status_t;
 typedef enum { fmi2ModelExchange, fmi2CoSimulation } kind_t;
@@ -143,24 +131,14 @@ NO_VALUES(int, Integer)
 NO_VALUES(int, Boolean)
 NO_VALUES(text_t, String)
 
-FMI(status_t, fmi2GetFMUstate)(void *c, void **state)
-{
-    saved_t *saved = (*state != NULL) ? *state : malloc(sizeof(saved_t));
-    if (saved == NULL) {
-        return status(refused(c, "There is no memory for the state of the FMU."));
-    }
-    save(c, saved);
-    *state = saved;
-    return fmi2OK;
-}
+FMI(status_t, fmi2GetFMUstate)(void *c, void **state) { return status(save(c, state)); }
 
 FMI(status_t, fmi2SetFMUstate)(void *c, void *state) { return status(restore(c, state)); }
 
 FMI(status_t, fmi2FreeFMUstate)(void *c, void **state)
 {
     (void)c;
-    free(*state);
-    *state = NULL;
+    free_saved(state);
     return fmi2OK;
 }
 
@@ -174,26 +152,12 @@ FMI(status_t, fmi2SerializedFMUstateSize)(void *c, void *state, size_t *size)
 
 FMI(status_t, fmi2SerializeFMUstate)(void *c, void *state, char bytes[], size_t size)
 {
-    if (size < sizeof(saved_t)) {
-        return status(refused(c, "The state of the FMU needs more bytes."));
-    }
-    memcpy(bytes, state, sizeof(saved_t));
-    return fmi2OK;
+    return status(serialize(c, state, bytes, size));
 }
 
 FMI(status_t, fmi2DeSerializeFMUstate)(void *c, const char bytes[], size_t size, void **state)
 {
-    saved_t *saved = NULL;
-    if (size < sizeof(saved_t) || memcmp(bytes, MODEL_TOKEN, sizeof MODEL_TOKEN) != 0) {
-        return status(refused(c, "The bytes are no state of this FMU."));
-    }
-    saved = (*state != NULL) ? *state : malloc(sizeof(saved_t));
-    if (saved == NULL) {
-        return status(refused(c, "There is no memory for the state of the FMU."));
-    }
-    memcpy(saved, bytes, sizeof(saved_t));
-    *state = saved;
-    return fmi2OK;
+    return status(deserialize(c, bytes, size, state));
 }
 
 FMI(status_t, fmi2GetDirectionalDerivative)(void *c, const unsigned unknowns[], size_t n, const unsigned knowns[],
